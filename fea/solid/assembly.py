@@ -92,7 +92,13 @@ class SymmetricMatrix:
 
     def scalar_upper(self) -> sparse.csr_array:
         """Return the upper triangle entry by entry, for solvers that do not support blocks."""
-        return sparse.csr_array(sparse.triu(self._scalar, format="csr"))
+        scalar, above = self._scalar, np.ones(self._scalar.nnz, dtype=bool)
+        second, third = scalar.indptr[1:-1:3], scalar.indptr[2:-1:3]
+        above[np.concatenate([second, third, third + 1])] = False  # of the diagonal blocks, which come first
+        indptr = scalar.indptr - np.append(0, np.cumsum(np.tile([0, 1, 2], len(second))))
+        return sparse.csr_array(
+            (scalar.data[above], scalar.indices[above], indptr.astype(np.int32)), shape=scalar.shape
+        )
 
     def full(self) -> sparse.bsr_array:
         """Both triangles, in blocks."""

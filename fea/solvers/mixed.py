@@ -21,8 +21,8 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
-from fea.solvers.linear.amg import Operator
 from fea.solvers.linear.choice import Preconditioner
+from fea.solvers.linear.solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.saddle import Constraint, iterate_saddle, solve_saddle
 from fea.solvers.static import Model, Solution, right_hand_sides

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.solvers.linear.amg import Operator
+from fea.solvers.linear.solver import Operator
 from geometry.arrays import Floats
 
 # Number of additional pairs that are improved too, so that none is overlooked, and their accuracy.

@@ -15,8 +15,9 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, minres
 
 from fea.solid.errors import StagnationError
-from fea.solvers.linear.amg import Operator, conjugate_gradients
+from fea.solvers.linear.amg import conjugate_gradients
 from fea.solvers.linear.multigrid import chebyshev
+from fea.solvers.linear.solver import Operator
 from geometry.arrays import Floats
 
 # Of the residual, in the norm of the preconditioner. Iterative refinement then improves the solution.

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -17,14 +18,13 @@ from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import clamped, determinate_restraints, plane_conditions, require_restrained
 from fea.solvers.constrained import stopping
 from fea.solvers.linear import choice as memory
-from fea.solvers.linear.choice import Schur, direct, linear_solver, schur
+from fea.solvers.linear.choice import direct, linear_solver
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-# Columns of a compliance that are solved for at once.
-_COLUMNS = 128
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,6 @@ class Model:
         self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
-        self._schur: Schur | None = None
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._K = (
@@ -106,16 +105,19 @@ class Model:
 
         The forces need not balance: restraints that stop rigid motions react them.
         """
-        fixed = self._fixed(parity)
+        free = unheld(forces, self._fixed(parity))
+        return self._factorised_by(partial(self._solver.condense, forces=free), parity)
+
+    def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Made], parity: Parity) -> Made:
+        """Let the solver factorise the matrix of a parity, and return what it makes of that."""
+        fixed, known = self._fixed(parity), parity in self._factorised
         require_restrained(self.mesh, fixed.reshape(-1, 3))
-        free = unheld(forces, fixed)
-        self._schur = self._schur or schur(SolverName(self._solver.name))
-        if self._schur is not None:
-            with self._clock("factor"):
-                return self._schur(self._K.constrained(fixed), free)
-        slot = self._slot(parity)
-        with self._clock("solve"):
-            return work(free, partial(self._solved, slot))
+        slot = self._factorised.index(parity) if known else len(self._factorised)
+        with self._clock("factor"):
+            made = factorise(slot, self._K.constrained(fixed))
+        if not known:
+            self._factorised.append(parity)
+        return made
 
     def _fixed(self, parity: Parity) -> Mask:
         return plane_conditions(self.mesh, parity).ravel() | self._restraints[parity]
@@ -126,11 +128,7 @@ class Model:
 
     def _slot(self, parity: Parity) -> int:
         if parity not in self._factorised:
-            fixed = self._fixed(parity)
-            require_restrained(self.mesh, fixed.reshape(-1, 3))
-            with self._clock("factor"):
-                self._solver.factorise(len(self._factorised), self._K.constrained(fixed))
-            self._factorised.append(parity)
+            self._factorised_by(self._solver.factorise, parity)
         return self._factorised.index(parity)
 
     def solve(self, loads: Sequence[Split]) -> Solution:
@@ -214,12 +212,6 @@ def unheld(forces: sparse.csc_array, fixed: Mask) -> sparse.csc_array:
     """Sparse forces (n, k) without those on fixed degrees of freedom (n,), whose zeros stay stored."""
     data = forces.data * ~fixed[forces.indices]
     return sparse.csc_array((data, forces.indices, forces.indptr), forces.shape)
-
-
-def work(forces: sparse.csc_array, solve: Callable[[Floats], Floats]) -> Floats:
-    """Work FᵀK⁻¹F (k, k) of sparse forces F (n, k) with a solver of K u = f, some columns at a time."""
-    blocks = [forces[:, start : start + _COLUMNS].toarray() for start in range(0, forces.shape[1], _COLUMNS)]
-    return np.hstack([forces.T @ solve(block) for block in blocks])
 
 
 def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:

@@ -13,12 +13,11 @@ from fea.base.material import Material
 from fea.contact.active_set import Contact
 from fea.contact.interfaces import PinInBore
 from fea.contact.problem import ContactProblem
-from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
+from fea.solid.assembly import pattern, stiffness
 from fea.solid.parity import Parity, Split
 from fea.solvers.constrained import displacement
-from fea.solvers.linear.amg import Operator
-from fea.solvers.linear.choice import direct, factorise, schur
-from fea.solvers.static import Model, unheld, work
+from fea.solvers.linear.choice import direct_solver
+from fea.solvers.static import Model, unheld
 from fea.stress.recovery import Recovery
 from geometry.arrays import Floats, Ints, Mask
 from geometry.bodies import Side, polygon
@@ -159,22 +158,14 @@ class TouchedBody:
 
     def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:
         self.mesh, self._material, self._fixed, self._pin = mesh, material, fixed.ravel(), pin
+        self._solver = direct_solver(slots=1)
         nothing = {Parity.SYMMETRIC: np.zeros((mesh.points.size, 0))}
         self.problem = ContactProblem(self, mesh, [pin], nothing, both_sides=False)
 
-    @cached_property
-    def _constrained(self) -> SymmetricMatrix:
-        K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
-        return K.constrained(self._fixed)
-
-    @cached_property
-    def _factor(self) -> Operator:
-        return factorise(self._constrained)
-
     def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
         """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
-        free, complement = unheld(forces, self._fixed), schur(direct())
-        return work(free, self._factor) if complement is None else complement(self._constrained, free)
+        K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
+        return self._solver.condense(0, K.constrained(self._fixed), unheld(forces, self._fixed))
 
     def touched(self, clearance: float, force: float) -> Contact:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""
@@ -189,7 +180,7 @@ class TouchedBody:
         """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
         multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
         forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
-        u = self._factor(forces[:, None]).reshape(n_nodes, 3, 1)
+        u = self._solver.solve(0, forces[:, None]).reshape(n_nodes, 3, 1)
         nodes, values = multipliers.at_nodes(pressure[:, None])
         traction = np.zeros((n_nodes, 3, 1))
         traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]

@@ -137,8 +137,8 @@ sys.exit(call(sys.argv[1:]))
 GMSH = {"module": "mesh.generate", "name": "gmsh", "owner": "gmsh.model.mesh", "method": "generate"}
 PARDISO = {
     "module": "fea.solvers.linear.pardiso",
-    "name": "PardisoCholesky",
-    "owner": "PardisoCholesky",
+    "name": "Pardiso",
+    "owner": "Pardiso",
     "method": "factorise",
 }
 

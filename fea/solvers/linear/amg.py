@@ -3,7 +3,6 @@
 Vaněk, Mandel & Brezina (1996) through pyamg, on 3×3 node blocks with the six rigid modes as near-null space.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,9 +12,8 @@ from scipy import sparse
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import StagnationError
 from fea.solid.supports import rigid_modes
+from fea.solvers.linear.solver import LinearSolver, Operator
 from geometry.arrays import Floats
-
-Operator = Callable[[Floats], Floats]
 
 # For stiffness matrices: far below any discretisation error.
 TOLERANCE = 1e-8
@@ -70,7 +68,7 @@ def conjugate_gradients(
     raise StagnationError(message + remedy)
 
 
-class SmoothedAggregation:
+class SmoothedAggregation(LinearSolver):
     """Preconditioned conjugate gradients with the interface of the direct solvers.
 
     The rigid modes are those of points (n_nodes, 3).

@@ -1,23 +1,21 @@
-"""The common interface of the linear solvers, and the choice among them."""
+"""The choice among the linear solvers."""
 
 import importlib.util
 import os
 import sys
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
-
-from scipy import sparse
 
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SolverUnavailableError
 from fea.solvers.linear import pardiso
-from fea.solvers.linear.amg import Operator, SmoothedAggregation
+from fea.solvers.linear.amg import SmoothedAggregation
 from fea.solvers.linear.cholmod import CholmodCholesky
 from fea.solvers.linear.multigrid import Multigrid
+from fea.solvers.linear.solver import LinearSolver, Operator
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
@@ -28,33 +26,12 @@ _PACKAGES = {
 }
 
 
-class LinearSolver(Protocol):
-    """Solves with symmetric positive definite matrices of one sparsity, each kept in a slot."""
-
-    name: str
-
-    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Prepare to solve with `matrix`; raises `SingularMatrixError`."""
-
-    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
-        """Solve for (n, k) right-hand sides with the matrix in a slot."""
-
-
 @runtime_checkable
 class Preconditioner(Protocol):
     """An iterative solver whose preconditioner can be used by others."""
 
     def precondition(self, slot: int, residual: Floats) -> Floats:
         """Apply a symmetric positive definite approximate inverse of a slot's matrix to (n, k) residuals."""
-
-
-# FᵀA⁻¹F (k, k) of a positive definite matrix A and sparse forces F (n, k).
-Schur = Callable[[SymmetricMatrix, sparse.csc_array], Floats]
-
-
-def schur(choice: SolverName) -> Schur | None:
-    """Return what computes Schur complements of matrices of one sparsity; None without Pardiso."""
-    return pardiso.PardisoSchur() if choice is SolverName.PARDISO else None
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
@@ -101,32 +78,38 @@ def linear_solver(
     """
     choice = chosen(choice, mesh.points.size, slots)
     if choice is not SolverName.AMG:
-        return _direct_solver(choice, slots)
+        return direct_solver(slots, choice)
     if mesh.order == 2:
         return Multigrid(mesh, material, factorise)
     _require_packages(choice)
     return SmoothedAggregation(mesh.points)
 
 
-def _direct_solver(choice: SolverName, slots: int) -> LinearSolver:
+def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
+    """Return the named direct solver, or the one on this machine.
+
+    Raises
+    ------
+    SolverUnavailableError
+        The named solver is not installed.
+    """
+    named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
+    choice = choice if named else direct()
     _require_packages(choice)
-    if choice is SolverName.PARDISO:
-        return pardiso.PardisoCholesky(slots)
-    return CholmodCholesky()
+    return pardiso.Pardiso(slots) if choice is SolverName.PARDISO else CholmodCholesky()
 
 
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
-    """Factorise a matrix, by the named direct solver or the one on this machine, to solve for (n, k) sides.
+    """Factorise a matrix by `direct_solver`, to solve for (n, k) sides.
 
     Raises
     ------
     SingularMatrixError
         It is not positive definite.
     SolverUnavailableError
-        The named solver is not installed.
+        See `direct_solver`.
     """
-    named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
-    solver = _direct_solver(choice if named else direct(), slots=1)
+    solver = direct_solver(1, choice)
     solver.factorise(0, matrix)
     return partial(solver.solve, 0)
 

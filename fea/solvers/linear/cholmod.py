@@ -7,12 +7,13 @@ from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SingularMatrixError
+from fea.solvers.linear.solver import LinearSolver
 from geometry.arrays import Floats, Ints
 
 _SUPERNODAL = 2
 
 
-class CholmodCholesky:
+class CholmodCholesky(LinearSolver):
     """Cholesky factors of matrices with the same sparsity, which is ordered only once.
 
     Raises

@@ -15,6 +15,7 @@ from scipy import sparse
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
 from fea.solvers.linear.amg import TOLERANCE, conjugate_gradients
+from fea.solvers.linear.solver import LinearSolver
 from geometry.arrays import Floats, Ints, Mask
 from mesh.tetmesh import EDGES, TetMesh
 
@@ -51,7 +52,7 @@ _POWER_STEPS = 15
 _SAFETY = 1.1  # power iteration approaches the largest eigenvalue from below
 
 
-class Multigrid:
+class Multigrid(LinearSolver):
     """Conjugate gradients preconditioned on two levels, with the interface of the direct solvers.
 
     The mesh is of second order; `factorise` returns what solves directly on the coarse level.

@@ -1,9 +1,10 @@
-"""Cholesky factors by MKL Pardiso (Schenk & Gärtner 2004), loaded through pypardiso."""
+"""Factors by MKL Pardiso (Schenk & Gärtner 2004), loaded through pypardiso."""
 
 import ctypes
 import importlib.metadata
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,74 +14,119 @@ from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SingularMatrixError
+from fea.solvers.linear.solver import LinearSolver, Operator
 from geometry.arrays import Floats
 
 _BLOCK = 3
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+# With a Schur block, forward and backward substitution by the factor of the leading block alone: the step
+# between them, which solves with the Schur complement, is left out.
+_FORWARD, _BACKWARD = 331, 333
 _POSITIVE_DEFINITE, _INDEFINITE = 2, -2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 # MKL's options by place: these in place of the defaults, nested dissection in parallel, indices from zero.
 _OPTIONS = {0: 1, 1: 3, 34: 1}
+# The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on nodes: a
+# ninth of the graph.
+_BY_NODES = {17: -1, 23: 1, 36: _BLOCK}
+# Pivots are single, as the leading block is positive definite, and are kept however small they are; the Schur
+# complement is returned beside the factor, and so is the diagonal.
+_WITH_SCHUR = {9: 20, 20: 0, 35: 2, 55: 1}
+# Right-hand sides that are solved for at once with a Schur block, which need arrays of its size.
+_AT_ONCE = 64
 # Values, starts of the rows and columns of a sparse matrix.
 Parts = tuple[Floats, npt.NDArray[np.int32], npt.NDArray[np.int32]]
 
 
-class _Pardiso:
-    """A handle of MKL's `pardiso` for matrices of one kind and sparsity, `slots` of which it keeps.
+class _Handle:
+    """MKL's `pardiso` for matrices of one kind and sparsity, which is analysed once.
 
-    pypardiso's own functions keep one factor and copy its matrix; a handle keeps several without copies.
+    It keeps `slots` factors without copies of the matrices, pypardiso's own functions keep one with a copy.
+    `last` (n_rows,) is 1 for the rows of a Schur block.
     """
 
-    def __init__(self, kind: int, slots: int, options: dict[int, int]) -> None:
+    def __init__(
+        self,
+        kind: int,
+        slots: int,
+        options: dict[int, int],
+        parts: Parts,
+        last: npt.NDArray[np.int32] | None = None,
+    ) -> None:
         self._library, self._kind, self._slots = _library(), kind, slots
         self._handle = np.zeros(64, dtype=np.int64)
         self._options = np.zeros(64, dtype=np.int32)
         for place, value in {**_OPTIONS, **options}.items():
             self._options[place] = value
+        values, self._starts, self._columns = parts
+        self._last = np.zeros(1, dtype=np.int32) if last is None else last
+        self(_ANALYSE, 0, values)
+
+    def __len__(self) -> int:
+        """Number of rows, of blocks where the matrix has these."""
+        return len(self._starts) - 1
+
+    def has(self, parts: Parts) -> bool:
+        """Whether a matrix has the sparsity that was analysed."""
+        return np.array_equal(parts[1], self._starts) and np.array_equal(parts[2], self._columns)
 
     def __call__(
         self,
         phase: int,
-        rows: int,
-        parts: Parts,
-        right_hand_sides: Floats,
-        solution: Floats,
-        *,
-        slot: int = 0,
-        last: npt.NDArray[np.int32] | None = None,
+        slot: int,
+        values: Floats,
+        right_hand_sides: Floats | None = None,
+        solution: Floats | None = None,
     ) -> None:
-        """Run a phase for a matrix of `rows` (block) rows, with right-hand sides and solution (n, k).
+        """Run a phase for the matrix with these values, with right-hand sides and solution (n, k).
 
-        A Schur complement takes the place of the solution; `last` (rows,) is 1 for its rows.
+        A Schur complement (k, k) takes the place of the solution.
         """
-        status = ctypes.c_int32(0)
-        values, starts, columns = parts
-        permutation = np.zeros(1, dtype=np.int32) if last is None else last
-        self._library(
-            self._handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+        status, nothing, rows = ctypes.c_int32(0), np.zeros((1, 1)), len(self)
+        sides = nothing if right_hand_sides is None else right_hand_sides
+        self._library.pardiso(
+            _address(self._handle),
             *(_integer(value) for value in (self._slots, slot + 1, self._kind, phase, rows)),
             _doubles(values),
-            *(_integers(array) for array in (starts, columns, permutation)),
-            _integer(right_hand_sides.shape[1]),
+            *(_integers(array) for array in (self._starts, self._columns, self._last)),
+            _integer(sides.shape[1]),
             _integers(self._options),
             _integer(0),
-            _doubles(right_hand_sides),
-            _doubles(solution),
+            _doubles(sides),
+            _doubles(nothing if solution is None else solution),
             ctypes.byref(status),
         )
         if status.value == _NOT_POSITIVE_DEFINITE:
-            message = (
-                "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
-                "elements. Check the supports and the mesh"
-            )
-            raise SingularMatrixError(message)
+            raise _not_positive_definite()
         if status.value in _NO_MEMORY:
-            message = (
-                f"Pardiso ran out of memory with {len(starts) - 1} rows. Use a larger --size or --solver amg"
-            )
+            message = f"Pardiso ran out of memory with {rows} rows. Use a larger --size or --solver amg"
             raise MemoryError(message)
         if status.value != 0:
             raise RuntimeError(f"Pardiso failed in phase {phase} with error {status.value}")
+
+    def pivots(self, slot: int) -> Floats:
+        """Diagonal (n_rows,) of the factor L D Lᵀ in a slot, in the order of the matrix."""
+        pivots, of_matrix = np.zeros((2, len(self)))
+        status = ctypes.c_int32(0)
+        self._library.pardiso_getdiag(
+            _address(self._handle),
+            ctypes.c_void_p(pivots.ctypes.data),
+            ctypes.c_void_p(of_matrix.ctypes.data),
+            _integer(slot + 1),
+            ctypes.byref(status),
+        )
+        if status.value != 0:
+            raise RuntimeError(f"Pardiso does not give the pivots: error {status.value}")
+        return np.asarray(pivots)
+
+    def __del__(self) -> None:
+        """Release MKL's memory."""
+        if hasattr(self, "_last") and not sys.is_finalizing():
+            self(_RELEASE, 0, np.zeros(1))
+
+
+def _address(array: npt.NDArray[np.int64]) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int64))
 
 
 def _integer(value: int) -> Any:
@@ -95,19 +141,27 @@ def _doubles(array: Floats) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
-class PardisoCholesky:
-    """Cholesky factors of `slots` matrices with the same sparsity, which is analysed only once."""
+def _not_positive_definite() -> SingularMatrixError:
+    return SingularMatrixError(
+        "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
+        "elements. Check the supports and the mesh"
+    )
+
+
+class Pardiso(LinearSolver):
+    """Factors of `slots` matrices with the same sparsity, which is analysed only once."""
 
     name = "pardiso"
 
     def __init__(self, slots: int) -> None:
-        # The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on
-        # nodes: a ninth of the graph.
-        self._pardiso = _Pardiso(_POSITIVE_DEFINITE, slots, {17: -1, 23: 1, 36: _BLOCK})
-        self._matrices: dict[int, Any] = {}
+        _library()
+        self._slots = slots
+        self._by_nodes: _Handle | None = None
+        self._with_schur: _Handle | None = None
+        self._solve: dict[int, Operator] = {}
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Put the factor of `matrix` into a slot (0…slots − 1).
+        """Put the Cholesky factor of `matrix` into a slot (0…slots − 1).
 
         Raises
         ------
@@ -116,88 +170,68 @@ class PardisoCholesky:
         MemoryError
             MKL could not allocate the factor.
         """
-        empty = np.zeros((matrix.size, 1))
-        if not self._matrices:
-            self._run(_ANALYSE, slot, matrix.upper, empty)
-        self._matrices[slot] = matrix.upper
-        self._run(_FACTORISE, slot, matrix.upper, empty)
+        upper = matrix.upper
+        if self._by_nodes is None:
+            parts = (upper.data, upper.indptr, upper.indices)
+            self._by_nodes = _Handle(_POSITIVE_DEFINITE, self._slots, _BY_NODES, parts)
+        self._by_nodes(_FACTORISE, slot, upper.data)
+        self._solve[slot] = partial(_solved, self._by_nodes, slot, upper.data)
+
+    def condense(self, slot: int, matrix: SymmetricMatrix, forces: sparse.csc_array) -> Floats:
+        """Put a factor into a slot that leaves the columns of sparse forces to the end: see `LinearSolver`.
+
+        It gives the Schur complement of [A F; Fᵀ 0] at a fraction of the cost of solutions for all columns,
+        because it exploits what each of them does not reach; and it solves with A as a Cholesky factor does.
+        Raises the same errors as `factorise`.
+        """
+        n, size = forces.shape
+        parts = _bordered(matrix, forces)
+        if self._with_schur is None or not self._with_schur.has(parts):
+            last = (np.arange(n + size) >= n).astype(np.int32)
+            self._with_schur = _Handle(_INDEFINITE, self._slots, _WITH_SCHUR, parts, last)
+        complement = np.zeros((size, size))
+        self._with_schur(_FACTORISE, slot, parts[0], solution=complement)
+        if not (self._with_schur.pivots(slot)[:n] > 0).all():
+            raise _not_positive_definite()
+        self._solve[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n)
+        return -(complement + complement.T) / 2
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the factor in a slot."""
-        return self._run(_SOLVE, slot, self._matrices[slot], np.asfortranarray(right_hand_sides))
-
-    def _run(self, phase: int, slot: int, upper: Any, right_hand_sides: Floats) -> Floats:
-        solution, parts = np.empty_like(right_hand_sides), (upper.data, upper.indptr, upper.indices)
-        self._pardiso(phase, upper.shape[0] // _BLOCK, parts, right_hand_sides, solution, slot=slot)
-        return solution
-
-    def __del__(self) -> None:
-        """Release MKL's memory."""
-        if getattr(self, "_matrices", None) and not sys.is_finalizing():
-            upper = next(iter(self._matrices.values()))
-            self._run(_RELEASE, 0, upper, np.zeros((upper.shape[0], 1)))
+        return self._solve[slot](right_hand_sides)
 
 
-class PardisoSchur:
-    """Schur complements FᵀA⁻¹F of positive definite matrices A; the same sparsity is analysed once.
+def _bordered(matrix: SymmetricMatrix, forces: sparse.csc_array) -> Parts:
+    """The upper triangle of [A F; Fᵀ 0], with the zeros of its last diagonal."""
+    n, size = forces.shape
+    beside = sparse.csr_array(forces)
+    beside.sort_indices()
+    above = sparse.hstack([matrix.scalar_upper(), beside], format="csr")
+    values = np.append(above.data, np.zeros(size))
+    columns = np.append(above.indices, n + np.arange(size))
+    starts = np.append(above.indptr, above.nnz + 1 + np.arange(size))
+    return values, starts.astype(np.int32), columns.astype(np.int32)
 
-    A factorisation that leaves the columns of sparse F to the end gives them at a fraction of the cost of
-    solutions for all columns, because it exploits what each of them does not reach.
-    """
 
-    def __init__(self) -> None:
-        # Pivots below 1e-8 of the norm are perturbed; some are of order two; the complement is returned.
-        self._pardiso = _Pardiso(_INDEFINITE, 1, {9: 8, 20: 1, 35: 1})
-        self._known: tuple[Parts, npt.NDArray[np.int32]] | None = None
+def _solved(handle: _Handle, slot: int, values: Floats, right_hand_sides: Floats) -> Floats:
+    sides = np.asfortranarray(right_hand_sides)
+    solution = np.empty_like(sides)
+    handle(_SOLVE, slot, values, sides, solution)
+    return solution
 
-    def __call__(self, matrix: SymmetricMatrix, forces: sparse.csc_array) -> Floats:
-        """Return FᵀA⁻¹F (k, k) of a matrix (n, n) and forces (n, k).
 
-        Raises
-        ------
-        MemoryError
-            MKL could not allocate the factor.
-        """
-        rows, size = matrix.size, forces.shape[1]
-        upper, beside = matrix.scalar_upper(), sparse.csr_array(forces)
-        upper.sort_indices()
-        beside.sort_indices()
-        ends = np.repeat(upper.indptr[1:], np.diff(beside.indptr))
-        # Behind the rows of both, zeros on the diagonal.
-        values = np.append(np.insert(upper.data, ends, beside.data), np.zeros(size))
-        columns = np.append(np.insert(upper.indices, ends, rows + beside.indices), rows + np.arange(size))
-        starts = np.append(upper.indptr + beside.indptr, len(values) - size + 1 + np.arange(size))
-        parts = (values, starts.astype(np.int32), columns.astype(np.int32))
-        last = np.zeros(rows + size, dtype=np.int32)
-        last[rows:] = 1
-        complement = np.zeros((size, size))
-        for phase in (_FACTORISE,) if self._is_known(parts) else (_ANALYSE, _FACTORISE):
-            self._run(phase, parts, last, complement)
-        self._known = (parts, last)
-        return -(complement + complement.T) / 2
-
-    def _is_known(self, parts: Parts) -> bool:
-        """Whether a matrix has the sparsity that was analysed; another one's analysis is released."""
-        if self._known is None:
-            return False
-        if all(map(np.array_equal, parts[1:], self._known[0][1:])):
-            return True
-        self._release()
-        return False
-
-    def _release(self) -> None:
-        if self._known is not None:
-            parts, last = self._known
-            self._run(_RELEASE, parts, last, np.zeros((len(last), 1)))
-            self._known = None
-
-    def _run(self, phase: int, parts: Parts, last: npt.NDArray[np.int32], complement: Floats) -> None:
-        self._pardiso(phase, len(last), parts, np.zeros((len(last), 1)), complement, last=last)
-
-    def __del__(self) -> None:
-        """Release MKL's memory."""
-        if hasattr(self, "_known") and not sys.is_finalizing():
-            self._release()
+def _solved_within(handle: _Handle, slot: int, values: Floats, n: int, right_hand_sides: Floats) -> Floats:
+    """Solve with the leading block (n, n)."""
+    solution = np.empty_like(right_hand_sides, order="F")
+    for start in range(0, right_hand_sides.shape[1], _AT_ONCE):
+        some = right_hand_sides[:, start : start + _AT_ONCE]
+        sides, between = np.zeros((2, some.shape[1], len(handle))).swapaxes(1, 2)
+        sides[:n] = some
+        handle(_FORWARD, slot, values, sides, between)
+        between[n:] = 0.0
+        handle(_BACKWARD, slot, values, between, sides)
+        solution[:, start : start + _AT_ONCE] = sides[:n]
+    return solution
 
 
 def is_installed() -> bool:
@@ -213,7 +247,7 @@ def _library() -> Any:
     _point_at_mkl()
     from pypardiso.pardiso_wrapper import PyPardisoSolver  # noqa: PLC0415 - MKL is heavy and optional
 
-    return PyPardisoSolver(mtype=_POSITIVE_DEFINITE)._mkl_pardiso  # noqa: SLF001 - its typed entry point
+    return PyPardisoSolver(mtype=_POSITIVE_DEFINITE).libmkl
 
 
 def _point_at_mkl() -> None:
