@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.linalg import cho_solve_banded, cholesky_banded
 from skfem import Basis, ElementQuad2, MeshQuad
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 
 # Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
 # and over the supports. Those at the surface and at the end of the bore are the smallest: neighbours differ
@@ -82,8 +82,10 @@ class ElasticPin:
             count += 1
         across = _graded(pin.inner_radius, pin.radius, count, _RADIAL_RATIO)
         self._basis = Basis(MeshQuad.init_tensor(across, along), ElementQuad2(), intorder=_DEGREE)
-        self._terms = _stiffness_terms(self._basis, pin.youngs_modulus, pin.poissons_ratio)
         r, z = self._basis.doflocs
+        # Nodes in the order of z, then of r, which gives the stiffness the narrowest band.
+        self._order = np.lexsort((r, np.round(z / pin.radius, 9)))
+        self._terms = _stiffness_terms(self._basis, pin.youngs_modulus, pin.poissons_ratio, self._order)
         outer = np.flatnonzero(r > pin.radius * (1 - 1e-9))
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
@@ -91,18 +93,18 @@ class ElasticPin:
     def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
         """Answer of each harmonic."""
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
-        surface = _AXES * self._outer[: len(self.stations)]
+        surface = _AXES * np.argsort(self._order)[self._outer[: len(self.stations)]]
         load[surface, np.arange(len(surface))] = 1.0
         squeezed = self._carried()
         for order in orders.tolist():
             around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
             load[:, -1] = around * squeezed
-            free = self._free(order)
             K0, K1, K2 = self._terms
-            K = around * (K0 + order * K1 + order**2 * K2)
-            inward = splu(K[free][:, free].tocsc()).solve(load[free])
-            moved = np.zeros_like(load)
-            moved[free] = inward
+            held = self._held(order)[self._order].ravel()
+            K = _constrained_band(around * (K0 + order * K1 + order**2 * K2), held)
+            factor = cholesky_banded(K, lower=True, overwrite_ab=True, check_finite=False)
+            sides = np.where(held[:, None], 0.0, load)
+            moved = cho_solve_banded((factor, True), sides, overwrite_b=True, check_finite=False)
             yield Harmonic(order, moved[surface, :-1], moved[surface, -1])
 
     def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
@@ -122,20 +124,20 @@ class ElasticPin:
             yield known.get(order) or Harmonic(order, between(order) / order, nowhere)
 
     def _carried(self) -> Floats:
-        """Radial forces ∫ N R dz of a pressure of 1 MPa on the support, per angle."""
-        forces = np.zeros(_AXES * self._basis.N)
+        """Radial forces ∫ N R dz of a pressure of 1 MPa on the support, per angle, in order."""
+        forces = np.zeros((self._basis.N, _AXES))
         if self._pin.carried is None:
-            return forces
+            return forces.ravel()
         z, (near, far) = self._basis.doflocs[1][self._outer], self._pin.carried
         for start in range(0, len(z) - 2, 2):
             ends = z[start], z[start + 2]
             if near - 1e-9 <= ends[0] and ends[1] <= far + 1e-9:
-                nodes = _AXES * self._outer[start : start + 3]
-                forces[nodes] += self._pin.radius * (ends[1] - ends[0]) * np.array([1, 4, 1]) / 6
-        return forces
+                nodes = self._outer[start : start + 3]
+                forces[nodes, 0] += self._pin.radius * (ends[1] - ends[0]) * np.array([1, 4, 1]) / 6
+        return forces[self._order].ravel()
 
-    def _free(self, order: int) -> Ints:
-        """Degrees of freedom that are not fixed by symmetry, at the axis, or to stop a rigid motion."""
+    def _held(self, order: int) -> Mask:
+        """Degrees of freedom (n_nodes, 3) fixed by symmetry, at the axis, or to stop a rigid motion."""
         r, z = self._basis.doflocs
         held = np.zeros((self._basis.N, _AXES), dtype=bool)  # u_r, u_φ, u_z
         middle, axis = z < 1e-9, r < 1e-9 * self._pin.radius
@@ -153,7 +155,7 @@ class ElasticPin:
             held[self._outer[-1] if self._pin.carried else r < self._pin.inner_radius + 1e-9, 0] = True
         else:
             held[axis] = True
-        return np.flatnonzero(~held.ravel())
+        return held
 
 
 def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
@@ -163,8 +165,19 @@ def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
     return np.concatenate([[start], inside, [end]])
 
 
-def _stiffness_terms(basis: Basis, E: float, nu: float) -> tuple[sparse.csr_array, ...]:
-    """K₀, K₁ and K₂ of one radian, three degrees of freedom per node."""
+def _constrained_band(lower: Floats, held: Mask) -> Floats:
+    """Replace rows and columns of `held` (n,) in the lower band (width, n) by those of the unit matrix."""
+    free = np.append(~held, np.zeros(len(lower) - 1, dtype=bool))
+    lower = np.where(sliding_window_view(free, len(lower)).T & ~held, lower, 0.0)
+    lower[0, held] = 1.0
+    return lower
+
+
+def _stiffness_terms(basis: Basis, E: float, nu: float, order: Ints) -> tuple[Floats, ...]:
+    """Lower bands (width, n) of K₀, K₁ and K₂ of one radian, with three degrees of freedom per node in order.
+
+    The entry of row i and column j is that of row i − j and column j of the band, as LAPACK has it.
+    """
     r, weight = np.asarray(basis.global_coordinates())[0], basis.dx
     n = len(basis.basis)
     values = (
@@ -186,14 +199,18 @@ def _stiffness_terms(basis: Basis, E: float, nu: float) -> tuple[sparse.csr_arra
     law, mu = np.zeros((6, 6)), E / (2 * (1 + nu))
     law[:3, :3] = 2 * mu * nu / (1 - 2 * nu)
     law[np.arange(6), np.arange(6)] += mu * np.array([2, 2, 2, 1, 1, 1])
-    nodes = basis.element_dofs.T
+    nodes = np.argsort(order)[basis.element_dofs.T]
     dofs = (_AXES * nodes[:, :, None] + np.arange(_AXES)).reshape(len(nodes), -1)
     rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-    size = _AXES * basis.N
+    size, lower = _AXES * basis.N, rows >= columns
+    at = (rows - columns)[lower] * size + columns[lower]
+    width = int((rows - columns).max()) + 1
 
-    def matrix(one: Floats, other: Floats) -> sparse.csr_array:
-        local = np.einsum("eq,eqsa,st,eqtb->eab", weight * r, one, law, other, optimize=True)
-        return sparse.csr_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+    def product(one: Floats, other: Floats) -> Floats:
+        return np.asarray(np.einsum("eq,eqsa,st,eqtb->eab", weight * r, one, law, other, optimize=True))
 
-    mixed = matrix(plain, times)
-    return matrix(plain, plain), sparse.csr_array(mixed + mixed.T), matrix(times, times)
+    def band(local: Floats) -> Floats:
+        return np.asarray(np.bincount(at, local[lower], width * size), float).reshape(width, size)
+
+    mixed = product(plain, times)
+    return band(product(plain, plain)), band(mixed + mixed.swapaxes(1, 2)), band(product(times, times))

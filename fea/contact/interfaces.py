@@ -14,6 +14,7 @@ from scipy import sparse
 
 from fea.contact.elastic_pin import Pin, harmonics
 from fea.contact.multipliers import Direction, Multipliers, uniform
+from fea.machine.threads import one_blas_thread
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -149,6 +150,11 @@ class Deflection:
     @classmethod
     def of(cls, bore: PinInBore, pin: Pin) -> "Deflection":
         """Add up the harmonics."""
+        with one_blas_thread():
+            return cls._summed(bore, pin)
+
+    @classmethod
+    def _summed(cls, bore: PinInBore, pin: Pin) -> "Deflection":
         size = bore.multipliers.size
         compliance = {parity: np.zeros((size, size)) for parity in Parity}
         carried = {parity: np.zeros((size, len(CARRIED))) for parity in Parity}

@@ -3,6 +3,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy import sparse
 from strap import strap
 
 from fea.base.choices import SolverName
@@ -46,6 +47,46 @@ def test_an_indefinite_matrix_is_refused(name, matrices):
     upper.data[upper.indptr[:-1]] *= -1
     with pytest.raises(SingularMatrixError, match="not positive definite"):
         linear_solver(name, MESH, STEEL, slots=1).factorise(0, SymmetricMatrix(upper))
+
+
+@pytest.fixture(scope="module")
+def forces(matrices):
+    """Some sparse columns and one full one, of which the last is zero."""
+    rows = np.random.default_rng(1).random((matrices[0].size, 7))
+    rows[rows > np.r_[0.02 * np.ones(6), 1.0]] = 0.0
+    return sparse.csc_array(np.hstack([rows, np.zeros((len(rows), 1))]))
+
+
+@pytest.mark.parametrize("name", DIRECT)
+def test_one_factor_condenses_forces_and_solves(name, matrices, forces):
+    solver = linear_solver(name, MESH, STEEL, slots=2)
+    plain = linear_solver(name, MESH, STEEL, slots=1)
+    f = np.random.default_rng(0).standard_normal((matrices[0].size, 130))
+    work = [solver.condense(slot, matrix, forces) for slot, matrix in enumerate(matrices)]
+    for slot, matrix in enumerate(matrices):
+        plain.factorise(0, matrix)
+        exact = forces.T @ plain.solve(0, forces.toarray())
+        assert work[slot] == pytest.approx(exact, rel=1e-10, abs=1e-12 * np.abs(exact).max())
+        u = solver.solve(slot, f)
+        residual = np.abs(matrix @ u - f).max()
+        assert residual < 1e-14 * (matrix.norm() * np.abs(u).max() + np.abs(f).max())
+
+
+@pytest.mark.parametrize("name", DIRECT)
+@pytest.mark.parametrize("sign", [-1.0, 0.0])
+def test_forces_are_not_condensed_with_a_matrix_that_is_not_positive_definite(name, sign, matrices, forces):
+    upper = matrices[0].upper.copy()
+    upper.data[upper.indptr[len(upper.indptr) // 2]] *= sign
+    with pytest.raises(SingularMatrixError, match="not positive definite"):
+        linear_solver(name, MESH, STEEL, slots=1).condense(0, SymmetricMatrix(upper), forces)
+
+
+def test_other_forces_may_follow_in_another_slot(matrices, forces):
+    solver = linear_solver(DIRECT[0], MESH, STEEL, slots=2)
+    first, second = solver.condense(0, matrices[0], forces), solver.condense(1, matrices[0], forces[:, :3])
+    assert second == pytest.approx(first[:3, :3], rel=1e-10)
+    f = np.ones((matrices[0].size, 1))
+    assert solver.solve(0, f) == pytest.approx(solver.solve(1, f), rel=1e-9)
 
 
 def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):

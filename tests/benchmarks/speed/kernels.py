@@ -14,7 +14,7 @@ from worker import Run
 from fea.base.choices import Support
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.parity import Parity
-from fea.solvers.linear.pardiso import _ANALYSE, _FACTORISE, _SOLVE, PardisoCholesky
+from fea.solvers.linear.pardiso import _BY_NODES, _FACTORISE, _POSITIVE_DEFINITE, _SOLVE, _Handle
 from fea.solvers.static import Model
 from fea.study.study import load_study
 
@@ -29,28 +29,31 @@ def main() -> None:
     run.facts["product_gflops"] = matrix_product_rate()
     model = Model(case.whole.mesh, load_study("leon-2001").material.material(), Support.INERTIA_RELIEF)
     matrix = model._K.constrained(model._fixed(Parity.SYMMETRIC))
-    solver = PardisoCholesky(1)
-    empty, load = np.zeros((matrix.size, 1)), case.forces.reshape(-1, 1)
+    load = case.forces.reshape(-1, 1)
     run.start()
     with run.stage("analysis"):
-        solver._run(_ANALYSE, 0, matrix.upper, empty)
+        handle = analysed(matrix, {})
     with run.stage("factor"):
-        solver._run(_FACTORISE, 0, matrix.upper, empty)
+        handle(_FACTORISE, 0, matrix.upper.data)
     with run.stage("solve"):
-        solver._run(_SOLVE, 0, matrix.upper, load)
+        handle(_SOLVE, 0, matrix.upper.data, load, np.empty_like(load))
     run.facts["factor_gflop"] = operations(matrix) / 1e9
-    run.facts["factor_entries"] = float(solver._pardiso._options[17] * 9)  # 3×3 blocks
+    run.facts["factor_entries"] = float(handle._options[17] * 9)  # 3×3 blocks
     run.facts["matrix_entries"] = float(matrix.upper.data.size)
     run.finish()
 
 
 def operations(matrix: SymmetricMatrix) -> float:
     """Floating point operations of the factorisation."""
-    solver = PardisoCholesky(1)
-    solver._pardiso._options[SCHEDULING], solver._pardiso._options[COUNT] = 0, -1
-    solver._run(_ANALYSE, 0, matrix.upper, np.zeros((matrix.size, 1)))
-    solver._matrices[0] = matrix.upper  # so that its memory is given back
-    return 1e6 * BLOCK_PRODUCT * float(solver._pardiso._options[COUNT])
+    handle = analysed(matrix, {SCHEDULING: 0, COUNT: -1})
+    return 1e6 * BLOCK_PRODUCT * float(handle._options[COUNT])
+
+
+def analysed(matrix, options):
+    """Pardiso's handle of a matrix, with options in place of its usual ones."""
+    upper = matrix.upper
+    parts = upper.data, upper.indptr, upper.indices
+    return _Handle(_POSITIVE_DEFINITE, 1, _BY_NODES | options, parts)
 
 
 def matrix_product_rate() -> float:
