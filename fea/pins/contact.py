@@ -420,6 +420,7 @@ class EstimatedWeights(SampledWeights):
 
 def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:
     """Eigenvectors (n, n) of a compliance of unit work, softest first, and what weighs values by them."""
-    work, vectors = np.linalg.eigh(compliance)
+    with one_blas_thread():
+        work, vectors = np.linalg.eigh(compliance)
     scale = np.sqrt(work[::-1])
     return vectors[:, ::-1] / scale, vectors[:, ::-1] * scale

@@ -120,15 +120,16 @@ class MirrorUnfolding:
         """
         if not self.both_sides:
             return self.images * of_cell[Parity.SYMMETRIC]
-        off, across = ~self.on_y, self.on_y & self._across
-        cell = np.concatenate([np.arange(len(off)), np.flatnonzero(off)])
-        even = np.where(off, 0.5, np.where(across, 0.0, 1.0))
-        odd = np.where(off, 0.5, np.where(across, 1.0, 0.0))
-        moments = np.zeros((len(cell),) * 2)
-        for parity, here, sign in ((Parity.SYMMETRIC, even, 1.0), (Parity.ANTISYMMETRIC, odd, -1.0)):
-            share = np.concatenate([here, sign * here[off]])
-            part = of_cell[parity][np.ix_(cell, cell)]
-            part *= self.images * share
+        n, off = len(self.on_y), np.flatnonzero(~self.on_y)
+        parts = []
+        for parity in Parity:
+            share = np.where(self.has(parity), np.where(self.on_y, 1.0, 0.5), 0.0)
+            part = of_cell[parity] * (self.images * share)
             part *= share[:, None]
-            moments += part
+            parts.append(part)
+        even, odd = parts
+        moments = np.empty((n + len(off),) * 2)
+        moments[:n, :n], apart = even + odd, even - odd
+        moments[:n, n:], moments[n:, :n] = apart[:, off], apart[off]
+        moments[n:, n:] = moments[off][:, off]
         return moments
