@@ -114,15 +114,17 @@ class Assembled:
         self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))
         self.vertices = InterfaceVertices.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
-        self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
         of_motion = [
             f"the {name}"
             for name, (of_part, _) in zip(names, moved, strict=False)
             for _ in range(of_part.shape[1])
         ]
-        self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
         self._made = problem.initial.copy()
-        with one_blas_thread():
+        with (
+            one_blas_thread()
+        ):  # beside other work, threads that wait for each other take several times as long
+            self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
+            self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
             self.tightened = self._tightened()
             self.start = self.tightened if warming is None else self._warmed(warming)
 

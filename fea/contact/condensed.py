@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, lapack
 
-from fea.machine.threads import one_blas_thread
 from geometry.arrays import Floats, Ints
 
 # Motions of the parts whose moments are smaller than this part of the largest are resisted by no interface.
@@ -56,8 +55,7 @@ class CondensedInterface:
         P_p, P_J = parts[pins], parts[interface]
         size = np.abs(parts).max(axis=0, initial=0.0)
         size[size == 0] = 1.0
-        with one_blas_thread():
-            _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(interface) < len(size))
+        _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(interface) < len(size))
         values = np.append(values, np.zeros(len(rows) - len(values)))
         resisted = values > _UNRESISTED * values.max(initial=1e-300)
         share = rows.T / size[:, None]

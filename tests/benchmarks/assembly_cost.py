@@ -30,7 +30,7 @@ STATIC = {"same mesh": "bonded", "one piece": "solid"}
 
 
 def work(mode: str, size: float | None) -> dict[str, float]:
-    """Run one of the modes; seconds without the imports, and the peak memory of the process."""
+    """Run one of the modes; times without the imports, and the peak memory of the process."""
     from assembled_rods import study
 
     from fea.analysis.meshing import mesh_loaded
@@ -48,7 +48,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     alone = dataclasses.replace(asked, assembly=None, analysis=plain)
     if mode == "cycle":
         asked = dataclasses.replace(asked, analysis=dataclasses.replace(asked.analysis, cycle=True))
-    start = time.perf_counter()
+    start, processor = time.perf_counter(), time.process_time()
     if mode == "bonded":  # parts keep the nodes that they share
         with patch("fea.rod.meshed_rod.separated", lambda mesh, _: (mesh, np.arange(len(mesh.points)))):
             rod = prepare(alone, mesh=mesh_loaded(asked, Clock()))
@@ -57,9 +57,10 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     result = solve_speed(rod, asked.speed.speeds()[0])
     if mode == "cycle":
         result = with_cycle(rod, result)
-    seconds = time.perf_counter() - start
+    seconds, processor = time.perf_counter() - start, time.process_time() - processor
     return {
         "seconds": seconds,
+        "processor": processor,
         "MiB": peak_memory(),
         "nodes": len(rod.mesh.whole.points),
         "unknowns": 0
@@ -88,8 +89,8 @@ def main() -> None:
         "Ratios to the static run of the same mesh, grown together where parts touch, and of the rod in one",
         f"piece: median (least … largest) of {arguments.rounds} rounds of runs that took turns.",
         "",
-        "| run | over | time | goal | memory | static s | its nodes | nodes | unknowns | failed |",
-        "| --- | --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |",
+        "| run | over | time | goal | processor | memory | static s | its nodes | nodes | size | failed |",
+        "| --- | --- | --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |",
     ]
     modes = [*STATIC.values(), *(mode for mode, _ in RUNS.values())]
     rounds = [
@@ -98,14 +99,19 @@ def main() -> None:
     for name, (mode, goal) in RUNS.items():
         for over, static in STATIC.items():
             pairs = [(own[static], own[mode]) for own in rounds]
-            times = [other["seconds"] / one["seconds"] for one, other in pairs]
-            memory = statistics.median(other["MiB"] / one["MiB"] for one, other in pairs)
+            ratios = {
+                measure: [other[measure] / one[measure] for one, other in pairs]
+                for measure in ("seconds", "processor", "MiB")
+            }
+            time_ratio, processor_ratio, memory_ratio = (
+                spread(of_pairs, statistics.median(of_pairs)) for of_pairs in ratios.values()
+            )
             seconds = statistics.median(one["seconds"] for one, _ in pairs)
-            around = spread(times, statistics.median(times))
             one, other = pairs[0]
             lines.append(
-                f"| {name} | {over} | {around} | {goal:g} | {memory:.2f} | {seconds:.2f} | {one['nodes']} "
-                f"| {other['nodes']} | {other['unknowns']} | {other['failed']} |"
+                f"| {name} | {over} | {time_ratio} | {goal:g} | {processor_ratio} | {memory_ratio} "
+                f"| {seconds:.2f} | {one['nodes']} | {other['nodes']} | {other['unknowns']} "
+                f"| {other['failed']} |"
             )
             print(lines[-1], file=sys.stderr, flush=True)
     text = "\n".join([*lines, ""])
