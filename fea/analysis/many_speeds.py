@@ -61,7 +61,7 @@ class SpeedSweep:
         self._rod, loading = rod, rod.engine
         # A speed at which nothing loads the rod is refused.
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
-        analysis = rod.cycle
+        analysis = rod.full_cycle
         with one_blas_thread():  # the speeds have a thread each
             self._search = SpeedSearch(analysis, rod.crank_cycle, sorted(speeds))
             self._found = dict(

@@ -97,11 +97,10 @@ class Motion:
         return np.asarray(modes @ np.array(course))
 
 
-def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = None) -> Motion:
+def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     """Work out the modes of a rod's surface at a speed.
 
-    `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative; `weights`: of the
-    unit loads at every degree, if they are known already.
+    `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative.
 
     Raises
     ------
@@ -109,8 +108,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float, weights: Weights | None = 
         There is no engine.
     """
     analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
-    if weights is None:
-        weights = analysis.weights(rod.crank_cycle(rpm), angles)
+    weights = analysis.weights(rod.crank_cycle(rpm), angles)
     nodes = np.unique(np.concatenate([own.ravel() for own in whole.mesh.facets.values()]))
     cell, row = np.unique(whole.source[nodes], return_inverse=True)
     part = _parts(analysis.units.parts, rod, cell, weights)
@@ -173,7 +171,7 @@ def _gathered(parts: Sequence[PartStress], part: Ints, cell: Ints, parity: Parit
 
 def _displacements(rod: PreparedRod, by_parity: Sequence[Modes], cell: Ints) -> list[Floats]:
     """Displacement (n_rows, 3, n_moving) of the first modes of each parity."""
-    even, odd = rod.cycle.loads.fields()
+    even, odd = rod.cycle.basis.fields()
     if len(by_parity) == 1:
         joined = by_parity[0].loads[:, :_MOVING]
         forces = _forces(even, joined[: even.count]) + _forces(odd, joined[even.count :])

@@ -1,25 +1,27 @@
 """From a study to a meshed rod that is ready to be solved at any speed."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from fea.analysis.assembling import Assembling
-from fea.analysis.cycle.superposition import CycleAnalysis
-from fea.analysis.cycle.unit_solutions import unit_solutions
+from fea.analysis.cycle.basis import Basis, FullBasis
+from fea.analysis.cycle.superposition import CycleAnalysis, counting
+from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
 from fea.analysis.meshing import mesh_loaded
 from fea.base.checks import LIMITS
-from fea.base.choices import Support
+from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note
 from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
-from fea.pins.model import PinModel, Structure, soft_parts
+from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
@@ -192,18 +194,42 @@ class PreparedRod:
             return None
         return np.asarray(self.fields.displaced(equilibrium([datum], self.model, self.pins.resting))[..., 0])
 
-    @cached_property
+    @property
     def cycle(self) -> CycleAnalysis:
-        """Unit solutions that span the whole crank cycle at any speed, solved when first asked for."""
+        """Unit solutions that span crank cycles, as exactly as the study asks for: solved when first needed.
+
+        A duty sums damage, which grows with a high power of stress, and takes them all.
+        """
+        exact = self.options.cycle_accuracy is CycleAccuracy.EXACT or self.duty is not None
+        return self.full_cycle if exact or "full_cycle" in self.__dict__ else self._certified_cycle
+
+    @cached_property
+    def full_cycle(self) -> CycleAnalysis:
+        """All unit solutions: they span the whole crank cycle at any speed."""
+        return self._cycle(lambda loads, _: FullBasis(loads, partial(self._solved_units, single=False)))
+
+    @cached_property
+    def _certified_cycle(self) -> CycleAnalysis:
+        if not self.options.in_contact:
+            return self.full_cycle
+        from fea.analysis.cycle.small_basis import spanned  # noqa: PLC0415 - prescribed pressures do without
+
+        counts, solve = counting(self.fields.errors.masked), partial(self._solved_units, single=True)
+        return self._cycle(lambda loads, cycles: spanned(loads, solve, counts, cycles))
+
+    def _solved_units(self, fields: tuple[Fields, Fields], *, single: bool) -> UnitSolutions:
+        return unit_solutions(
+            self.model, self.fields.recovery, self.materials, fields, cut_y=self.mesh.cut_y, single=single
+        )
+
+    def _cycle(self, spanning: Callable[[UnitLoads, Sequence[CrankCycle]], Basis]) -> CycleAnalysis:
         with self.clock("cycle"):
-            loads = self.pins.span([self.crank_cycle(rpm) for rpm in _spread(self.study)])
-            recovery, cut_y = self.fields.recovery, self.mesh.cut_y
-            units = unit_solutions(self.model, recovery, loads, self.materials, cut_y=cut_y)
+            cycles = [self.crank_cycle(rpm) for rpm in _spread(self.study)]
+            basis = spanning(self.pins.span(cycles), cycles)
         return CycleAnalysis(
             mesh=self.mesh,
             materials=self.materials,
-            loads=loads,
-            units=units,
+            basis=basis,
             fatigue=self.options.fatigue,
             masked=self.fields.errors.masked,
             regions=SurfaceRegions.of(self.mesh.cell, self.mesh.bores),

@@ -198,7 +198,7 @@ def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Mo
         if case.load.in_cycle
     ]
     with rod.clock("report"):
-        return agreeing(motion(rod, summary.rpm, envelope.max_von_mises_MPa, cycle.weights), peaks)
+        return agreeing(motion(rod, summary.rpm, envelope.max_von_mises_MPa), peaks)
 
 
 def gathered_result(

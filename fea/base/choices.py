@@ -57,6 +57,13 @@ class Assembly(StrEnum):
     SCIKIT_FEM = "scikit-fem"
 
 
+class CycleAccuracy(StrEnum):
+    """How exactly the cycle of a rod in contact is superposed (`fea.analysis.cycle.small_basis`)."""
+
+    CERTIFIED = "certified"
+    EXACT = "exact"
+
+
 class PinBody(StrEnum):
     """How a pin in contact gives way: as an elastic body of revolution, or not at all."""
 

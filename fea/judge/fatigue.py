@@ -130,14 +130,19 @@ _TINY = 1e-300
 
 
 def ball_radii(paths: Floats) -> Floats:
-    """Radius (n,) of the smallest enclosing ball of each path (n, n_dimensions, n_points).
+    """Radius (n,) of the smallest enclosing ball of each path: see `enclosing_balls`."""
+    return enclosing_balls(paths)[0]
+
+
+def enclosing_balls(paths: Floats) -> tuple[Floats, Floats]:
+    """Radius (n,) and centre (n, d) of the smallest enclosing ball of each path (n, d, n_points).
 
     The ball is determined by a few points of the path on its surface, the carriers. The point farthest from
     the centre of the carriers' ball is added to them (Bădoiu & Clarkson 2003) until it is not farther away
     than the carriers. The farthest distance is never below the true radius and the radius of the carriers'
     ball is never above it, so that both enclose it within `TOLERANCE`.
     """
-    radius = np.empty(len(paths))
+    radius, centers = np.empty(len(paths)), np.empty(paths.shape[:2])
     open_ = np.arange(len(paths))
     squares = np.einsum("ndt,ndt->nt", paths, paths)
     carriers = _farthest(paths, squares, paths[:, :, 0], open_)[1][:, None]
@@ -145,12 +150,12 @@ def ball_radii(paths: Floats) -> Floats:
     while len(open_):
         center, inner = _carried(carriers, weights)
         outer, point = _farthest(paths, squares, center, open_)
-        radius[open_] = np.sqrt(np.maximum(outer, 0))
+        radius[open_], centers[open_] = np.sqrt(np.maximum(outer, 0)), center
         more = (outer > inner * (1 + TOLERANCE) ** 2 + _TINY) & (carriers.shape[1] < _MOST_CARRIERS)
         open_ = open_[more]
         carriers = np.concatenate([carriers, point[:, None]], axis=1)[more]
         weights = np.pad(weights, ((0, 0), (0, 1)))[more]
-    return radius
+    return radius, centers
 
 
 def _farthest(paths: Floats, squares: Floats, center: Floats, rows: Ints) -> tuple[Floats, Floats]:

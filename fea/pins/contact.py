@@ -8,7 +8,7 @@ bounded by their work.
 
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
@@ -108,6 +108,11 @@ class BoreContact:
         self._pins = unfolding.with_images(cells)
         images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
         self._vertices = np.concatenate([mesh.points[nodes], images])
+        # Largest pressure (n_cell,) that a unit of each unknown is, MPa: a bolt force presses on its seats.
+        self.pressing = np.ones(self.problem.forces.shape[1])
+        for number, bolt in enumerate(bolts, len(pins) + len(faces)):
+            pulled = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
+            self.pressing[self.problem.own(number)] = pulled
         self._owner = np.concatenate([owner, owner[off]])
 
     def tilted(self, motion: Floats) -> Floats | None:
@@ -267,7 +272,8 @@ class ContactFields:
 
     contact: BoreContact
     patterns: Floats  #: (n_cell, n) unknowns of the contact problem on the cell in each unit load
-    inertial: Sequence[Floats]  #: nodal forces (n_nodes, 3) of the inertia fields, the last unit loads
+    motions: Floats  #: (2, n) how much of each inertia field there is in each unit load
+    inertial: Sequence[Floats]  #: nodal forces (n_nodes, 3) of the inertia fields
 
     @property
     def count(self) -> int:
@@ -278,18 +284,31 @@ class ContactFields:
         """Nodal forces (n_nodes, 3) of some of them."""
         pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
         nodal = [column.reshape(-1, 3) for column in pressed]
-        for number, own in enumerate(self.inertial, self.count - len(self.inertial) - units.start):
-            if 0 <= number < len(nodal):
-                nodal[number] = nodal[number] + own
+        for own, weights in zip(self.inertial, self.motions[:, units], strict=True):
+            for number in np.flatnonzero(weights):
+                nodal[number] = nodal[number] + weights[number] * own
         return nodal
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""
         return self.contact.traction(self.patterns[:, units])
 
+    def combined(self, columns: Floats) -> "ContactFields":
+        """Return sums of the unit loads, whose weights are columns (n, m)."""
+        return replace(self, patterns=self.patterns @ columns, motions=self.motions @ columns)
+
 
 class ContactUnits(UnitLoads):
-    """Patterns of the unknowns of the contact problem, and inertia."""
+    """Patterns of the unknowns of the contact problem, and inertia.
+
+    Attributes
+    ----------
+    kept
+        How many of the unit loads, the last ones, are no patterns of unit work: inertia, and the state in
+        which separate parts were put together.
+    """
+
+    kept = 2
 
     def __init__(self, pins: ContactPins) -> None:
         self.pins, self.contact = pins, pins.contact
@@ -300,8 +319,12 @@ class ContactUnits(UnitLoads):
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
-        inertial = zip(Parity, inertial_fields(self.pins.structure.inertia), strict=True)
-        even, odd = (ContactFields(self.contact, self.patterns(parity), own) for parity, own in inertial)
+        fields = []
+        for parity, own in zip(Parity, inertial_fields(self.pins.structure.inertia), strict=True):
+            patterns = self.patterns(parity)
+            motions = np.eye(len(own), patterns.shape[1], patterns.shape[1] - len(own))
+            fields.append(ContactFields(self.contact, patterns, motions, own))
+        even, odd = fields
         return even, odd
 
 

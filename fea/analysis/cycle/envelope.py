@@ -222,6 +222,14 @@ def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
     return envelope
 
 
+def replaced(one: Envelope, other: Envelope, there: Mask) -> Envelope:
+    """Return an envelope with the values of another one at some nodes (n_nodes,)."""
+    fields = (field.name for field in dataclasses.fields(one) if getattr(other, field.name) is not None)
+    return dataclasses.replace(
+        one, **{name: np.where(there, getattr(other, name), getattr(one, name)) for name in fields}
+    )
+
+
 BLOCK = 64  # places evaluated at a time
 
 

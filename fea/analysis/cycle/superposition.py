@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from fea.analysis.cycle.assembly_history import assembly_columns
-from fea.analysis.cycle.envelope import Envelope, envelope, with_cases, worst_multiaxial
+from fea.analysis.cycle.basis import Basis
+from fea.analysis.cycle.critical import Judges, critical_places, make_exact
+from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
@@ -26,11 +29,18 @@ from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 
+if TYPE_CHECKING:
+    from fea.analysis.cycle.small_basis import SmallBasis
+
 # Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
 # that counts as mesh-converged.
 AT_JUMPS = 0.05
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
 Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
+_ALL_SOLVED = warning(
+    "the smallest safety factors of the cycle could not be certified from a small basis: every instant is "
+    "superposed exactly, as by --cycle-accuracy exact"
+)
 _AWAY = warning(
     "the safety factors of the cycle also leave out places where the exact stress is infinite", SINGULAR
 )
@@ -103,26 +113,34 @@ class CycleAnalysis:
 
     mesh: MeshedRod  #: the meshed rod
     materials: tuple[Material, ...]  #: one per part
-    #: loads, units: the unit loads and their solutions
-    loads: UnitLoads
-    units: UnitSolutions
+    basis: Basis  #: what is superposed
     fatigue: Fatigue  #: the mean-stress correction
     masked: Mask  #: nodes of the cell near stress singularities, which do not count
     regions: SurfaceRegions  #: of the surface of the cell
     direct: Direct  #: stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads
 
     @property
+    def loads(self) -> UnitLoads:
+        """The unit loads that span every instant."""
+        return self.basis.loads
+
+    @property
+    def units(self) -> UnitSolutions:
+        """The unit solutions that are superposed."""
+        return self.basis.units
+
+    @property
     def counts(self) -> Mask:
         """Nodes of the cell that count; all nodes if none would be left."""
-        return np.ones_like(self.masked) if self.masked.all() else ~self.masked
+        return counting(self.masked)
 
     def weights(self, cycle: CrankCycle, angles: Floats) -> Weights:
         """Weights of the unit solutions at crank angles (n_instants,), rad."""
-        return self.loads.weights(cycle.at(angles), cycle)
+        return self.basis.weights(cycle.at(angles), cycle)
 
     def case_weights(self, cases: Instants) -> Weights:
         """Weights (n_units, n_cases) of load cases."""
-        return self.loads.weights(cases)
+        return self.basis.weights(cases)
 
     def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed.
@@ -132,66 +150,109 @@ class CycleAnalysis:
         degrees = cycle.degrees.crank_angle
         peaks = [case for case in cases if case.load.in_cycle]
         of_peaks = joined([case.load for case in peaks])
-        angles = np.concatenate([degrees, of_peaks.crank_angle])
-        every = self.weights(cycle, angles)
-        whole, regions = self.mesh.mirrored, self.regions.at(self.mesh.mirrored.source)
-        extremes = envelope(
-            self.units,
-            every,
-            angles,
-            whole,
-            materials=self.materials,
-            criterion=self.fatigue,
-            regions=regions,
-        )
-        extremes = with_cases(extremes, cases)
+        instants = cycle.at(np.concatenate([degrees, of_peaks.crank_angle]))
+        whole = self.mesh.mirrored
+        counts = self.counts[whole.source]
         count = len(degrees)
-        of_degrees, at_peaks = every.at(slice(count)), every.at(slice(count, None))
+        every = self.basis.weights(instants, cycle)
+        at_peaks, solved = every.at(slice(count, None)), [case.part_von_mises for case in peaks]
         if self.loads.path_dependent and peaks:  # they were solved without what came before
             at_peaks = self.case_weights(of_peaks)
+        # An error of a small basis is stated relative to the largest stress of all instants.
+        top = max(float(np.nanmax(own)) for case in solved for own in case) if self.basis.error else None
+        superposition = max(self._difference(at_peaks, solved, top), self.basis.error)
+        extremes, multiaxial = self._extremes(self.units, every, instants, count, counts)
+        certain = True
+        if self.basis.small:
+            nodes, certain = self._made_exact(cycle, instants, extremes, counts)
+            every = self.basis.weights(instants, cycle)
+            exact, multiaxial = self._extremes(self.units.of(nodes), every, instants, count, counts)
+            extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
+        extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
-        counts = self.counts[whole.source]
         worst = [
             node for node in distinct(points, np.where(counts, -extremes.usage, 0), length) if counts[node]
         ]
         weakest = _least(extremes.fatigue_factor, counts)
-        multiaxial, factors = worst_multiaxial(
-            extremes, self.units, of_degrees, whole, self.materials, counts=counts, regions=regions
-        )
-        endurance = _endurance(extremes.fatigue_part, self.materials, regions)
-        extremes = replace(extremes, crossland_factor=factors, endurance=endurance)
+        of_degrees = every.at(slice(count))
         places = [(node, int(extremes.part[node])) for node in worst]
         places += [(node, int(extremes.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
-        contacts = self.loads.contacts(of_degrees, cycle.degrees, cycle)
-        solved = [case.part_von_mises for case in peaks]
+        contacts = self.basis.contacts(cycle)
         return CycleResult(
             angles=degrees,
             envelope=extremes,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
-            superposition=self._difference(at_peaks, solved),
+            superposition=superposition,
             of_parts=self._remembered(of_degrees, cycle, histories, solved),
             series_error=self.loads.series_error,
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
             counts=counts,
-            regions=regions,
+            regions=self.regions.at(whole.source),
             weights=of_degrees,
-            known_notes=fatigue_notes(self.materials, self.fatigue),
+            known_notes=(*fatigue_notes(self.materials, self.fatigue), *([] if certain else [_ALL_SOLVED])),
             multiaxial=multiaxial,
             touches=contacts.touches,
             states=contacts.states,
         )
 
+    def _extremes(
+        self, units: UnitSolutions, weights: Weights, instants: Instants, degrees: int, counts: Mask
+    ) -> tuple[Envelope, Spot | None]:
+        """Envelope of the nodes of unit solutions, and the worst place by Crossland.
+
+        The first instants are so many `degrees`, at which histories are taken.
+        """
+        whole = self.mesh.mirrored
+        regions = self.regions.at(whole.source)
+        found = envelope(
+            units,
+            weights,
+            instants.crank_angle,
+            whole,
+            materials=self.materials,
+            criterion=self.fatigue,
+            regions=regions,
+        )
+        multiaxial, factors = worst_multiaxial(
+            found, units, weights.at(slice(degrees)), whole, self.materials, counts=counts, regions=regions
+        )
+        endurance = _endurance(found.fatigue_part, self.materials, regions)
+        return replace(found, crossland_factor=factors, endurance=endurance), multiaxial
+
+    def _made_exact(
+        self, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
+    ) -> tuple[Ints, bool]:
+        """Let a small basis grow until the smallest factors are exact.
+
+        Returns
+        -------
+        nodes, certain
+            Nodes of the cell whose extremes are exact now; False if it took all instants.
+        """
+        basis, whole = cast("SmallBasis", self.basis), self.mesh.mirrored
+        places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
+        judges = Judges(self.materials, self.fatigue, self.regions)
+        certain = make_exact(basis, basis.full(instants, cycle), places, judges)
+        if not certain:
+            basis.include(basis.full(instants, cycle))
+        return np.unique(np.concatenate(list(places.values()))), certain
+
     def _difference(
-        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float] | None = None
+        self,
+        weights: Weights,
+        solved: Sequence[Sequence[Floats]],
+        largest: Sequence[float] | float | None = None,
     ) -> float:
         """Largest error of superposed von Mises stress.
 
-        `solved` (n_nodes,) of each part at each of them; `largest`: what it is relative to, for each part: by
-        default the largest stress of the instant.
+        `solved` (n_nodes,) of each part at each of them; `largest`: what it is relative to, for each part or
+        for all: by default the largest stress of the instant.
         """
+        if isinstance(largest, float):
+            largest = [largest] * len(self.units.parts)
         worst = 0.0
         for number in range(len(self.units.parts)):
             tensors = self.units.tensor(number, weights, self.mesh.mirrored)
@@ -219,6 +280,11 @@ class CycleAnalysis:
         solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
         largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
         return self._difference(weights.at(which), solved, largest)
+
+
+def counting(masked: Mask) -> Mask:
+    """Nodes that count: those that are not masked; all nodes if none would be left."""
+    return np.ones_like(masked) if masked.all() else ~masked
 
 
 def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:

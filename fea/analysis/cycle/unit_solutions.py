@@ -1,7 +1,7 @@
 """Nodal stress of every unit load, its superposition, and its histories at single places."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise, product, starmap, zip_longest
 
@@ -10,7 +10,7 @@ import numpy as np
 from fea.base.material import Material
 from fea.judge.history import deviatoric, signed_equivalent, tensor
 from fea.machine.threads import side_by_side
-from fea.pins.model import NOT_JOINT, Fields, JointBounds, UnitLoads, Weights
+from fea.pins.model import NOT_JOINT, Fields, JointBounds, Weights
 from fea.solid.parity import Parity, Split
 from fea.solvers.static import Model, Solution
 from fea.stress.recovery import PartRecovery
@@ -45,7 +45,7 @@ class PartStress:
         and YZ should be reversed, but they affect neither lengths nor products of the deviatoric vectors.
         """
         even, odd = (
-            deviatoric(unit[rows]) @ weight
+            deviatoric(unit[rows][..., : len(weight)]) @ weight.astype(unit.dtype)
             for unit, weight in zip((self.even, self.odd), weights, strict=True)
         )
         return [even + odd if side > 0 else even - odd for side in sides]
@@ -69,39 +69,72 @@ class UnitSolutions:
         """Unit loads whose deviations are bounded jointly."""
         return self.parts[0].joint
 
+    def bounded(self, joint: JointBounds) -> "UnitSolutions":
+        """Return the solutions with deviations of other unit loads bounded jointly."""
+        return replace(self, parts=tuple(replace(part, joint=joint) for part in self.parts))
+
+    def followed_by(self, more: "UnitSolutions") -> "UnitSolutions":
+        """Return these solutions, then others of the same rod."""
+        parts = (
+            replace(own, even=_after(own.even, other.even), odd=_after(own.odd, other.odd))
+            for own, other in zip(self.parts, more.parts, strict=True)
+        )
+        worst = max(self.backward_error, more.backward_error)
+        return UnitSolutions(tuple(parts), self.sides, self.count + more.count, worst)
+
+    def of(self, nodes: Ints) -> "UnitSolutions":
+        """Return those of some nodes of the cell; of a part without any of them, those of one node."""
+        rows = [np.flatnonzero(np.isin(own.nodes, nodes)) for own in self.parts]
+        rows = [at if at.size else np.zeros(1, dtype=np.int64) for at in rows]
+        parts = (
+            replace(own, nodes=own.nodes[at], even=own.even[at], odd=own.odd[at])
+            for own, at in zip(self.parts, rows, strict=True)
+        )
+        return replace(self, parts=tuple(parts))
+
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
         """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
         own = self.parts[part]
         fields = []
         for unit, weight in zip((own.even, own.odd), weights, strict=True):
             field = np.full((int(whole.source.max()) + 1, 6, weight.shape[1]), np.nan)
-            field[own.nodes] = unit @ weight.astype(unit.dtype)
+            field[own.nodes] = unit[..., : len(weight)] @ weight.astype(unit.dtype)
             fields.append(field)
         even, odd = fields
         return whole.tensor(even, odd) if len(self.sides) > 1 else whole.tensor(even + odd)
 
 
 def unit_solutions(
-    model: Model, recovery: PartRecovery, loads: UnitLoads, materials: Sequence[Material], *, cut_y: bool
+    model: Model,
+    recovery: PartRecovery,
+    materials: Sequence[Material],
+    fields: tuple[Fields, Fields],
+    *,
+    cut_y: bool,
+    single: bool = False,
 ) -> UnitSolutions:
-    """Solve every unit load with the factors of `model` and recover its nodal stress.
+    """Solve even and odd unit loads with the factors of `model` and recover their nodal stress.
+
+    `single`: whether stress is kept in single precision, and not only where there is much of it.
 
     Raises
     ------
     UnderconstrainedError, SingularMatrixError
         See `Model.solve`.
     """
-    even, odd = loads.fields()
+    even, odd = fields
+    solved = partial(_solved, model, recovery, materials, single=single)
     if cut_y:  # an even and an odd load share a column, because each parity has its own factor
-        stresses, errors = _solved(model, recovery, materials, (even, odd))
+        stresses, errors = solved(fields=fields)
     else:
-        alone = [_solved(model, recovery, materials, (fields,)) for fields in (even, odd)]
+        alone = [solved(fields=(own,)) for own in fields]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
-    parts = tuple(
-        PartStress(nodes, even, odd, loads.joint)
-        for nodes, even, odd in zip(recovery.nodes, *stresses, strict=True)
-    )
+    parts = tuple(starmap(PartStress, zip(recovery.nodes, *stresses, strict=True)))
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
+
+
+def _after(one: Floats, other: Floats) -> Floats:
+    return np.concatenate([one, other.astype(one.dtype)], axis=2)
 
 
 def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
@@ -114,11 +147,16 @@ def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
 
 
 def _solved(
-    model: Model, recovery: PartRecovery, materials: Sequence[Material], fields: tuple[Fields, ...]
+    model: Model,
+    recovery: PartRecovery,
+    materials: Sequence[Material],
+    *,
+    fields: tuple[Fields, ...],
+    single: bool,
 ) -> tuple[list[list[Floats]], list[float]]:
     """Stress per parity and part (n, 6, n_units), and backward errors."""
     nodes, errors = recovery.nodes, list[float]()
-    double = 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
+    double = not single and 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
     stresses = [
         [np.empty((len(own), 6, of.count), np.float64 if double else np.float32) for own in nodes]
         for of in fields

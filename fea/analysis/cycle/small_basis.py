@@ -1,0 +1,269 @@
+"""A small basis for crank cycles under contact.
+
+The pressures of every instant are known before any stress is, as the solution of the contact problems alone.
+The basis contains the inertia, and the principal patterns of these pressures in the norm of their work
+(method of snapshots, Sirovich 1987, Q. Appl. Math. 45, 561), where instants that are represented badly count
+more. So what it leaves out of the pressures is known at every place and instant. That part is balanced in
+itself and changes sign over short distances: it acts in its neighbourhood alone, and the stress that it
+causes is of its own size.
+
+How large this stress is is measured: what is left out at the worst instants is solved directly. The largest
+stress per pressure found there, times the pressures that are still left out elsewhere, is the error that is
+stated. It is an estimate from a sample and no bound, which would need the very solutions that are saved.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.analysis.cycle.basis import Basis, FullBasis, Solve
+from fea.analysis.cycle.unit_solutions import UnitSolutions
+from fea.judge.history import deviator_norm
+from fea.machine.threads import one_blas_thread
+from fea.pins.contact import SMOOTH, ContactUnits
+from fea.pins.model import Contacts, Fields, JointBounds, UnitLoads, Weights
+from geometry.arrays import Floats, Ints, Mask
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
+
+# Largest error at any place and instant, relative to the largest stress of the cycle; and the pressure that
+# may be left out at first, likewise: on rods drawn at random the errors were 0.35 to 0.8 of it.
+ACCURACY, _LEFT_OUT = 5e-3, 7e-3
+# Patterns of either parity with which the largest stress is worked out, and those that are added at a time.
+_FIRST, _MORE = 16, 8
+# The largest stress is looked for at every so many instants.
+_EVERY = 15
+# At how many instants the error is measured, and how many instants lie between them at least.
+_MEASURED, _APART = 4, 15
+# What is nothing beside the largest weights, and how often a subspace is iterated.
+_NOTHING, _ITERATIONS = 1e-9, 3
+# Cycles whose states are remembered.
+_REMEMBERED = 5
+
+
+def spanned(loads: UnitLoads, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> Basis:
+    """Return a small basis where pins are in contact, and else all unit loads; see `SmallBasis`."""
+    return (
+        SmallBasis(loads, solve, counts, cycles)
+        if isinstance(loads, ContactUnits)
+        else FullBasis(loads, solve)
+    )
+
+
+class _States(NamedTuple):
+    """Weights of the full unit loads over a cycle, and its largest von Mises stress, MPa."""
+
+    degrees: Weights  #: at every degree
+    every: Weights  #: and in its peak cases
+    largest: float
+
+
+class SmallBasis(Basis):
+    """Sums of the unit loads of pins in contact.
+
+    It grows where another cycle is asked for, or where instants shall be exact. New sums follow those before
+    them, so that earlier weights remain valid.
+
+    Parameters
+    ----------
+    solve
+        Solves unit loads and recovers their stress.
+    counts
+        (n,) nodes of the cell that count: those away from singular places.
+    cycles
+        The cycles that are spanned from the beginning, one at least.
+
+    Attributes
+    ----------
+    sensitivity
+        Per part, (2, n_sides, n): the largest von Mises and mean stress found per pressure that was left out.
+    """
+
+    loads: ContactUnits
+    small = True
+
+    def __init__(self, loads: ContactUnits, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> None:
+        self.loads, self._solve, self._counts = loads, solve, counts
+        self._full = loads.fields()
+        self._pressing = [loads.contact.pressing[:, None] * own.patterns for own in self._full]
+        self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
+        self._remembered: dict[bytes, _States] = {}
+        self._kept = [min(loads.kept, own.count) for own in self._full]
+        self._columns = [
+            np.eye(own.count)[:, own.count - n :] for own, n in zip(self._full, self._kept, strict=True)
+        ]
+        states = [self._states(cycle) for cycle in cycles]
+        every = Weights(*map(np.hstack, zip(*(own.every for own in states), strict=True)))
+        with one_blas_thread():
+            first = [_leading(own, _FIRST) for own in self.left(every)]
+        self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
+        self.units = self._solved(self._columns)
+        self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
+        for cycle, own in zip(cycles, states, strict=True):
+            self._span(cycle, own)
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the sums: see `Basis.weights`."""
+        return self.projected(self.full(instants, cycle))
+
+    def projected(self, full: Weights) -> Weights:
+        """Weights of the sums, from those of the full unit loads."""
+        return Weights(*(own.T @ w for own, w in zip(self._columns, full, strict=True)))
+
+    def fields(self) -> tuple[Fields, Fields]:
+        """Return the even and the odd sums."""
+        return self._combined(self._columns)
+
+    def contacts(self, cycle: CrankCycle) -> Contacts:
+        """Contact at every degree of a cycle."""
+        return self.loads.contacts(self.full(cycle.degrees, cycle), cycle.degrees, cycle)
+
+    def full(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the full unit loads; the basis grows until it spans the cycle that is given."""
+        if cycle is None:
+            return self.loads.weights(instants)
+        key = _key(cycle.degrees)
+        if key not in self._remembered:
+            self._span(cycle, self._states(cycle))
+        same = _key(instants) == key
+        return self._remembered[key].degrees if same else self.loads.weights(instants, cycle)
+
+    def left(self, full: Weights) -> Weights:
+        """What the basis leaves out, as weights of the full unit loads."""
+        return Weights(*(w - own @ (own.T @ w) for own, w in zip(self._columns, full, strict=True)))
+
+    def pressure(self, full: Weights) -> Floats:
+        """Largest pressure (n_instants,) at any place, MPa, of weights of the full unit loads."""
+        even, odd = (np.abs(own @ w) for own, w in zip(self._pressing, full, strict=True))
+        return np.asarray((even + odd).max(axis=0))
+
+    def largest(self, cycle: CrankCycle) -> float:
+        """Largest von Mises stress of a cycle, MPa, to a few per cent."""
+        self.full(cycle.degrees, cycle)
+        return self._remembered[_key(cycle.degrees)].largest
+
+    def influence(self, number: int, rows: Ints) -> Floats:
+        """Stress per pressure left out, at some nodes of a part: (n_sides, 2, n), von Mises and mean.
+
+        It is twice the largest that was found at the node; where pins or parts press, at least the largest
+        of any node.
+        """
+        own = self.sensitivity[number]
+        most = own.max(axis=(1, 2), keepdims=True)
+        pressed = np.isin(self.units.parts[number].nodes[rows], self._pressed)
+        return np.moveaxis(np.maximum(2 * own[..., rows], np.where(pressed, most, 0.0)), 0, 1)
+
+    def include(self, full: Weights) -> None:
+        """Make instants exact at every node: what is left out of them is solved and joins the basis."""
+        self._extend([own[:, :0] for own in self._columns], self.left(full))
+
+    def _states(self, cycle: CrankCycle) -> _States:
+        cases = peak_cases(cycle).cases
+        degrees, own = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
+        more = [own, self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else [own]
+        every = (np.hstack(each) for each in zip(degrees, *more, strict=True))
+        return _States(degrees, Weights(*every), np.nan)
+
+    def _span(self, cycle: CrankCycle, states: _States) -> None:
+        """Grow until the error over a cycle is small enough."""
+        every, largest = states.every, self._largest(states.every)
+        allowed, error = _LEFT_OUT * largest, np.inf
+        while error > ACCURACY * largest:
+            grown, left = self._grown(every, allowed)
+            self._extend(grown, left.at(_worst(self.pressure(left))))
+            stress = max(
+                float(own[0][:, self._counts[part.nodes]].max(initial=0.0))
+                for own, part in zip(self.sensitivity, self.units.parts, strict=True)
+            )
+            error = stress * float(self.pressure(self.left(every)).max())
+            allowed /= 2
+        self.error = max(self.error, error / max(largest, np.finfo(float).tiny))
+        if len(self._remembered) == _REMEMBERED:
+            del self._remembered[next(iter(self._remembered))]
+        self._remembered[_key(cycle.degrees)] = states._replace(largest=largest)
+
+    def _largest(self, full: Weights) -> float:
+        """Largest von Mises stress (MPa) of the nodes that count at some of the instants."""
+        some, largest = self.projected(full.at(slice(None, None, _EVERY))), 0.0
+        for part in self.units.parts:
+            rows = np.flatnonzero(self._counts[part.nodes])
+            for history in part.histories(some, self.units.sides, rows):
+                largest = max(largest, float(deviator_norm(history).max(initial=0.0)))
+        return largest
+
+    def _grown(self, full: Weights, allowed: float) -> tuple[list[Floats], Weights]:
+        """Patterns with which no more than a pressure is left out, and what is left out then."""
+        left, grown = self.left(full), [own[:, :0] for own in self._columns]
+        with one_blas_thread():
+            while (pressure := self.pressure(left)).max() > allowed:
+                worse = (pressure / pressure.max()) ** 2
+                more = [_leading(own * worse, _MORE) for own in left]
+                grown = [np.hstack(own) for own in zip(grown, more, strict=True)]
+                left = Weights(*(w - own @ (own.T @ w) for own, w in zip(more, left, strict=True)))
+        return grown, left
+
+    def _extend(self, grown: list[Floats], left: Weights) -> None:
+        """Solve more sums, and what is left out at some instants beside them: see how much stress it is."""
+        pressure = self.pressure(left)
+        known = [np.hstack(own) for own in zip(self._columns, grown, strict=True)]
+        rest = [_orthonormal(*own) for own in zip(left, known, strict=True)]
+        more = [np.hstack(own) for own in zip(grown, rest, strict=True)]
+        if not any(own.shape[1] for own in more):
+            return
+        units = self._solved(more)
+        self._columns = [np.hstack(own) for own in zip(self._columns, more, strict=True)]
+        causing = Weights(*(own.T @ w for own, w in zip(more, left, strict=True)))
+        for stress, part in zip(self.sensitivity, units.parts, strict=True):
+            for side, own in enumerate(part.histories(causing, units.sides, slice(None))):
+                found = np.stack([deviator_norm(own), np.abs(own[:, 5])]) / pressure
+                np.fmax(stress[:, side], found.max(axis=2, initial=0.0), out=stress[:, side])
+        ends = (own.shape[1] for own in self._columns)
+        joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
+        self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
+
+    def _solved(self, columns: list[Floats]) -> UnitSolutions:
+        return self._solve(self._combined(columns))
+
+    def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
+        even, odd = (of.combined(own) for of, own in zip(self._full, columns, strict=True))
+        return even, odd
+
+
+def _key(instants: Instants) -> bytes:
+    return b"".join((0.0 + acting).tobytes() for acting in (instants.pin, instants.crank, instants.motions))
+
+
+def _worst(pressure: Floats) -> Ints:
+    """Numbers of the instants at which most is left out, some way from each other."""
+    chosen, left = list[int](), pressure.copy()
+    while len(chosen) < _MEASURED and left.max() > 0:
+        chosen.append(int(left.argmax()))
+        left[max(chosen[-1] - _APART, 0) : chosen[-1] + _APART + 1] = 0.0
+    return np.array(chosen, dtype=np.int64)
+
+
+def _leading(states: Floats, count: int) -> Floats:
+    """Largest left singular vectors (n, k) of states (n, n_states), by iteration of a random subspace.
+
+    Halko, Martinsson & Tropp 2011, SIAM Review 53, 217, algorithm 4.4.
+    """
+    start = np.random.default_rng(0).normal(size=(states.shape[1], min(2 * count, *states.shape)))
+    basis = np.linalg.qr(states @ start)[0]
+    for _ in range(_ITERATIONS):
+        basis = np.linalg.qr(states @ np.linalg.qr(states.T @ basis)[0])[0]
+    vectors, sizes, _ = np.linalg.svd(basis.T @ states, full_matrices=False)
+    return np.asarray(basis @ vectors[:, :count][:, sizes[:count] > _NOTHING * sizes.max(initial=0.0)])
+
+
+def _orthonormal(states: Floats, known: Floats) -> Floats:
+    """Orthonormal vectors (n, k) that span states (n, n_states) together with known ones (n, m)."""
+    found, size = known, np.linalg.norm(states, axis=0).max(initial=0.0)
+    for state in states.T:
+        rest = state - found @ (found.T @ state)
+        if np.linalg.norm(rest) > _NOTHING * size:
+            rest /= np.linalg.norm(rest)
+            rest -= found @ (found.T @ rest)
+            found = np.column_stack([found, rest / np.linalg.norm(rest)])
+    return found[:, known.shape[1] :]
