@@ -95,7 +95,7 @@ class SmallBasis(Basis):
             np.eye(own.count)[:, own.count - n :] for own, n in zip(self._full, self._kept, strict=True)
         ]
         states = [self._states(cycle) for cycle in cycles]
-        every = Weights(*map(np.hstack, zip(*(own.every for own in states), strict=True)))
+        every = _joined(*(own.every for own in states))
         with one_blas_thread():
             first = [_leading(own, _FIRST) for own in self.left(every)]
         self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
@@ -127,8 +127,12 @@ class SmallBasis(Basis):
         key = _key(cycle.degrees)
         if key not in self._remembered:
             self._span(cycle, self._states(cycle))
-        same = _key(instants) == key
-        return self._remembered[key].degrees if same else self.loads.weights(instants, cycle)
+        known, count = self._remembered[key].degrees, len(cycle.degrees)
+        if _key(instants[:count]) != key:
+            return self.loads.weights(instants, cycle)
+        if len(instants) == count:
+            return known
+        return _joined(known, self.loads.weights(instants[count:], cycle))
 
     def left(self, full: Weights) -> Weights:
         """What the basis leaves out, as weights of the full unit loads."""
@@ -162,9 +166,8 @@ class SmallBasis(Basis):
     def _states(self, cycle: CrankCycle) -> _States:
         cases = peak_cases(cycle).cases
         degrees, own = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
-        more = [own, self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else [own]
-        every = (np.hstack(each) for each in zip(degrees, *more, strict=True))
-        return _States(degrees, Weights(*every), np.nan)
+        more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
+        return _States(degrees, _joined(degrees, own, *more), np.nan)
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
         """Grow until the error over a cycle is small enough."""
@@ -229,6 +232,10 @@ class SmallBasis(Basis):
     def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
         even, odd = (of.combined(own) for of, own in zip(self._full, columns, strict=True))
         return even, odd
+
+
+def _joined(*weights: Weights) -> Weights:
+    return Weights(*map(np.hstack, zip(*weights, strict=True)))
 
 
 def _key(instants: Instants) -> bytes:
