@@ -34,8 +34,8 @@ WITHIN = 1e-4
 _ERRORS, _MOST_PLACES = 4, 1000
 # Instants that join the basis at a time, and how often.
 _AT_ONCE, _ROUNDS = 12, 12
-# Pressure that is nothing beside the largest, and a stress likewise, MPa.
-_NOTHING, _TINY = 1e-9, 1e-30
+# A stress that is nothing, MPa.
+_TINY = 1e-30
 
 
 class _Course(NamedTuple):
@@ -122,10 +122,8 @@ def make_exact(basis: "SmallBasis", full: Weights, places: Mapping[str, Ints], j
 
     `full`: weights of the full unit loads at the instants of the cycle; `places`: as of `critical_places`.
     """
-    nothing = _NOTHING * float(basis.pressure(full).max())
     for attempt in range(_ROUNDS):
         pressure, weights = basis.pressure(basis.left(full)), basis.projected(full)
-        pressure[pressure <= nothing] = 0.0
         wanted = set[int]()
         with one_blas_thread():
             for name, nodes in places.items():

@@ -97,7 +97,7 @@ class SmallBasis(Basis):
         states = [self._states(cycle) for cycle in cycles]
         every = _joined(*(own.every for own in states))
         with one_blas_thread():
-            first = [_leading(own, _FIRST) for own in self.left(every)]
+            first = [_leading(own, _FIRST, self._nothing(every)) for own in self.left(every)]
         self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
         self.units = self._solved(self._columns)
         self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
@@ -135,8 +135,15 @@ class SmallBasis(Basis):
         return _joined(known, self.loads.weights(instants[count:], cycle))
 
     def left(self, full: Weights) -> Weights:
-        """What the basis leaves out, as weights of the full unit loads."""
-        return Weights(*(w - own @ (own.T @ w) for own, w in zip(self._columns, full, strict=True)))
+        """What the basis leaves out, as weights of the full unit loads; exactly zero where it is rounding."""
+        left = [w - own @ (own.T @ w) for own, w in zip(self._columns, full, strict=True)]
+        some = np.linalg.norm(np.vstack(left), axis=0) > self._nothing(full)
+        return Weights(left[0] * some, left[1] * some)
+
+    def _nothing(self, full: Weights) -> float:
+        """Length of weights that is nothing beside those of the patterns at any instant."""
+        patterns = [own[: len(own) - kept] for own, kept in zip(full, self._kept, strict=True)]
+        return _NOTHING * float(np.linalg.norm(np.vstack(patterns), axis=0).max(initial=0.0))
 
     def pressure(self, full: Weights) -> Floats:
         """Largest pressure (n_instants,) at any place, MPa, of weights of the full unit loads."""
@@ -161,7 +168,7 @@ class SmallBasis(Basis):
 
     def include(self, full: Weights) -> None:
         """Make instants exact at every node: what is left out of them is solved and joins the basis."""
-        self._extend([own[:, :0] for own in self._columns], self.left(full))
+        self._extend([own[:, :0] for own in self._columns], self.left(full), self._nothing(full))
 
     def _states(self, cycle: CrankCycle) -> _States:
         cases = peak_cases(cycle).cases
@@ -175,11 +182,9 @@ class SmallBasis(Basis):
         allowed, error = _LEFT_OUT * largest, np.inf
         while error > ACCURACY * largest:
             grown, left = self._grown(every, allowed)
-            self._extend(grown, left.at(_worst(self.pressure(left))))
-            stress = max(
-                float(own[0][:, self._counts[part.nodes]].max(initial=0.0))
-                for own, part in zip(self.sensitivity, self.units.parts, strict=True)
-            )
+            self._extend(grown, left.at(_worst(self.pressure(left))), self._nothing(every))
+            # Of all nodes: what is left out elsewhere may be nearer to those that count.
+            stress = max(float(own[0].max(initial=0.0)) for own in self.sensitivity)
             error = stress * float(self.pressure(self.left(every)).max())
             allowed /= 2
         self.error = max(self.error, error / max(largest, np.finfo(float).tiny))
@@ -198,20 +203,23 @@ class SmallBasis(Basis):
 
     def _grown(self, full: Weights, allowed: float) -> tuple[list[Floats], Weights]:
         """Patterns with which no more than a pressure is left out, and what is left out then."""
-        left, grown = self.left(full), [own[:, :0] for own in self._columns]
+        left, grown, nothing = self.left(full), [own[:, :0] for own in self._columns], self._nothing(full)
         with one_blas_thread():
             while (pressure := self.pressure(left)).max() > allowed:
                 worse = (pressure / pressure.max()) ** 2
-                more = [_leading(own * worse, _MORE) for own in left]
+                more = [_leading(own * worse, _MORE, nothing) for own in left]
+                if not any(own.shape[1] for own in more):
+                    break
                 grown = [np.hstack(own) for own in zip(grown, more, strict=True)]
                 left = Weights(*(w - own @ (own.T @ w) for own, w in zip(more, left, strict=True)))
         return grown, left
 
-    def _extend(self, grown: list[Floats], left: Weights) -> None:
+    def _extend(self, grown: list[Floats], left: Weights, nothing: float) -> None:
         """Solve more sums, and what is left out at some instants beside them: see how much stress it is."""
         pressure = self.pressure(left)
+        left, pressure = left.at(pressure > 0), pressure[pressure > 0]
         known = [np.hstack(own) for own in zip(self._columns, grown, strict=True)]
-        rest = [_orthonormal(*own) for own in zip(left, known, strict=True)]
+        rest = [_orthonormal(*own, nothing) for own in zip(left, known, strict=True)]
         more = [np.hstack(own) for own in zip(grown, rest, strict=True)]
         if not any(own.shape[1] for own in more):
             return
@@ -251,9 +259,10 @@ def _worst(pressure: Floats) -> Ints:
     return np.array(chosen, dtype=np.int64)
 
 
-def _leading(states: Floats, count: int) -> Floats:
-    """Largest left singular vectors (n, k) of states (n, n_states), by iteration of a random subspace.
+def _leading(states: Floats, count: int, nothing: float) -> Floats:
+    """Left singular vectors (n, k) of the largest singular values of states (n, n_states), if not `nothing`.
 
+    By iteration of a random subspace:
     Halko, Martinsson & Tropp 2011, SIAM Review 53, 217, algorithm 4.4.
     """
     start = np.random.default_rng(0).normal(size=(states.shape[1], min(2 * count, *states.shape)))
@@ -261,15 +270,15 @@ def _leading(states: Floats, count: int) -> Floats:
     for _ in range(_ITERATIONS):
         basis = np.linalg.qr(states @ np.linalg.qr(states.T @ basis)[0])[0]
     vectors, sizes, _ = np.linalg.svd(basis.T @ states, full_matrices=False)
-    return np.asarray(basis @ vectors[:, :count][:, sizes[:count] > _NOTHING * sizes.max(initial=0.0)])
+    return np.asarray(basis @ vectors[:, :count][:, sizes[:count] > nothing])
 
 
-def _orthonormal(states: Floats, known: Floats) -> Floats:
+def _orthonormal(states: Floats, known: Floats, nothing: float) -> Floats:
     """Orthonormal vectors (n, k) that span states (n, n_states) together with known ones (n, m)."""
-    found, size = known, np.linalg.norm(states, axis=0).max(initial=0.0)
+    found = known
     for state in states.T:
         rest = state - found @ (found.T @ state)
-        if np.linalg.norm(rest) > _NOTHING * size:
+        if np.linalg.norm(rest) > nothing:
             rest /= np.linalg.norm(rest)
             rest -= found @ (found.T @ rest)
             found = np.column_stack([found, rest / np.linalg.norm(rest)])
