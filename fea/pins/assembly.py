@@ -305,7 +305,7 @@ class _Span(NamedTuple):
 class AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
-    path_dependent = True
+    path_dependent, kept = True, 3
 
     def __init__(self, pins: AssemblyPins, cycles: Sequence[CrankCycle]) -> None:
         super().__init__(pins)
@@ -342,17 +342,10 @@ class AssemblyUnits(ContactUnits):
             smooth, weighing = of_unit_work(unscaled.T @ problem.cell_compliance[parity] @ unscaled)
             nearest = basis.T * scale
             # Exactly the forces of the pins: what is left must not reach beyond the ends of the rod.
-            forces, of_patterns = (self._pin_forces(parity, own) for own in (np.eye(len(scale)), unscaled))
+            forces, of_patterns = (self.pin_forces(parity, own) for own in (np.eye(len(scale)), unscaled))
             nearest += np.linalg.pinv(of_patterns, rcond=_NOISE) @ (forces - of_patterns @ nearest)
             spans[parity] = _Span(unscaled @ smooth, weighing.T @ nearest)
         return spans
-
-    def _pin_forces(self, parity: Parity, values: Floats) -> Floats:
-        """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
-        parts = {
-            own: values if own is parity else np.zeros_like(values) for own in self._unfolding.parities()
-        }
-        return np.asarray(self.contact.problem.rigid.T @ self._unfolding.unfolded(parts))
 
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns in each unit load: pins, opening and slip; the parts put together; inertia."""

@@ -313,6 +313,12 @@ class ContactUnits(UnitLoads):
     def __init__(self, pins: ContactPins) -> None:
         self.pins, self.contact = pins, pins.contact
 
+    def pin_forces(self, parity: Parity, values: Floats) -> Floats:
+        """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
+        unfolding = self.contact.problem.unfolding
+        parts = {own: values if own is parity else np.zeros_like(values) for own in unfolding.parities()}
+        return np.asarray(self.contact.problem.rigid.T @ unfolding.unfolded(parts))
+
     @abstractmethod
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns (n_cell, n) on the cell in each unit load; inertia alone is the last two."""

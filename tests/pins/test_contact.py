@@ -83,8 +83,8 @@ def test_the_mirror_cell_changes_nothing(quarter, symmetry):
 def test_superposed_contact_is_directly_solved_contact(rod, rpm):
     angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 12)
     stress, peaks = direct(rod, rpm, angles)
-    weights = rod.cycle.weights(rod.crank_cycle(rpm), angles)
-    superposed = rod.cycle.units.tensor(0, weights, rod.mesh.mirrored)
+    weights = rod.full_cycle.weights(rod.crank_cycle(rpm), angles)
+    superposed = rod.full_cycle.units.tensor(0, weights, rod.mesh.mirrored)
     assert (np.abs(superposed - stress).max(axis=(0, 1)) / peaks).max() < 1e-8
 
 

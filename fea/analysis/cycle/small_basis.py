@@ -1,11 +1,11 @@
 """A small basis for crank cycles under contact.
 
 The pressures of every instant are known before any stress is, as the solution of the contact problems alone.
-The basis contains the inertia, and the principal patterns of these pressures in the norm of their work
-(method of snapshots, Sirovich 1987, Q. Appl. Math. 45, 561), where instants that are represented badly count
-more. So what it leaves out of the pressures is known at every place and instant. That part is balanced in
-itself and changes sign over short distances: it acts in its neighbourhood alone, and the stress that it
-causes is of its own size.
+The basis contains the inertia, the forces of the pins, and the principal patterns of these pressures in the
+norm of their work (method of snapshots, Sirovich 1987, Q. Appl. Math. 45, 561), where instants that are
+represented badly count more. So what it leaves out of the pressures is known at every place and instant. That
+part is balanced on each bore and changes sign over short distances: it acts in its neighbourhood alone, and
+the stress that it causes is of its own size.
 
 How large this stress is is measured: what is left out at the worst instants is solved directly. The largest
 stress per pressure found there, times the pressures that are still left out elsewhere, is the error that is
@@ -23,6 +23,7 @@ from fea.judge.history import deviator_norm
 from fea.machine.threads import one_blas_thread
 from fea.pins.contact import SMOOTH, ContactUnits
 from fea.pins.model import Contacts, Fields, JointBounds, UnitLoads, Weights
+from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
@@ -91,9 +92,7 @@ class SmallBasis(Basis):
         self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
         self._remembered: dict[bytes, _States] = {}
         self._kept = [min(loads.kept, own.count) for own in self._full]
-        self._columns = [
-            np.eye(own.count)[:, own.count - n :] for own, n in zip(self._full, self._kept, strict=True)
-        ]
+        self._columns = [self._exact(parity) for parity in Parity]
         states = [self._states(cycle) for cycle in cycles]
         every = _joined(*(own.every for own in states))
         with one_blas_thread():
@@ -103,6 +102,17 @@ class SmallBasis(Basis):
         self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
         for cycle, own in zip(cycles, states, strict=True):
             self._span(cycle, own)
+
+    def _exact(self, parity: Parity) -> Floats:
+        """Columns (n, k) of what is exact at every instant: the loads kept, and the forces of the pins."""
+        number = list(Parity).index(parity)
+        fields, kept = self._full[number], self._kept[number]
+        identity = np.eye(fields.count)
+        forces = self.loads.pin_forces(parity, fields.patterns).T
+        forces[fields.count - kept :] = 0.0
+        nothing = _NOTHING * float(np.linalg.norm(forces, axis=0).max(initial=0.0))
+        own = identity[:, fields.count - kept :]
+        return np.hstack([own, _orthonormal(forces, own, nothing)])
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the sums: see `Basis.weights`."""
