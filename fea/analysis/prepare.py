@@ -201,23 +201,25 @@ class PreparedRod:
         A duty sums damage, which grows with a high power of stress, and takes them all.
         """
         exact = self.options.cycle_accuracy is CycleAccuracy.EXACT or self.duty is not None
-        return self.full_cycle if exact or "full_cycle" in self.__dict__ else self._certified_cycle
+        return self.full_cycle if exact or "full_cycle" in self.__dict__ else self.certified_cycle
 
     @cached_property
     def full_cycle(self) -> CycleAnalysis:
         """All unit solutions: they span the whole crank cycle at any speed."""
-        return self._cycle(lambda loads, _: FullBasis(loads, partial(self._solved_units, single=False)))
+        return self._cycle(lambda loads, _: FullBasis(loads, partial(self.solved_units, single=False)))
 
     @cached_property
-    def _certified_cycle(self) -> CycleAnalysis:
+    def certified_cycle(self) -> CycleAnalysis:
+        """A small basis where pins are in contact, else all unit solutions."""
         if not self.options.in_contact:
             return self.full_cycle
         from fea.analysis.cycle.small_basis import spanned  # noqa: PLC0415 - prescribed pressures do without
 
-        counts, solve = counting(self.fields.errors.masked), partial(self._solved_units, single=True)
+        counts, solve = counting(self.fields.errors.masked), partial(self.solved_units, single=True)
         return self._cycle(lambda loads, cycles: spanned(loads, solve, counts, cycles))
 
-    def _solved_units(self, fields: tuple[Fields, Fields], *, single: bool) -> UnitSolutions:
+    def solved_units(self, fields: tuple[Fields, Fields], *, single: bool) -> UnitSolutions:
+        """Solve unit loads: see `fea.analysis.cycle.unit_solutions.unit_solutions`."""
         return unit_solutions(
             self.model, self.fields.recovery, self.materials, fields, cut_y=self.mesh.cut_y, single=single
         )

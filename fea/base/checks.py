@@ -48,7 +48,8 @@ LIMITS = {
     # pressures against the forces of the pins: rounding errors only.
     "contact_gap": 1e-9,
     "contact_balance": 1e-8,
-    # Superposed against directly solved peak cases: a tenth of a 5 % mesh error.
+    # Superposed against directly solved peak cases, and the error that a small basis states
+    # (`fea.analysis.cycle.small_basis`), which grows until it is below: a tenth of a 5 % mesh error.
     "superposition": 5e-3,
     # The same of each part of an assembly, relative to its own stress: a third of what the increments of a
     # cycle with friction leave of single pressures.

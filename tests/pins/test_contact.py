@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from functools import partial
 
 import meshio
 import numpy as np
@@ -11,9 +12,12 @@ from facets import WrittenSeats, integral
 from studies import plain_study
 
 from fea import analyse
+from fea.analysis.cycle import small_basis
+from fea.analysis.cycle.small_basis import ACCURACY
 from fea.analysis.prepare import prepare
 from fea.base.choices import CONTACT
 from fea.output.json_file import read_summary
+from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import ContactTable, ForcesTable
@@ -79,13 +83,52 @@ def test_the_mirror_cell_changes_nothing(quarter, symmetry):
         assert np.abs(case.contact_pressure - other.contact_pressure).max() < 1e-9 * largest
 
 
+@pytest.fixture(scope="module")
+def exact(rod):
+    return rod.full_cycle
+
+
 @pytest.mark.parametrize("rpm", [1000.0, 9000.0])
-def test_superposed_contact_is_directly_solved_contact(rod, rpm):
+def test_superposed_contact_is_directly_solved_contact(rod, exact, rpm):
+    cycle = rod.crank_cycle(rpm)
     angles = np.random.default_rng(int(rpm)).uniform(0, 4 * math.pi, 12)
     stress, peaks = direct(rod, rpm, angles)
-    weights = rod.full_cycle.weights(rod.crank_cycle(rpm), angles)
-    superposed = rod.full_cycle.units.tensor(0, weights, rod.mesh.mirrored)
+    superposed = exact.units.tensor(0, exact.weights(cycle, angles), rod.mesh.mirrored)
     assert (np.abs(superposed - stress).max(axis=(0, 1)) / peaks).max() < 1e-8
+    # A small basis, made for another speed, grows until it spans this one too.
+    small = rod.certified_cycle
+    weights = small.weights(cycle, angles)
+    apart = small.units.tensor(0, weights, rod.mesh.mirrored) - stress
+    largest = small.basis.largest(cycle)
+    assert 1e-6 * largest < von_mises(np.moveaxis(apart, 1, -1)).max() < ACCURACY * largest
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+def test_the_smallest_factors_of_a_small_basis_are_exact(rod, exact, monkeypatch, coarse):
+    """Also where bores govern, and from a basis whose fields are much too coarse."""
+    if coarse:
+        monkeypatch.setattr(small_basis, "ACCURACY", 0.05)
+        monkeypatch.setattr(small_basis, "_LEFT_OUT", 0.05)
+    cell = rod.mesh.cell
+    on_bores = np.zeros(len(cell.points), dtype=bool)
+    for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE):
+        on_bores[cell.facets[bore]] = True
+    masked = ~on_bores | rod.fields.errors.masked
+    loads, cycle = rod.full_cycle.loads, rod.crank_cycle(6000.0)
+    solve = partial(rod.solved_units, single=True)
+    basis = small_basis.SmallBasis(loads, solve, ~masked, [cycle])
+    units = basis.units.count
+    small = dataclasses.replace(rod.full_cycle, basis=basis, masked=masked).at(cycle, ())
+    known = dataclasses.replace(exact, masked=masked).at(cycle, ())
+    assert units < 0.9 * exact.units.count
+    for name in ("safety_factor", "fatigue_factor", "crossland_factor"):
+        found, expected = (getattr(own.envelope, name)[known.counts] for own in (small, known))
+        assert found.min() == pytest.approx(expected.min(), rel=1e-4)
+        assert expected[found.argmin()] == pytest.approx(expected.min(), rel=1e-4)  # the place is the same
+    largest = known.envelope.von_mises[known.counts].max()
+    apart = np.abs(small.envelope.von_mises - known.envelope.von_mises)[known.counts].max()
+    assert apart < small.superposition * largest
+    assert small.checks()["superposition"].passed != coarse
 
 
 def test_a_neat_fit_of_rigid_pins_is_linear_in_its_load():

@@ -159,7 +159,7 @@ class CycleAnalysis:
         if self.loads.path_dependent and peaks:  # they were solved without what came before
             at_peaks = self.case_weights(of_peaks)
         # An error of a small basis is stated relative to the largest stress of all instants.
-        top = max(float(np.nanmax(own)) for case in solved for own in case) if self.basis.error else None
+        top = cast("SmallBasis", self.basis).largest(cycle) if self.basis.small else None
         superposition = max(self._difference(at_peaks, solved, top), self.basis.error)
         extremes, multiaxial = self._extremes(self.units, every, instants, count, counts)
         certain = True
