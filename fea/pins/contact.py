@@ -108,11 +108,6 @@ class BoreContact:
         self._pins = unfolding.with_images(cells)
         images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
         self._vertices = np.concatenate([mesh.points[nodes], images])
-        # Largest pressure (n_cell,) that a unit of each unknown is, MPa: a bolt force presses on its seats.
-        self.pressing = np.ones(self.problem.forces.shape[1])
-        for number, bolt in enumerate(bolts, len(pins) + len(faces)):
-            pulled = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
-            self.pressing[self.problem.own(number)] = pulled
         self._owner = np.concatenate([owner, owner[off]])
 
     def tilted(self, motion: Floats) -> Floats | None:
@@ -299,16 +294,7 @@ class ContactFields:
 
 
 class ContactUnits(UnitLoads):
-    """Patterns of the unknowns of the contact problem, and inertia.
-
-    Attributes
-    ----------
-    kept
-        How many of the unit loads, the last ones, are no patterns of unit work: inertia, and the state in
-        which separate parts were put together.
-    """
-
-    kept = 2
+    """Patterns of the unknowns of the contact problem, and inertia."""
 
     def __init__(self, pins: ContactPins) -> None:
         self.pins, self.contact = pins, pins.contact

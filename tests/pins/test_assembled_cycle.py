@@ -40,7 +40,7 @@ def instants(rod):
 
 
 def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
-    contact, loads = rod.pins.assembly, rod.cycle.basis
+    contact, loads = rod.pins.assembly, rod.cycle.loads
     states = np.stack([state.values for state in rod.pins.states(*instants)], axis=1)
     parts = {
         parity: fields.patterns @ own

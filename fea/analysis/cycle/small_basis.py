@@ -21,7 +21,7 @@ from fea.analysis.cycle.basis import Basis, FullBasis, Solve
 from fea.analysis.cycle.unit_solutions import UnitSolutions
 from fea.judge.history import deviator_norm
 from fea.machine.threads import one_blas_thread
-from fea.pins.contact import SMOOTH, ContactUnits
+from fea.pins.contact import SMOOTH, PressurePatterns
 from fea.pins.model import Contacts, Fields, JointBounds, UnitLoads, Weights
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
@@ -40,17 +40,20 @@ _EVERY = 15
 _MEASURED, _APART = 4, 15
 # What is nothing beside the largest weights, and how often a subspace is iterated.
 _NOTHING, _ITERATIONS = 1e-9, 3
+# Unit loads of inertia of either parity, which come first.
+_FIXED = 2
 # Cycles whose states are remembered.
 _REMEMBERED = 5
 
 
 def spanned(loads: UnitLoads, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> Basis:
-    """Return a small basis where pins are in contact, and else all unit loads; see `SmallBasis`."""
-    return (
-        SmallBasis(loads, solve, counts, cycles)
-        if isinstance(loads, ContactUnits)
-        else FullBasis(loads, solve)
-    )
+    """Return a small basis where pins press on a rod of one piece, and else all unit loads; see `SmallBasis`.
+
+    Those of separate parts are few already, as they span the states of the cycle alone.
+    """
+    if not isinstance(loads, PressurePatterns):
+        return FullBasis(loads, solve)
+    return SmallBasis(loads, solve, counts, cycles)
 
 
 class _States(NamedTuple):
@@ -82,16 +85,16 @@ class SmallBasis(Basis):
         Per part, (2, n_sides, n): the largest von Mises and mean stress found per pressure that was left out.
     """
 
-    loads: ContactUnits
+    loads: PressurePatterns
     small = True
 
-    def __init__(self, loads: ContactUnits, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> None:
+    def __init__(
+        self, loads: PressurePatterns, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]
+    ) -> None:
         self.loads, self._solve, self._counts = loads, solve, counts
         self._full = loads.fields()
-        self._pressing = [loads.contact.pressing[:, None] * own.patterns for own in self._full]
         self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
         self._remembered: dict[bytes, _States] = {}
-        self._kept = [min(loads.kept, own.count) for own in self._full]
         self._columns = [self._exact(parity) for parity in Parity]
         states = [self._states(cycle) for cycle in cycles]
         every = _joined(*(own.every for own in states))
@@ -104,15 +107,12 @@ class SmallBasis(Basis):
             self._span(cycle, own)
 
     def _exact(self, parity: Parity) -> Floats:
-        """Columns (n, k) of what is exact at every instant: the loads kept, and the forces of the pins."""
-        number = list(Parity).index(parity)
-        fields, kept = self._full[number], self._kept[number]
-        identity = np.eye(fields.count)
+        """Columns (n, k) of what is exact at every instant: inertia, and the forces of the pins."""
+        fields = self._full[list(Parity).index(parity)]
         forces = self.loads.pin_forces(parity, fields.patterns).T
-        forces[fields.count - kept :] = 0.0
         nothing = _NOTHING * float(np.linalg.norm(forces, axis=0).max(initial=0.0))
-        own = identity[:, fields.count - kept :]
-        return np.hstack([own, _orthonormal(forces, own, nothing)])
+        inertia = fields.motions.T
+        return np.hstack([inertia, _orthonormal(forces, inertia, nothing)])
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the sums: see `Basis.weights`."""
@@ -152,12 +152,14 @@ class SmallBasis(Basis):
 
     def _nothing(self, full: Weights) -> float:
         """Length of weights that is nothing beside those of the patterns at any instant."""
-        patterns = [own[: len(own) - kept] for own, kept in zip(full, self._kept, strict=True)]
+        patterns = [
+            own[: len(own) - len(fields.motions)] for own, fields in zip(full, self._full, strict=True)
+        ]
         return _NOTHING * float(np.linalg.norm(np.vstack(patterns), axis=0).max(initial=0.0))
 
     def pressure(self, full: Weights) -> Floats:
         """Largest pressure (n_instants,) at any place, MPa, of weights of the full unit loads."""
-        even, odd = (np.abs(own @ w) for own, w in zip(self._pressing, full, strict=True))
+        even, odd = (np.abs(own.patterns @ w) for own, w in zip(self._full, full, strict=True))
         return np.asarray((even + odd).max(axis=0))
 
     def largest(self, cycle: CrankCycle) -> float:
@@ -181,10 +183,8 @@ class SmallBasis(Basis):
         self._extend([own[:, :0] for own in self._columns], self.left(full), self._nothing(full))
 
     def _states(self, cycle: CrankCycle) -> _States:
-        cases = peak_cases(cycle).cases
-        degrees, own = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
-        more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
-        return _States(degrees, _joined(degrees, own, *more), np.nan)
+        degrees = self.loads.weights(cycle.degrees, cycle)
+        return _States(degrees, _joined(degrees, self.loads.weights(peak_cases(cycle).cases)), np.nan)
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
         """Grow until the error over a cycle is small enough."""
@@ -241,7 +241,7 @@ class SmallBasis(Basis):
                 found = np.stack([deviator_norm(own), np.abs(own[:, 5])]) / pressure
                 np.fmax(stress[:, side], found.max(axis=2, initial=0.0), out=stress[:, side])
         ends = (own.shape[1] for own in self._columns)
-        joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
+        joint = (slice(_FIXED + SMOOTH, max(end, _FIXED + SMOOTH)) for end in ends)
         self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
 
     def _solved(self, columns: list[Floats]) -> UnitSolutions:
