@@ -97,7 +97,7 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
     rod, cell = in_contact, in_contact.mesh.cell
     # Where estimates err most: the bores alone.
     ends = [cell.facets[end].ravel() for end in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)]
-    cycle = replace(rod.cycle, masked=~np.isin(np.arange(len(cell.points)), np.concatenate(ends)))
+    cycle = replace(rod.full_cycle, masked=~np.isin(np.arange(len(cell.points)), np.concatenate(ends)))
     monkeypatch.setattr("fea.pins.contact.KNOTS", 15)  # estimates err more, and more must be solved
     speeds = list(rod.study.speed.rpm * np.array([0.4, 1.0]))
     estimated = SpeedSearch(cycle, rod.crank_cycle, speeds)
@@ -113,7 +113,7 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
 
 
 def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact):
-    cycle, loads = in_contact.crank_cycle(in_contact.study.speed.rpm), in_contact.cycle.loads
+    cycle, loads = in_contact.crank_cycle(in_contact.study.speed.rpm), in_contact.full_cycle.loads
     exact, estimated = loads.weights(cycle.degrees, cycle), loads.sampled(cycle.degrees, cycle)
     apart = np.concatenate(exact) - np.concatenate(estimated.weights)
     length, largest = np.linalg.norm(apart, axis=0), np.linalg.norm(np.concatenate(exact), axis=0).max()
