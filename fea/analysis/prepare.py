@@ -1,7 +1,7 @@
 """From a study to a meshed rod that is ready to be solved at any speed."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, cast
 
@@ -16,7 +16,7 @@ from fea.analysis.meshing import mesh_loaded
 from fea.base.checks import LIMITS
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
-from fea.base.note import Note
+from fea.base.note import Note, assumption
 from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
@@ -34,7 +34,7 @@ from fea.stress.recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
 from fea.study.option_tables import AnalysisTable
-from fea.study.pin_models import PRESCRIBED, pin_model
+from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
@@ -140,7 +140,7 @@ class PreparedRod:
     @cached_property
     def prescribed(self) -> PinModel:
         """The model of the pins, or one that prescribes their load where they are in contact."""
-        in_contact = pin_model(self.options.pressure).in_contact
+        in_contact = pin_model(self.structure.pressure).in_contact
         return self.structure.pins(PRESCRIBED) if in_contact else self.pins
 
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
@@ -315,8 +315,8 @@ def prepare(
     materials = study.materials(mesh.parts)
     loading, duty = _loading(study, mesh, materials)
     assembling = Assembling.of(study, mesh)
-    structure = _structure(study, mesh, materials, assembling, clock)
-    pins = structure.pins()
+    structure = _structure(study, mesh, materials, loading, assembling=assembling, clock=clock)
+    structure, pins, of_pins = _pins(structure, options=study.analysis)
     of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
     return PreparedRod(
         study=study,
@@ -330,7 +330,7 @@ def prepare(
         notes=(
             *study.material_notes,
             *study.rod.mass_notes(structure.inertia.properties),
-            *pins.notes,
+            *of_pins,
             *of_assembly,
         ),
     )
@@ -353,6 +353,8 @@ def _structure(
     study: Study,
     mesh: MeshedRod,
     materials: tuple[Material, ...],
+    loading: Loading,
+    *,
     assembling: Assembling | None,
     clock: Clock,
 ) -> Structure:
@@ -363,18 +365,35 @@ def _structure(
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     with clock("loads"):
         body = inertia(mesh.cell, elastic.density, options.matrix_assembly)
+        speeds: list[float] | list[None] = _spread(study) or [None]
+        cases = [loading.at(body.properties, rpm).cases for rpm in speeds]
     return Structure(
         model=_model(mesh, materials, options, clock),
         bores=mesh.bores,
         materials=materials,
         inertia=body,
-        pressure=options.pressure,
+        pressure=options.pin_load,
         support=options.support,
         contact=study.contact,
         pin_stiffness=study.pin_stiffness,
+        largest_pin_force=max(float(np.hypot(*each.pin).max()) for each in cases),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
     )
+
+
+def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
+    """The model of the pins: the one asked for, or contact, or what takes its place where it cannot be."""
+    pins = structure.pins()
+    if options.pressure is not None:
+        return structure, pins, pins.notes
+    why = pins.excluded_because or contact_excluded_because(options.support, options.solver)
+    if not why:
+        return structure, pins, pins.notes
+    structure = replace(structure, pressure=PRESCRIBED)
+    pins = structure.pins()
+    instead = assumption(f"{PRESCRIBED} takes the place of contact, which {why}", "pins")
+    return structure, pins, (instead, *pins.notes)
 
 
 def _model(mesh: MeshedRod, materials: tuple[Material, ...], options: AnalysisTable, clock: Clock) -> Model:

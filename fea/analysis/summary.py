@@ -356,7 +356,7 @@ def _model(rod: PreparedRod) -> ModelFigures:
         size_mm=meshing.size,
         symmetry=rod.mesh.symmetry.value,
         support=rod.options.support.value,
-        pressure=rod.options.pressure,
+        pressure=rod.structure.pressure,
         solver=rod.model.solver,
         assembly=rod.options.matrix_assembly.value,
         quality=quality_figures(meshing.quality, meshing.repair),

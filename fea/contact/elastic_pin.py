@@ -27,6 +27,11 @@ _EACH, _FEW = 12, 20
 # Exact for products of biquadratic functions; those over r are smooth enough.
 _DEGREE = 5
 _AXES = 3
+# Orders of half a cosine cos φ over |φ| < π/2, and its coefficients; those beyond do not reach the bore.
+ORDERS = (0, 1, 2, 4, 6, 8, 10, 12)
+HALF_COSINE = np.array(
+    [1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n * n - 1) for n in ORDERS[2:])]
+)
 
 
 @dataclass(frozen=True)
@@ -90,6 +95,24 @@ class ElasticPin:
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
 
+    def bending(self, force: float) -> float:
+        """How much less the middle stands out than the ends of what touches the bore, mm, under a force, N.
+
+        Bore and supports press evenly along the pin, and with half a cosine around it.
+        """
+        if self._pin.carried is None:
+            return 0.0
+        (near, far), radius, length = self._pin.carried, self._pin.radius, self.stations[-1]
+        pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
+        along = self._along(0.0, length)[: len(self.stations)]
+        moved = np.zeros_like(self.stations)
+        for answer, share in zip(self.harmonics(np.array(ORDERS)), HALF_COSINE, strict=True):
+            around = np.pi * (1 + (answer.order == 0))
+            opposite = (-1) ** answer.order
+            moved += share * around * pressed * (answer.compliance @ along)
+            moved += share * opposite * carrying * answer.carried
+        return float(moved[0] - moved[-1])
+
     def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
         """Answer of each harmonic."""
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
@@ -126,15 +149,18 @@ class ElasticPin:
     def _carried(self) -> Floats:
         """Radial forces ∫ N R dz of a pressure of 1 MPa on the support, per angle, in order."""
         forces = np.zeros((self._basis.N, _AXES))
-        if self._pin.carried is None:
-            return forces.ravel()
-        z, (near, far) = self._basis.doflocs[1][self._outer], self._pin.carried
+        if self._pin.carried is not None:
+            forces[self._outer, 0] = self._along(*self._pin.carried)
+        return forces[self._order].ravel()
+
+    def _along(self, near: float, far: float) -> Floats:
+        """Radial forces (n_outer,) of 1 MPa on the surface between two stations, per angle."""
+        z, forces = self._basis.doflocs[1][self._outer], np.zeros(len(self._outer))
         for start in range(0, len(z) - 2, 2):
             ends = z[start], z[start + 2]
             if near - 1e-9 <= ends[0] and ends[1] <= far + 1e-9:
-                nodes = self._outer[start : start + 3]
-                forces[nodes, 0] += self._pin.radius * (ends[1] - ends[0]) * np.array([1, 4, 1]) / 6
-        return forces[self._order].ravel()
+                forces[start : start + 3] += self._pin.radius * (ends[1] - ends[0]) * np.array([1, 4, 1]) / 6
+        return forces
 
     def _held(self, order: int) -> Mask:
         """Degrees of freedom (n_nodes, 3) fixed by symmetry, at the axis, or to stop a rigid motion."""

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from fea.contact.elastic_pin import Pin, harmonics
+from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.contact.multipliers import Direction, Multipliers, uniform
 from fea.machine.threads import one_blas_thread
 from fea.solid.parity import Parity
@@ -22,11 +22,6 @@ from mesh.tetmesh import FACET_TURN, TetMesh
 
 # Harmonics of an elastic pin's deflection, at least and at most: facets follow none that are finer.
 FEWEST, HARMONICS = 16, 64
-# Orders of half a cosine cos φ over |φ| < π/2, and its coefficients; those beyond do not reach the bore.
-CARRIED = (0, 1, 2, 4, 6, 8, 10, 12)
-_HALF_COSINE = np.array(
-    [1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n * n - 1) for n in CARRIED[2:])]
-)
 
 _Z = np.array([0.0, 0.0, 1.0])
 
@@ -157,7 +152,7 @@ class Deflection:
     def _summed(cls, bore: PinInBore, pin: Pin) -> "Deflection":
         size = bore.multipliers.size
         compliance = {parity: np.zeros((size, size)) for parity in Parity}
-        carried = {parity: np.zeros((size, len(CARRIED))) for parity in Parity}
+        carried = {parity: np.zeros((size, len(ORDERS))) for parity in Parity}
         z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
         highest = bore.harmonics or bore.resolved()
         for mirrored in (True,) if bore.cut_z else (True, False):
@@ -167,8 +162,8 @@ class Deflection:
                 for parity, moments in bore.harmonic(answer.order, along).items():
                     share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
                     compliance[parity] += share * moments @ answer.compliance @ moments.T
-                    if mirrored and answer.order in CARRIED:
-                        column = list(CARRIED).index(answer.order)
+                    if mirrored and answer.order in ORDERS:
+                        column = list(ORDERS).index(answer.order)
                         carried[parity][:, column] = moments @ answer.carried
         if not bore.cut_y:
             compliance = {Parity.SYMMETRIC: sum(compliance.values(), np.zeros((size, size)))}
@@ -181,8 +176,8 @@ class Deflection:
         """
         near, far = pin.carried or (0.0, np.inf)
         peak = 2 * np.hypot(*force) / (np.pi * pin.radius * 2 * (far - near))
-        share = np.multiply.outer(_HALF_COSINE, peak)
-        turned = np.multiply.outer(CARRIED, np.arctan2(force[1], force[0]) + np.pi)
+        share = np.multiply.outer(HALF_COSINE, peak)
+        turned = np.multiply.outer(ORDERS, np.arctan2(force[1], force[0]) + np.pi)
         waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
         return {parity: self.carried[parity] @ (share * wave) for parity, wave in waves.items()}
 

@@ -207,7 +207,9 @@ class ContactPins(PinModel):
 
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
-        self.fits = Fits.of(structure.contact, structure.bores, structure.pin_stiffness)
+        self.fits = Fits.of(
+            structure.contact, structure.bores, structure.pin_stiffness, structure.largest_pin_force
+        )
         self.singular_surfaces, self.notes = self.fits.sharp, self.fits.notes
 
     @classmethod

@@ -3,6 +3,12 @@
 The defaults are those of passenger-car engines. Clearances in workshop manuals: piston pin of 21 mm,
 0.004-0.020 mm (Mazda 6, V6 3.0, 2008); crank pin of 41.96 mm, 0.020-0.058 mm (Yanmar 3YM30). The bore of a
 piston pin is about 0.6 of its diameter; its bosses leave some play beside the rod.
+
+A pin that bends presses on the ends of a straight bore, where the exact stress is infinite. Makers therefore
+widen bores towards their ends (Luehrmann et al., US patent 7240584, 2007) or let the pin taper towards its
+middle (US patent 6923153, MAHLE, 2005), by some hundredths of a millimetre. The relief that is assumed widens
+like a parabola over the whole bore by as much as the pin bends under its largest force, so that it then
+presses evenly.
 """
 
 from collections.abc import Mapping
@@ -10,7 +16,7 @@ from dataclasses import dataclass
 
 from fea.base.choices import PinBody
 from fea.base.note import SINGULAR, Note, assumptions, warning
-from fea.contact.elastic_pin import Pin
+from fea.contact.elastic_pin import ORDERS, ElasticPin, Pin
 from fea.rod.meshed_rod import Bores
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
 from geometry.errors import require
@@ -24,6 +30,7 @@ STEEL = (206e3, 0.3)
 # Largest clearance and interference over the diameter: beyond, circles are no longer nearly concentric, and
 # the press fit alone strains the rod by more than metals stand.
 LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
+_RELIEF = "contact.small_end_relief_mm"
 
 
 @dataclass(frozen=True)
@@ -62,10 +69,17 @@ class Fits:
         return (*assumed, warning(text, SINGULAR))
 
     @classmethod
-    def of(cls, table: ContactTable, bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> "Fits":
+    def of(
+        cls,
+        table: ContactTable,
+        bores: Bores,
+        stiffness: Mapping[str, tuple[float, float]],
+        largest_force: float,
+    ) -> "Fits":
         """Complete what a study says of the pins.
 
-        `stiffness`: E, MPa, and ν of pins, by their names, where they are given.
+        `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_force`: that the
+        piston pin carries, N.
 
         Raises
         ------
@@ -114,22 +128,18 @@ class Fits:
                 assumed.append("piston pin of steel, 206 GPa ([material.piston_pin])")
             E, nu = stiffness.get(PISTON_PIN, STEEL)
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
-        relief = table.small_end_relief_mm
-        if relief is not None:
-            length, depth = relief
-            half, most = bores.small_width / 2, LARGEST_CLEARANCE * bores.small_radius
-            name, given_relief = "contact.small_end_relief_mm", list(relief)
-            require(
-                length <= half, name, given_relief, f"its length must be at most half the bore's, {half:g} mm"
-            )
-            require(depth <= most, name, given_relief, f"its depth must be at most {most:.3g} mm")
+        relief = _relief(table, bores)
+        if relief is None and piston_pin is not None:
+            bending = ElasticPin(piston_pin, highest=ORDERS[-1]).bending(largest_force)
+            relief = bores.small_width / 2, min(bending, LARGEST_CLEARANCE * bores.small_radius)
+            assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
         return cls(
             small_clearance=small / 2,
             big_clearance=big / 2,
             piston_pin=piston_pin,
             crank_pin=_crank_pin(bores, stiffness),
             assumed=tuple(assumed),
-            relief=None if relief is None else (relief[0], relief[1]),
+            relief=relief,
         )
 
 
@@ -142,6 +152,17 @@ def _clearance(key: str, clearance: float, radius: float) -> float:
     rule = f"must not be below −{most:.3g} mm: a press fit of more than {LARGEST_INTERFERENCE:.1%} yields"
     require(clearance >= -most, name, clearance, rule)
     return clearance
+
+
+def _relief(table: ContactTable, bores: Bores) -> tuple[float, float] | None:
+    if table.small_end_relief_mm is None:
+        return None
+    length, depth = table.small_end_relief_mm
+    half, most = bores.small_width / 2, LARGEST_CLEARANCE * bores.small_radius
+    rule = f"its length must be at most half the bore's, {half:g} mm"
+    require(length <= half, _RELIEF, [length, depth], rule)
+    require(depth <= most, _RELIEF, [length, depth], f"its depth must be at most {most:.3g} mm")
+    return length, depth
 
 
 def _crank_pin(bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> Pin | None:

@@ -67,6 +67,7 @@ class Structure:
     support: Support
     contact: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]  #: E, MPa, and ν of pins whose material is given
+    largest_pin_force: float  #: of the piston pin over the load cases of the study's speeds, N
     assembly: AssemblySpecification | None  #: None for a rod of one piece
     clock: Clock
 

@@ -158,7 +158,7 @@ class AssemblyTable(
         require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
 
 
-def require_pins_in_contact(pressure: str) -> None:
+def require_pins_in_contact(pressure: str | None) -> None:
     """Refuse a prescribed pressure on the bores of an assembly.
 
     Raises
@@ -168,7 +168,7 @@ def require_pins_in_contact(pressure: str) -> None:
     """
     rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
     remedy = f'Leave it out, or use pressure = "{CONTACT}".'
-    require(pressure == CONTACT, "analysis.pressure", pressure, rule, remedy)
+    require(pressure in (None, CONTACT), "analysis.pressure", pressure, rule, remedy)
 
 
 def with_contact(raw: Mapping[str, Any]) -> dict[str, Any]:

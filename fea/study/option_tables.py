@@ -6,6 +6,7 @@ from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 
 from fea.base.choices import (
+    CONTACT,
     Assembly,
     CycleAccuracy,
     Element,
@@ -17,7 +18,7 @@ from fea.base.choices import (
 )
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
-from fea.study.pin_models import contact_excluded_because, pin_model
+from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
 from fea.study.tables import Table, key, not_negative, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
@@ -115,12 +116,11 @@ class AnalysisTable(Table, table="analysis"):
         stated=True,
         flag="symmetry",
     )
-    pressure: str = key(
-        '"cosine-180"',
-        "pin load on the bores: cosine-180, uniform-120, cosine-ARC, webster, contact, or bonded: traction "
-        "along the force over the whole bore, as Ansys' Force on a face",
-        default="cosine-180",
-        stated=True,
+    pressure: str | None = key(
+        '"contact"',
+        "pin load on the bores: contact with the pins, a prescribed pressure (cosine-180, uniform-120, "
+        "cosine-ARC, webster), or bonded: traction along the force over the whole bore, as Ansys' Force on a "
+        f"face; default: contact, or {PRESCRIBED} where contact cannot be computed",
         flag="pressure",
     )
     solver: SolverName = key(
@@ -178,14 +178,22 @@ class AnalysisTable(Table, table="analysis"):
         super().__post_init__()
         if self.in_contact:
             clamped = self.support is Support.CLAMPED
-            why = contact_excluded_because(self.support, self.solver)
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."
-            require(not why, "analysis.pressure", self.pressure, why, remedy)
+            require(not self._excluded, "analysis.pressure", self.pressure, self._excluded, remedy)
+
+    @property
+    def _excluded(self) -> str:
+        return contact_excluded_because(self.support, self.solver)
+
+    @property
+    def pin_load(self) -> str:
+        """The pressure that is asked for, or contact, or what takes its place where it cannot be."""
+        return self.pressure or (PRESCRIBED if self._excluded else CONTACT)
 
     @property
     def in_contact(self) -> bool:
         """Whether the bores touch pins as [contact] says."""
-        return pin_model(self.pressure).in_contact
+        return pin_model(self.pin_load).in_contact
 
 
 @dataclass(frozen=True)

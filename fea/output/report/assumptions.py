@@ -92,7 +92,7 @@ def _gas(engine: EngineTable) -> str:
 
 
 def _pins(run: Run) -> str:
-    name = run.study.analysis.pressure
+    name = run.summary.model.pressure
     entry = pin_model(name)
     load = entry.parse(name)
     if not isinstance(load, BorePressure):
@@ -183,7 +183,7 @@ def _limits(run: Run) -> Iterator[str]:
         residual += " (shot peening enters through the factor of the surface alone)"
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
-    if not run.study.analysis.in_contact:
+    if not pin_model(run.summary.model.pressure).in_contact:
         yield (
             "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "
             "in the bores."

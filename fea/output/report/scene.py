@@ -67,7 +67,7 @@ def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
         "nodes": len(surface.nodes),
         "exaggeration": _exaggeration(run, mesh),
         "bores": [bore._asdict() for bore in run.bores],
-        "pressure": pressure_kind(run.study.analysis.pressure),
+        "pressure": pressure_kind(run.summary.model.pressure),
         "clamped": run.study.analysis.support is Support.CLAMPED,
         "results": results,
         "spots": hot_spots(run),
