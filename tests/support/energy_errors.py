@@ -1,6 +1,5 @@
 """True errors in the energy norm, and how the estimate compares (its effectivity)."""
 
-import dataclasses
 from functools import cache
 
 import numpy as np
@@ -11,7 +10,7 @@ from fea.base.material import Material
 from fea.solid.element import gauss_block, tabulate
 from fea.stress.error_estimate import ErrorEstimator
 from fea.stress.recovery import ElementStress, Recovery, reference_nodes
-from fea.study.option_tables import MeshTable
+from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL
 from fea.verify.cases.elasticity import manufactured_gradient, manufactured_solution
