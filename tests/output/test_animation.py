@@ -102,7 +102,7 @@ def test_frames_are_the_solved_and_superposed_fields_of_their_instants():
     assert shown.crank_angle / DEG == pytest.approx(10.0 * np.arange(COUNT))
     assert shown.displacement.shape == (COUNT, len(shown.skin.points), 3)
     nearest = int(np.abs(shown.crank_angle - angle).argmin())  # 0°, four degrees away
-    assert shown.von_mises[nearest].max() == pytest.approx(np.nanmax(tension.von_mises), rel=0.02)
+    assert shown.von_mises[nearest].max() == pytest.approx(np.nanmax(tension.von_mises), rel=0.04)
 
 
 @pytest.mark.parametrize(

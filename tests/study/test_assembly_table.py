@@ -46,7 +46,6 @@ def bolt(text="", seats=SEATS):
 def test_an_assembly_puts_the_pins_in_contact_unless_it_is_told_otherwise():
     assert read("[assembly]\n").analysis.in_contact
     assert read("[assembly]\n[analysis]\ncycle = true\n").analysis.in_contact
-    assert not read("").analysis.in_contact
     with pytest.raises(InvalidValue, match=r'analysis\.pressure.*\[assembly\].*pressure = "contact"'):
         read('[assembly]\n[analysis]\npressure = "cosine-180"\n')
     with pytest.raises(InvalidValue, match=r"analysis\.pressure"):
