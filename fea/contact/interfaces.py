@@ -70,6 +70,7 @@ class PinInBore(Interface):
     cut_z: bool
     #: Length and radial depth of the relief at either end of the bore, mm: it widens like a parabola
     relief: tuple[float, float] | None = None
+    as_drawn: bool = False  #: whether the bore widens by itself, as its mesh shows
     #: Highest one of an elastic pin's deflection; by default what the facets can follow
     harmonics: int | None = None
 
@@ -98,6 +99,10 @@ class PinInBore(Interface):
             length, depth = self.relief
             off = np.abs(self.multipliers.places[..., 2] - self.center[1])
             gap += depth * np.maximum(0.0, 1 - (off.max() - off) / length) ** 2
+        if self.as_drawn:
+            x, y, _ = np.moveaxis(self.multipliers.places, -1, 0)
+            radius = np.hypot(x - self.center[0], y)
+            gap += radius - radius.min()
         return self.multipliers.moments(gap)
 
     def harmonic(self, order: int, field: Floats) -> dict[Parity, Floats]:

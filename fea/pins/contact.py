@@ -80,14 +80,18 @@ class BoreContact:
         cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
         self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
         pins = []
-        for surface, x, clearance, pin, relief in (
-            (Surface.SMALL_END_BORE, bores.rod_length, fits.small_clearance, fits.piston_pin, fits.relief),
-            (Surface.BIG_END_BORE, 0.0, fits.big_clearance, fits.crank_pin, None),
+        small, big = Surface.SMALL_END_BORE, Surface.BIG_END_BORE
+        for surface, x, clearance, pin in (
+            (small, bores.rod_length, fits.small_clearance, fits.piston_pin),
+            (big, 0.0, fits.big_clearance, fits.crank_pin),
         ):
             multipliers = Multipliers.of(mesh, surface, radial(x))
             z = multipliers.places[..., 2]
             middle = 0.0 if cut_z else float(z.min() + z.max()) / 2
-            pins.append(PinInBore(multipliers, (x, middle), clearance, pin, cut_y, cut_z, relief))
+            bore = PinInBore(multipliers, (x, middle), clearance, pin, cut_y, cut_z)
+            if surface is small:
+                bore = replace(bore, relief=fits.relief, as_drawn=fits.drawn_relief)
+            pins.append(bore)
         unit = [inertia.forces(motion) for motion in _MOTIONS]
         parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
         loads = {
@@ -202,13 +206,27 @@ def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
     return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
 
 
+def _widening(structure: Structure) -> float:
+    """By how much the radius of the small end's bore grows from its middle third towards its ends, mm."""
+    mesh = structure.mesh
+    x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
+    radius = np.hypot(x - structure.bores.rod_length, y)
+    middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
+    off = np.abs(z - middle) / np.abs(z - middle).max()
+    return float(radius[off > 0.9].mean() - radius[off < 1 / 3].mean())
+
+
 class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
         self.fits = Fits.of(
-            structure.contact, structure.bores, structure.pin_stiffness, structure.largest_pin_force
+            structure.contact,
+            structure.bores,
+            structure.pin_stiffness,
+            structure.largest_pin_force,
+            _widening(structure),
         )
         self.singular_surfaces, self.notes = self.fits.sharp, self.fits.notes
 

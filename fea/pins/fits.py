@@ -30,6 +30,8 @@ STEEL = (206e3, 0.3)
 # Largest clearance and interference over the diameter: beyond, circles are no longer nearly concentric, and
 # the press fit alone strains the rod by more than metals stand.
 LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
+# Smallest part of its radius by which a drawn bore widens on purpose: meshes differ from cylinders by less.
+DRAWN_RELIEF = 2e-4
 _RELIEF = "contact.small_end_relief_mm"
 
 
@@ -46,11 +48,13 @@ class Fits:
     assumed: tuple[str, ...]  #: what the study does not say, in words
     #: Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one
     relief: tuple[float, float] | None = None
+    drawn_relief: bool = False  #: whether the small end's bore widens towards its ends by itself
 
     @property
     def sharp(self) -> tuple[Surface, ...]:
         """Bores whose ends an elastic pin presses on as it bends, where the exact pressure is infinite."""
-        small = self.piston_pin is not None and self.relief is None
+        relieved = self.relief is not None or self.drawn_relief
+        small = self.piston_pin is not None and not relieved
         pressed = {Surface.SMALL_END_BORE: small, Surface.BIG_END_BORE: self.crank_pin is not None}
         return tuple(surface for surface, touches in pressed.items() if touches)
 
@@ -75,11 +79,13 @@ class Fits:
         bores: Bores,
         stiffness: Mapping[str, tuple[float, float]],
         largest_force: float,
+        widens: float = 0.0,
     ) -> "Fits":
         """Complete what a study says of the pins.
 
         `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_force`: that the
-        piston pin carries, N.
+        piston pin carries, N; `widens`: by how much the radius of the small end's bore grows towards its ends
+        as it is drawn, mm.
 
         Raises
         ------
@@ -128,8 +134,8 @@ class Fits:
                 assumed.append("piston pin of steel, 206 GPa ([material.piston_pin])")
             E, nu = stiffness.get(PISTON_PIN, STEEL)
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
-        relief = _relief(table, bores)
-        if relief is None and piston_pin is not None:
+        relief, drawn = _relief(table, bores), widens > DRAWN_RELIEF * bores.small_radius
+        if relief is None and piston_pin is not None and not drawn:
             bending = ElasticPin(piston_pin, highest=ORDERS[-1]).bending(largest_force)
             relief = bores.small_width / 2, min(bending, LARGEST_CLEARANCE * bores.small_radius)
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
@@ -140,6 +146,7 @@ class Fits:
             crank_pin=_crank_pin(bores, stiffness),
             assumed=tuple(assumed),
             relief=relief,
+            drawn_relief=drawn and relief is None,
         )
 
 
