@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # What every run loads once it has a mesh. The flaws of a coarse mesh are measured with the first, so that
 # meshing may wait for its import.
-AFTER_THE_MESH = ("fea.solid.inertia", "fea.apps.write_run", *LIBRARIES)
+AFTER_THE_MESH = ("fea.solid.inertia", "fea.apps.write_run", "fea.pins.contact", *LIBRARIES)
 
 
 def run_study(

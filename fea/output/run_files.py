@@ -112,7 +112,7 @@ def _stress_history(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _bores(run: RunResult) -> Iterator[RunFiles]:
-    if any(case.touch for case in run.cases.values()):
+    if run.study.output.screenshot and any(case.touch for case in run.cases.values()):
         from fea.output.plots.joint import plot_bores  # noqa: PLC0415 - only a plot needs it
 
         length = run.summary.rod.length_mm

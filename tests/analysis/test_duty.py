@@ -29,7 +29,7 @@ FORGED = MaterialTable(preset="forged-steel-2005", surface=Finish.MACHINED)
 
 def study(name="leon-2001", **tables):
     base = replace(load_study(name), material=FORGED, mesh=MeshTable(size_mm=14.0))
-    return replace(base, analysis=replace(base.analysis, cycle=True), **tables)
+    return replace(base, analysis=replace(base.analysis, cycle=True, pressure="cosine-180"), **tables)
 
 
 def life_of(rod, duty):

@@ -22,7 +22,8 @@ ROD = '[rod]\nlength_mm = 100\nbig_end_bore_mm = 50\nsmall_end_bore_mm = 25\nsha
 
 
 def meshed(size, element="p2", rod=ROD):
-    study = parse_study(f'{rod}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
+    pins = '[analysis]\npressure = "cosine-180"\n'  # contact needs smaller elements on the bores
+    study = parse_study(f'{rod}{pins}[mesh]\nsize_mm = {size}\nelement = "{element}"\n', "coarse", Path())
     said = []
     found = mesh_study(study, Clock(said.append))
     materials = study.materials(found.parts)

@@ -205,6 +205,7 @@ def test_a_run_of_a_nearly_incompressible_rod(tmp_path, capsys):
     for nu in (0.4, 0.4999):
         (tmp_path / "s.toml").write_text(STUDY.format(nu=nu) + ENGINE)
         arguments = ["run", str(tmp_path / "s.toml"), "--size", "14", "--cycle", "--json"]
+        arguments += ["--pressure", "cosine-180"]
         assert call([*arguments, "--out", str(tmp_path / "run")]) == 0
         found[nu] = json.loads(capsys.readouterr().out)
     plain, soft = found[0.4], found[0.4999]
