@@ -219,7 +219,7 @@ class SurfaceFigures:
     finish: str
     surface_factor: float
     endurance_MPa: float
-    assumed: WhereKnown[bool] = None  #: where the finish follows from that of the rest of the part
+    assumed: WhereKnown[bool] = None  #: where the study does not give it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -231,6 +231,7 @@ class EnduranceFigures:
     size_factor: float
     load_factor: float
     reliability_factor: float
+    reliability_percent: float  #: part of the rods that bear the limit: 50 is the median
     regions: Mapping[str, SurfaceFigures]
 
 

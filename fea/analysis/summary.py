@@ -75,6 +75,7 @@ def _endurance(material: Material, limit: float) -> EnduranceFigures:
         size_factor=marin.size,
         load_factor=marin.load,
         reliability_factor=marin.reliability,
+        reliability_percent=marin.reliability_percent,
         regions={
             region.value: SurfaceFigures(
                 finish=surface.finish,

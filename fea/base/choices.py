@@ -96,6 +96,7 @@ class ThreadRolled(StrEnum):
 class Finish(StrEnum):
     """How a part's surface was made."""
 
+    POLISHED = "polished"  # as specimens are
     GROUND = "ground"
     MACHINED = "machined"
     HOT_ROLLED = "hot-rolled"

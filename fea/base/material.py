@@ -11,6 +11,8 @@ import numpy.typing as npt
 from fea.base.choices import Finish, Loading, Region
 from geometry.errors import require, require_number, require_positive
 
+MEDIAN = 50.0  # reliability in per cent
+
 
 @dataclass(frozen=True)
 class SurfaceFinish:
@@ -18,21 +20,27 @@ class SurfaceFinish:
 
     factor: float = 1.0  #: k_a, the endurance limit over that of a polished surface
     finish: str = "polished"  #: in words
-    assumed: bool = False  #: whether the finish follows from that of the rest of the part
+    assumed: bool = False  #: whether the study does not give it
 
 
 @dataclass(frozen=True)
 class Marin:
     """Factors from the endurance limit of polished specimens to that of a part (Marin 1962)."""
 
-    #: size, load, reliability: k_b, k_c and k_e, contained in the limits of `Material`
+    #: size, load: k_b and k_c, contained in the limits of `Material`
     size: float = 1.0
     load: float = 1.0
-    reliability: float = 1.0
+    #: The part of the rods that bear the limit; k_e is contained in the limits of `Material`, too
+    reliability_percent: float = MEDIAN
     #: bores, faces, rest: k_a by region, not contained there
     bores: SurfaceFinish = SurfaceFinish()
     faces: SurfaceFinish = SurfaceFinish()
     rest: SurfaceFinish = SurfaceFinish()
+
+    @property
+    def reliability(self) -> float:
+        """k_e."""
+        return reliability_factor(self.reliability_percent)
 
     @property
     def surfaces(self) -> dict[Region, SurfaceFinish]:
@@ -147,6 +155,7 @@ def of_parts(materials: Sequence[Material], part: npt.NDArray[np.int64] | None) 
 # (Rennert et al., Analytical Strength Assessment of Components, 6th ed. 2012, section 4.3).
 # k_a = a S_u^b, S_u in MPa: table 6-2, after Noll & Lipson (1946).
 _FINISHES = {
+    Finish.POLISHED: (1.0, 0.0),
     Finish.GROUND: (1.58, -0.085),
     Finish.MACHINED: (4.51, -0.265),
     Finish.HOT_ROLLED: (57.7, -0.718),

@@ -10,14 +10,14 @@ hydrostatic stress. From the endurance limits f (fully reversed tension) and t (
 β = t, α = 3t/f − √3.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from fea.base.checks import Check
-from fea.base.choices import Fatigue
-from fea.base.material import Material
-from fea.base.note import Note, assumption, doubt, warning
+from fea.base.choices import Fatigue, Finish
+from fea.base.material import MEDIAN, Material
+from fea.base.note import Note, assumption, assumptions, doubt, warning
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -107,13 +107,22 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
     notes = []
     if any(None in strengths for strengths in needed.values()):
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
-    if any(material.endurance_estimated for material in materials):
-        text = (
-            "endurance_MPa is not given: half the ultimate strength is used, as for polished steel, times "
-            "the factors of surface, size and reliability"
-        )
-        notes.append(assumption(text))
-    return tuple(notes)
+    return (*notes, *assumptions("fatigue", _assumed_strength(materials)))
+
+
+def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
+    """What the study does not give of the endurance of its materials."""
+    known = [material for material in materials if material.endurance_limit is not None]
+    if any(material.endurance_estimated for material in known):
+        yield "half the ultimate strength as endurance limit"
+    regions = [item for material in known for item in material.marin.surfaces.items()]
+    assumed = {(region, skin.finish): None for region, skin in regions if skin.assumed}
+    for finish in dict.fromkeys(finish for _, finish in assumed):
+        where = " and ".join(region for region, made in assumed if made == finish)
+        why = " (its factors are not known)" if finish == Finish.POLISHED else ""
+        yield f"a {finish} surface of {where}{why}"
+    if any(material.marin.reliability_percent == MEDIAN for material in known):
+        yield "the median strength (reliability 50 %)"
 
 
 def check_notes(checks: Mapping[str, Check]) -> tuple[Note, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.base.choices import Finish, Loading
 from fea.base.material import (
+    MEDIAN,
     Basquin,
     Marin,
     Material,
@@ -15,7 +16,6 @@ from fea.base.material import (
     finish_factor,
     is_steel,
     load_factor,
-    reliability_factor,
     size_factor,
 )
 from fea.base.units import GPA, KG_M3
@@ -118,9 +118,9 @@ class MaterialTable(Table, table="material"):
         "220.0", "for Crossland's criterion; default: 0.60 of the limit in tension"
     )
     surface: Finish | float | None = key(
-        '"as-forged"',
-        'reduces the endurance limit (Marin factor): "ground", "machined", "hot-rolled", "as-forged", '
-        '"shot-peened" (a forging), or the factor itself, as 0.7',
+        '"machined"',
+        'factor on the endurance limit: "polished", "ground", "machined" (bar stock), "hot-rolled", '
+        '"as-forged", "shot-peened" (a cleaned forging: default for steel), or a number, as 0.7',
     )
     bore_surface: Finish | float | None = key(
         '"machined"', "on the bores; machined where surface is that of a raw forging or bar"
@@ -130,7 +130,7 @@ class MaterialTable(Table, table="material"):
     loading: Loading | None = key(
         '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
     )
-    reliability_percent: float | None = key("99.0", "reduces it too")
+    reliability_percent: float | None = key("99.0", "reduces it too; default: 50, the median of tests")
     fatigue_strength_coefficient_MPa: float | None = key(
         "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]"
     )
@@ -208,8 +208,10 @@ class MaterialTable(Table, table="material"):
     def marin(self) -> Marin:
         """Return Marin's factors, from a polished specimen to the part.
 
-        The bores, and the faces beside them, are machined where the rest of the part is left as it was forged
-        or rolled, unless their finish is given.
+        A steel whose surface is not given counts as a forging that was cleaned by blasting or peening, as
+        rods are delivered; for other metals no factor is known, and their surface counts as polished. The
+        bores, and the faces beside them, are machined where the rest of the part is left as it was forged or
+        rolled, unless their finish is given.
 
         Raises
         ------
@@ -217,24 +219,28 @@ class MaterialTable(Table, table="material"):
             A value is out of its range, a finish is named but not the ultimate strength, or the metal is none
             that a finish was tested on.
         """
-        machined = Finish.MACHINED if self.surface in _RAW else self.surface
-        rest, percent = self._surface("surface", None), self.reliability_percent
+        forged = is_steel(self.stiffness()[0]) and self.ultimate_MPa is not None
+        usual = Finish.SHOT_PEENED if forged else Finish.POLISHED
+        made = usual if self.surface is None else self.surface
+        machined = Finish.MACHINED if made in _RAW else made
+        rest = self._surface("surface", made)
+        percent = MEDIAN if self.reliability_percent is None else self.reliability_percent
         return Marin(
             size=1.0 if self.size_mm is None else size_factor(self.size_mm),
             load=1.0 if self.loading is None else load_factor(self.loading),
-            reliability=1.0 if percent is None else reliability_factor(percent),
+            reliability_percent=percent,
             bores=self._surface("bore_surface", machined),
             faces=self._surface("face_surface", machined),
             rest=rest,
         )
 
-    def _surface(self, key: str, otherwise: Finish | float | None) -> SurfaceFinish:
+    def _surface(self, key: str, otherwise: Finish | float) -> SurfaceFinish:
         """How a region was made: as its key says, or otherwise as the rest of the part suggests."""
         given = getattr(self, key)
         made = otherwise if given is None else given
-        if made is None:
-            return SurfaceFinish()
         name, assumed = f"material.{key}", given is None and made != self.surface
+        if made is Finish.POLISHED:
+            return SurfaceFinish(assumed=assumed)
         if not isinstance(made, Finish):
             rule = f"must be above 0 and at most {_LARGEST_FACTOR:g}, the factor of the surface, or a finish"
             require(0 < made <= _LARGEST_FACTOR, name, made, rule)

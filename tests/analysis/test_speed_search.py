@@ -60,7 +60,8 @@ def _everywhere(rod, rpm):
 def test_worst_places_are_those_of_looking_everywhere(rod, search, rpm):
     largest, mean, amplitude = _everywhere(rod, rpm)
     material, found = rod.materials[0], search.at(rpm)
-    fatigue = fatigue_factor(rod.options.fatigue, mean, amplitude, material)
+    surface = np.tile(rod.cycle.regions.factors(material), 2)
+    fatigue = fatigue_factor(rod.options.fatigue, mean, amplitude, material, surface)
     assert found.yielding.factor == pytest.approx(material.yield_strength / largest.max(), rel=1e-9)
     assert found.fatigue.factor == pytest.approx(fatigue.min(), rel=1e-9)
     assert found.fatigue.figures.amplitude_MPa == pytest.approx(amplitude[fatigue.argmin()], rel=1e-9)

@@ -129,8 +129,8 @@ analysis.cycle = true
     run = fea("run", "forged.toml", "--out", "o", "--verbose", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert (
-        "Endurance limit: 423 MPa × 1 (size) × 1 (load) × 0.814 (reliability) × surface: bores and faces "
-        "0.735 (machined, assumed) = 253.2 MPa; rest 0.3 (as-forged) = 103.3 MPa." in flowing(run.stdout)
+        "Endurance limit: 423 MPa × 0.81 (99 % reliability) × 0.30 (as-forged; bores and faces machined "
+        "0.74)." in flowing(run.stdout)
     )
     summary = json.loads((tmp_path / "o" / "summary.json").read_text())
     said = [*summary["notes"], *(f"{item['what']}: {item['why']}" for item in summary["left_out"])]

@@ -1,7 +1,8 @@
 import pytest
 
 from fea.base.checks import check
-from fea.base.choices import Fatigue
+from fea.base.choices import Fatigue, Finish
+from fea.base.note import NoteKind
 from fea.judge.fatigue import check_notes, fatigue_notes
 from fea.judge.plausible import unit_notes
 from fea.study.engine_table import EngineTable
@@ -52,8 +53,36 @@ def test_a_failed_check_of_the_model_is_put_into_words(name):
 def test_only_strengths_that_the_criterion_needs_are_missed():
     known = {"E_GPa": 200.0, "nu": 0.3, "density_kg_m3": 7800.0, "yield_MPa": 600.0}
     material = MaterialTable(**known, endurance_MPa=300.0).material()
-    assert fatigue_notes([material], Fatigue.SODERBERG) == ()
-    (note,) = fatigue_notes([material], Fatigue.GOODMAN)
-    assert "without endurance_MPa or ultimate_MPa" in str(note)
+    (assumed,) = fatigue_notes([material], Fatigue.SODERBERG)
+    assert assumed.kind is NoteKind.ASSUMPTION
+    warned, again = fatigue_notes([material], Fatigue.GOODMAN)
+    assert "without endurance_MPa or ultimate_MPa" in str(warned)
+    assert again == assumed
     (note,) = fatigue_notes([MaterialTable(**known).material()], Fatigue.SODERBERG)
     assert "ultimate" not in str(note)
+
+
+SHOT = ["a machined surface of bores and faces", "a shot-peened surface of rest"]
+MEDIAN = "the median strength (reliability 50 %)"
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"preset": "leon-2001"}, ["half the ultimate strength as endurance limit", *SHOT, MEDIAN]),
+        ({"preset": "c70-2005", "reliability_percent": 99.0}, SHOT),
+        ({"preset": "c70-2005", "surface": Finish.AS_FORGED}, [SHOT[0], MEDIAN]),
+        (
+            {"preset": "al-7075-t6"},
+            ["a polished surface of bores and faces and rest (its factors are not known)", MEDIAN],
+        ),
+    ],
+)
+def test_what_is_assumed_of_endurance_is_said(keys, said):
+    (note,) = fatigue_notes([MaterialTable(**keys).material()], Fatigue.GOODMAN)
+    assert str(note) == f"fatigue: assumed are {', '.join(said)}"
+
+
+def test_nothing_is_assumed_where_everything_is_given():
+    given = MaterialTable(preset="hard-steel-1945", surface=Finish.POLISHED, reliability_percent=99.0)
+    assert fatigue_notes([given.material()], Fatigue.GOODMAN) == ()

@@ -109,10 +109,18 @@ def test_bores_and_faces_of_a_forging_are_machined_unless_it_is_said_otherwise()
     said = replace(steel, bore_surface=Finish.GROUND, face_surface=0.5).material().marin
     assert [skin.factor for skin in said.surfaces.values()][:2] == [finish_factor(Finish.GROUND, 938.0), 0.5]
     assert not said.bores.assumed
+    # Without any finish, a steel is a cleaned forging, and another metal as polished as its specimens.
+    usual = replace(steel, surface=None, reliability_percent=None).material().marin
+    assert [skin.finish for skin in usual.surfaces.values()] == ["machined", "machined", "shot-peened"]
+    assert usual.reliability == 1
+    assert all(skin.assumed for skin in usual.surfaces.values())
+    titanium = MaterialTable(preset="ti-6al-4v").material().marin
+    assert {(skin.finish, skin.factor) for skin in titanium.surfaces.values()} == {("polished", 1.0)}
     # The finish of a whole part, or a factor of its own, holds everywhere.
-    for surface in (Finish.MACHINED, 0.8):
+    for surface, factor in ((Finish.MACHINED, 0.735), (0.8, 0.8), (Finish.POLISHED, 1.0)):
         alike = replace(steel, surface=surface).material().marin
         assert alike.bores == alike.faces == alike.rest
+        assert alike.rest.factor == pytest.approx(factor, rel=1e-3)
     # The surface is not contained in the limit, everything else is.
     assert steel.material().endurance_limit == pytest.approx(423 * reliability_factor(99))
     axial = replace(steel, loading=Loading.AXIAL, size_mm=32.0, endurance_torsion_MPa=260.0).material()
@@ -141,7 +149,7 @@ def test_a_surface_that_nothing_is_known_of_is_refused(keys, rule):
 @pytest.mark.parametrize("value", ["foo", True, [0.7]])
 def test_a_surface_is_a_finish_or_a_number(value):
     assert read_table(MaterialTable, "material", {"bore_surface": 1}).bore_surface == 1.0
-    with pytest.raises(InvalidValue, match=r"bore_surface = .*Choose from ground, .* or give a number\."):
+    with pytest.raises(InvalidValue, match=r"bore_surface = .*Choose from polished, .* or give a number\."):
         read_table(MaterialTable, "material", {"bore_surface": value})
 
 

@@ -179,7 +179,7 @@ def _limits(run: Run) -> Iterator[str]:
     else:
         yield "Differences of temperature within the rod, and how strengths and stiffness depend on it."
     residual = "Residual stresses of forging, machining or fracture splitting"
-    if run.study.material.surface is Finish.SHOT_PEENED:
+    if run.study.material.material().marin.rest.finish == Finish.SHOT_PEENED:
         residual += " (shot peening enters through the factor of the surface alone)"
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."

@@ -1,6 +1,6 @@
 """What terminal and report say of a run, in lines; and how they write its figures."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -15,8 +15,8 @@ from fea.analysis.figures import (
     LifeFigures,
     SharpEdgeFigures,
     Summary,
-    SurfaceFigures,
 )
+from fea.base.choices import Region
 from fea.output.text import error_bar
 
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
@@ -108,28 +108,26 @@ def endurance_lines(envelope: CycleFigures) -> list[str]:
 
 
 def _line(of_part: str, found: EnduranceFigures) -> str:
-    limit = f"{number(found.specimen_MPa, '.4g')} MPa"
-    said = f"Endurance limit{of_part}: {limit}{' (estimated)' if found.estimated else ''}"
-    factors = {"size": found.size_factor, "load": found.load_factor, "reliability": found.reliability_factor}
-    surfaces = found.regions.values()
-    if all(factor == 1 for factor in (*factors.values(), *(skin.surface_factor for skin in surfaces))):
-        return f"{said}, not reduced for surface, size, load or reliability."
-    product = " × ".join(f"{factor:.3g} ({name})" for name, factor in factors.items())
-    regions = "; ".join(_region(*item) for item in _alike(found.regions).items())
-    return f"{said} × {product} × surface: {regions}."
-
-
-def _alike(regions: Mapping[str, SurfaceFigures]) -> dict[SurfaceFigures, list[str]]:
-    names: dict[SurfaceFigures, list[str]] = {}
-    for name, skin in regions.items():
-        names.setdefault(skin, []).append(name)
-    return names
-
-
-def _region(skin: SurfaceFigures, names: list[str]) -> str:
-    assumed = ", assumed" if skin.assumed else ""
-    made = f"{skin.surface_factor:.3g} ({skin.finish}{assumed})"
-    return f"{' and '.join(names)} {made} = {number(skin.endurance_MPa, '.4g')} MPa"
+    estimated = " (half the ultimate)" if found.estimated else ""
+    median = ", median" if found.reliability_factor == 1 else ""
+    factors = {
+        "size": found.size_factor,
+        "load": found.load_factor,
+        f"{found.reliability_percent:g} % reliability": found.reliability_factor,
+    }
+    product = "".join(f" × {value:.2f} ({name})" for name, value in factors.items() if value != 1)
+    regions: dict[tuple[str, float], list[str]] = {}
+    for name, skin in found.regions.items():
+        regions.setdefault((skin.finish, skin.surface_factor), []).append(name)
+    rest = found.regions[Region.REST]
+    elsewhere = "".join(
+        f"; {' and '.join(names)} {finish} {value:.2f}"
+        for (finish, value), names in regions.items()
+        if Region.REST not in names
+    )
+    limit = f"{number(found.specimen_MPa, '.4g')} MPa{estimated}{product}"
+    made = f"{rest.surface_factor:.2f} ({rest.finish}{elsewhere})"
+    return f"Endurance limit{of_part}: {limit} × {made}{median}."
 
 
 # Entries with less of the damage are not listed.
