@@ -62,15 +62,13 @@ ENGINES = (
 PEAK = 75.0  # bar: full load without supercharging; assumed
 PRESSURES = ("cosine-180", CONTACT)
 WIDTHS = ("big_end_width_mm", "small_end_width_mm", "shank_width_mm")
-STEEL = MaterialTable(preset="forged-steel-2005", surface=Finish.AS_FORGED, reliability_percent=99.0)
-FORGED = Finish.AS_FORGED
+STEEL = MaterialTable(preset="forged-steel-2005")
+DEFAULT = "default: shot-peened, bores and faces machined"
 JUDGED = {
-    "as-forged everywhere": dataclasses.replace(STEEL, bore_surface=FORGED, face_surface=FORGED),
-    "as-forged, bores and faces machined": STEEL,
-    "shot-peened, bores and faces machined": dataclasses.replace(STEEL, surface=Finish.SHOT_PEENED),
-    "the same, median endurance": dataclasses.replace(
-        STEEL, surface=Finish.SHOT_PEENED, reliability_percent=50.0
-    ),
+    "polished everywhere": dataclasses.replace(STEEL, surface=Finish.POLISHED),
+    "as-forged, bores and faces machined": dataclasses.replace(STEEL, surface=Finish.AS_FORGED),
+    DEFAULT: STEEL,
+    "the same at 99 % reliability": dataclasses.replace(STEEL, reliability_percent=99.0),
 }
 HEAD = (
     "surface",
