@@ -79,6 +79,7 @@ def test_shigley_problem_7_1_a_shaft_in_bending_and_torsion_with_means(line, str
 @pytest.mark.parametrize(
     ("computed", "printed"),
     [
+        (finish_factor(Finish.POLISHED, 520.0), 1.0),
         (finish_factor(Finish.MACHINED, 520.0), 0.860),  # example 6-3
         (finish_factor(Finish.AS_FORGED, 520.0), 0.540),  # the same steel forged
         (size_factor(32.0), 0.858),  # example 6-4
