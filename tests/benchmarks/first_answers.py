@@ -163,9 +163,9 @@ def main() -> None:
 TEXT = """# First answers: what a newcomer is told, and whether it is believable
 
 Made by `python tests/benchmarks/first_answers.py --cad FOLDER --report results/first-answers.md`: `fea run
-STUDY --cycle` without any other flag, at each engine's redline. "By" is the load case with the smallest
-factor against yielding; "on" the region of the surface where fatigue governs. Coordinates count from the
-crank pin, +x towards the piston pin.
+STUDY --cycle` at each engine's redline, without other flags than those named below a table. "By" is the
+load case with the smallest factor against yielding; "on" the region of the surface where fatigue governs.
+Coordinates count from the crank pin, +x towards the piston pin.
 
 ## Rods of the engines in the library
 
@@ -179,6 +179,20 @@ proportions of this program, in forged steel.
 {cad}
 
 {sources}
+
+## Is it believable?
+
+- *Rods of usual proportions without a known mass come out heavy*: the Honda's and the Toyota's weigh 40 to
+  55 % more than the rods of engine-sim in [production-rods.md](production-rods.md). Their factors are
+  those of heavy rods. Cause: the mass is not given, and the proportions are those of the León rod.
+- *Rods with a known mass* (454, Jeep, EJ25, Hayabusa): gas pressure governs yielding, and fatigue a bore or
+  the fillets beside the rings, with factors above 1, the smallest of the lightest rod at the highest speed.
+  That is what is expected of rods that last.
+- *León*: its published piston weighs 1.33 kg for a bore of 76 mm, five times the usual 0.6 g/cm³ × bore³. Its
+  answer follows from loads that no such engine has; the study reproduces a thesis.
+- *CAD*: an engine of the library stands for one that is not known, so that the loads are wrong by as much as
+  the engines differ. The rods by Aqib12664, MohammadHaris13 and AAYUS2004 are those of one tutorial.
+  KylerLimata's shank is a bar of 50 × 30 mm, four times the mass of a rod of that length: hence its factors.
 
 ## What was assumed
 
