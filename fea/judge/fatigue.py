@@ -17,7 +17,7 @@ import numpy as np
 from fea.base.checks import Check
 from fea.base.choices import Fatigue, Finish
 from fea.base.material import MEDIAN, Material
-from fea.base.note import Note, assumption, assumptions, doubt, warning
+from fea.base.note import Note, assumptions, doubt, warning
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
