@@ -53,7 +53,8 @@ def test_a_run_prints_json_only_and_leaves_what_is_promised(run):
     cases = {"tension", "compression", "side", "bending", "gas"}
     assert set(summary["results"]) == set(summary["loads"]) == cases
     assert {path.name for path in place.iterdir()} == {
-        "summary.json", "study.toml", "loads.csv", "cases.pvd", *(f"{case}.vtu" for case in cases),
+        "summary.json", "study.toml", "loads.csv", "cases.pvd", "contact.vtu",
+        *(f"{case}.vtu" for case in cases),
     }  # fmt: skip
     assert {item["what"] for item in summary["left_out"]} >= {"elements at z < 0"}
     assert all(check["pass"] for check in summary["checks"].values())

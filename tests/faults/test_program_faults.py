@@ -125,9 +125,9 @@ import os, signal, sys, threading
 from {module} import {name}
 owner = {owner}
 original = owner.{method}
-def interrupted(*arguments):
+def interrupted(*arguments, **named):
     threading.Timer(0.05, os.killpg, (0, signal.SIGINT)).start()
-    return original(*arguments)
+    return original(*arguments, **named)
 owner.{method} = interrupted
 from fea.__main__ import call
 sys.exit(call(sys.argv[1:]))
@@ -139,7 +139,7 @@ PARDISO = {
     "module": "fea.solvers.linear.pardiso",
     "name": "Pardiso",
     "owner": "Pardiso",
-    "method": "factorise",
+    "method": "condense",
 }
 
 

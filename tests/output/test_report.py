@@ -327,11 +327,9 @@ def test_the_limits_are_those_of_the_run():
     assert any("finite life" in limit for limit in limits(run))
     without = replace(run, summary=replace(run.summary, envelope=None))
     assert any("nothing is said about the life" in limit for limit in limits(without))
-    contact = replace(run.study.analysis, pressure="contact")
-    assert any(
-        "oil film between pins" in limit
-        for limit in limits(replace(run, study=replace(run.study, analysis=contact)))
-    )
+    model = replace(run.summary.model, pressure="contact")
+    contact = replace(run, summary=replace(run.summary, model=model))
+    assert any("oil film between pins" in limit for limit in limits(contact))
 
 
 def test_an_assembled_rod_shows_its_bolts_and_its_joint():

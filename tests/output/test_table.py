@@ -143,7 +143,8 @@ def test_every_path_is_named(folder):
     assert "given.vtu  tension.vtu" in text
 
 
-def test_a_failed_check_is_said_loudly(folder):
+def test_a_failed_check_is_said_loudly(folder, monkeypatch):
+    monkeypatch.chdir(folder.parent)  # a long path leaves no room for warnings
     checks = {**SUMMARY.checks, "reactions": Check(0.5, 1e-6)}
     text = said((folder, replace(SUMMARY, notes=(warning("trace of 3000 rpm used"),), checks=checks)))
     assert "NOT TO BE TRUSTED: failed checks: reactions (0.5, limit 1e-06)." in text

@@ -23,7 +23,7 @@ def test_no_study_is_wrong_or_crashes(seed):
 
 def test_the_recheck_sees_a_wrong_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert run(rpm=6000, size=12, out="r")["trusted"]
+    assert run(rpm=6000, size=12, out="r", pressure="cosine-180")["trusted"]
     steel = (207e3, 0.28, 7700e-12)
     right = Told(
         (steel,), 25.0, 12.0, 141.0, crank_radius=47.0, speed=6000 * math.pi / 30, piston_mass=1.3345e-3
