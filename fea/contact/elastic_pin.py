@@ -14,6 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from skfem import Basis, ElementQuad2, MeshQuad
 
+from fea.machine.threads import one_blas_thread
 from geometry.arrays import Floats, Ints, Mask
 
 # Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
@@ -66,6 +67,19 @@ def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[
     return half.stations, tuple(half.harmonics_up_to(highest))
 
 
+@cache
+def bending(pin: Pin, force: float) -> float:
+    """By how much the ends of what touches the bore stand out beyond the middle under a force, N: mm.
+
+    Bore and supports press evenly along the pin, and with half a cosine around it.
+    """
+    if pin.carried is None:
+        return 0.0
+    half = ElasticPin(pin, highest=ORDERS[-1])
+    with one_blas_thread():
+        return half.bending(force, *pin.carried)
+
+
 class ElasticPin:
     """The half z ≥ 0 of a pin, meshed.
 
@@ -95,14 +109,9 @@ class ElasticPin:
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
 
-    def bending(self, force: float) -> float:
-        """How much less the middle stands out than the ends of what touches the bore, mm, under a force, N.
-
-        Bore and supports press evenly along the pin, and with half a cosine around it.
-        """
-        if self._pin.carried is None:
-            return 0.0
-        (near, far), radius, length = self._pin.carried, self._pin.radius, self.stations[-1]
+    def bending(self, force: float, near: float, far: float) -> float:
+        """See the function of this name; the supports carry the pin from one station to another, mm."""
+        radius, length = self._pin.radius, self.stations[-1]
         pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
         along = self._along(0.0, length)[: len(self.stations)]
         moved = np.zeros_like(self.stations)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from fea.base.choices import PinBody
 from fea.base.note import SINGULAR, Note, assumptions, warning
-from fea.contact.elastic_pin import ORDERS, ElasticPin, Pin
+from fea.contact.elastic_pin import Pin, bending
 from fea.rod.meshed_rod import Bores
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
 from geometry.errors import require
@@ -136,8 +136,8 @@ class Fits:
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
         relief, drawn = _relief(table, bores), widens > DRAWN_RELIEF * bores.small_radius
         if relief is None and piston_pin is not None and not drawn:
-            bending = ElasticPin(piston_pin, highest=ORDERS[-1]).bending(largest_force)
-            relief = bores.small_width / 2, min(bending, LARGEST_CLEARANCE * bores.small_radius)
+            most = LARGEST_CLEARANCE * bores.small_radius
+            relief = bores.small_width / 2, min(bending(piston_pin, largest_force), most)
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
         return cls(
             small_clearance=small / 2,

@@ -172,6 +172,8 @@ def _rounded(value: float) -> float:
 
 # Directions and places along a bore at which pressures are looked up.
 _DIRECTIONS, _ALONG = 181, 25
+# Nodes that such a pressure is weighted from by their distance, and where one of them is that place.
+_NEAREST, _SAME = 4, 1e-9
 _BORES = ((Surface.SMALL_END_BORE, "small end"), (Surface.BIG_END_BORE, "big end"))
 
 
@@ -208,16 +210,20 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
 
 def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[Floats, Floats]:
     """Angles all the way round, and pressures (n, n_z, n_cases) there at places along the bore."""
-    from scipy.interpolate import LinearNDInterpolator  # noqa: PLC0415 - only this plot needs it
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - only this plot needs it
 
     mesh = next(iter(cases)).mesh
     pressure = np.stack([case.seats[surface].pressure for case in cases], axis=1)
     own = mesh.points[np.unique(mesh.facets[surface])] - [x, 0.0, 0.0]
     angle, z = np.arctan2(own[:, 1], own[:, 0]), own[:, 2] / np.hypot(own[:, 0], own[:, 1]).mean()
     unrolled = np.concatenate([np.stack([angle + turn, z], axis=1) for turn in (-2 * np.pi, 0, 2 * np.pi)])
-    field = LinearNDInterpolator(unrolled, np.tile(pressure, (3, 1)), fill_value=0.0)
     places, along = np.linspace(-np.pi, np.pi, _DIRECTIONS), np.linspace(z.min(), z.max(), _ALONG)
-    return places, np.asarray(field(*np.meshgrid(places, along, indexing="ij")))
+    at = np.stack(np.meshgrid(places, along, indexing="ij"), axis=-1)
+    # Triangulations of nodes that mirror each other are so degenerate that a look-up takes seconds.
+    distance, nodes = cKDTree(unrolled).query(at, _NEAREST)
+    share = 1 / np.maximum(distance, _SAME) ** 2
+    near = pressure[nodes % len(pressure)]
+    return places, np.einsum("...k,...kc->...c", share / share.sum(axis=-1, keepdims=True), near)
 
 
 def _decorate(panel: Any, heading: str) -> None:
