@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fea.contact.elastic_pin import ElasticPin, Pin
+from fea.contact.elastic_pin import ElasticPin, Pin, bending
 from fea.verify.cases.contact import NU, SLICE, E, pressed_pin, solid_slice
 
 
@@ -46,3 +46,15 @@ def test_harmonics_between_those_solved_are_as_if_solved():
     for exact in half.harmonics(np.array([13, 16, 23, 40, 57, 64])):
         largest = np.abs(exact.compliance).max()
         assert np.abs(found[exact.order] - exact.compliance).max() < 1e-3 * largest
+
+
+def test_a_slender_pin_bends_as_a_beam():
+    # Euler-Bernoulli: q on 2h, carried evenly from `near` to `far`; M = q h (c - s) - q (h - s)²/2 with the
+    # middle c of a support, so that ∫ (h - s) M ds / (E I) = q h³ ((c - h/3) / 2 - h/8) / (E I).
+    # Shear and the flattening of the section are below 1 % at forty radii.
+    radius, half, near, far, modulus, force = 1.0, 40.0, 42.0, 60.0, 206e3, 100.0
+    load, middle, second = force / (2 * half), (near + far) / 2, math.pi * radius**4 / 4
+    beam = load * half**3 * ((middle - half / 3) / 2 - half / 8) / (modulus * second)
+    pin = Pin(radius, 0.0, half, (near, far), modulus, 0.3)
+    assert bending(pin, force) == pytest.approx(beam, rel=0.01)
+    assert bending(pin, 2 * force) == pytest.approx(2 * beam, rel=0.01)
