@@ -6,9 +6,9 @@ piston pin is about 0.6 of its diameter; its bosses leave some play beside the r
 
 A pin that bends presses on the ends of a straight bore, where the exact stress is infinite. Makers therefore
 widen bores towards their ends (Luehrmann et al., US patent 7240584, 2007) or let the pin taper towards its
-middle (US patent 6923153, MAHLE, 2005), by some hundredths of a millimetre. The relief that is assumed widens
-like a parabola over the whole bore by as much as the pin bends under its largest force, so that it then
-presses evenly.
+middle (US patent 6923153, MAHLE, 2005). The relief that is assumed widens like a parabola over the whole bore
+by as much as the pin bends under its largest force, so that it then presses evenly. That depth is a choice of
+this program, not a figure of those patents.
 """
 
 from collections.abc import Mapping
