@@ -120,9 +120,8 @@ class Assembled:
             for _ in range(of_part.shape[1])
         ]
         self._made = problem.initial.copy()
-        with (
-            one_blas_thread()
-        ):  # beside other work, threads that wait for each other take several times as long
+        # Beside other work, threads that wait for each other take several times as long.
+        with one_blas_thread():
             self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
             self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
             self.tightened = self._tightened()
