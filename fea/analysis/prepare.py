@@ -365,8 +365,6 @@ def _structure(
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     with clock("loads"):
         body = inertia(mesh.cell, elastic.density, options.matrix_assembly)
-        speeds: list[float] | list[None] = _spread(study) or [None]
-        cases = [loading.at(body.properties, rpm).cases for rpm in speeds]
     return Structure(
         model=_model(mesh, materials, options, clock),
         bores=mesh.bores,
@@ -376,10 +374,17 @@ def _structure(
         support=options.support,
         contact=study.contact,
         pin_stiffness=study.pin_stiffness,
-        largest_pin_force=max(float(np.hypot(*each.pin).max()) for each in cases),
+        largest_pin_force=partial(_largest_pin_force, loading, body.properties, _spread(study) or [None]),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
     )
+
+
+def _largest_pin_force(
+    loading: Loading, mass: MassProperties, speeds: Sequence[float] | Sequence[None]
+) -> float:
+    cases = [loading.at(mass, rpm).cases for rpm in speeds]
+    return max(float(np.hypot(*each.pin).max()) for each in cases)
 
 
 def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:

@@ -225,7 +225,7 @@ class ContactPins(PinModel):
             structure.contact,
             structure.bores,
             structure.pin_stiffness,
-            structure.largest_pin_force,
+            structure.largest_pin_force(),
             _widening(structure),
         )
         self.singular_surfaces, self.notes = self.fits.sharp, self.fits.notes

@@ -4,7 +4,7 @@ The models are registered in `fea.study.pin_models`.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, NamedTuple, Protocol, Self
 
@@ -67,7 +67,8 @@ class Structure:
     support: Support
     contact: ContactTable
     pin_stiffness: Mapping[str, tuple[float, float]]  #: E, MPa, and ν of pins whose material is given
-    largest_pin_force: float  #: of the piston pin over the load cases of the study's speeds, N
+    #: Largest force of the piston pin over the load cases of the study's speeds, N, for who needs it
+    largest_pin_force: Callable[[], float]
     assembly: AssemblySpecification | None  #: None for a rod of one piece
     clock: Clock
 
