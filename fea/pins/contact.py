@@ -287,7 +287,7 @@ class ContactFields:
 
     contact: BoreContact
     patterns: Floats  #: (n_cell, n) unknowns of the contact problem on the cell in each unit load
-    motions: Floats  #: (2, n) how much of each inertia field there is in each unit load
+    motions: Floats  #: (4, n) how much of each inertia field there is in each unit load
     inertial: Sequence[Floats]  #: nodal forces (n_nodes, 3) of the inertia fields
 
     @property
@@ -303,6 +303,10 @@ class ContactFields:
             for number in np.flatnonzero(weights):
                 nodal[number] = nodal[number] + weights[number] * own
         return nodal
+
+    def sums(self, units: slice) -> Floats:
+        """Columns (n_cell + 4, n) of which some of them are sums of the forces that are condensed."""
+        return np.concatenate([self.patterns[:, units], self.motions[:, units]])
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""
@@ -331,13 +335,12 @@ class ContactUnits(UnitLoads):
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
-        fields = []
-        for parity, own in zip(Parity, inertial_fields(self.pins.structure.inertia), strict=True):
+        fields, (even, odd) = [], inertial_fields(self.pins.structure.inertia)
+        for parity, own in zip(Parity, np.split(np.eye(len(_MOTIONS)), [len(even)]), strict=True):
             patterns = self.patterns(parity)
-            motions = np.eye(len(own), patterns.shape[1], patterns.shape[1] - len(own))
-            fields.append(ContactFields(self.contact, patterns, motions, own))
-        even, odd = fields
-        return even, odd
+            motions = np.pad(own.T, [(0, 0), (patterns.shape[1] - len(own), 0)])
+            fields.append(ContactFields(self.contact, patterns, motions, [*even, *odd]))
+        return fields[0], fields[1]
 
 
 class PressurePatterns(ContactUnits):

@@ -158,6 +158,9 @@ class Fields(Protocol):
     def forces(self, units: slice) -> Sequence[Floats]:
         """Nodal forces (n_nodes, 3) of some of them, N."""
 
+    def sums(self, units: slice) -> Floats | None:
+        """Return columns (k, n) of which some of them are sums of condensed forces; None if they are none."""
+
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each bore, MPa."""
 

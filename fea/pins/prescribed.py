@@ -151,6 +151,9 @@ class StoredFields:
         """Nodal forces (n_nodes, 3) of some of them."""
         return self.nodal[units]
 
+    def sums(self, units: slice) -> None:
+        """Nothing: no forces are condensed where pressures are prescribed."""
+
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each bore."""
         return {surface: values[..., units] for surface, values in self.pressed.items()}

@@ -1,6 +1,6 @@
 """Solve K u = f for all loads at once, with one factorisation per parity, and check the solution."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
@@ -72,6 +72,7 @@ class Model:
         self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
+        self._condensed: dict[Parity, sparse.csc_array] = {}
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._K = (
@@ -105,7 +106,7 @@ class Model:
 
         The forces need not balance: restraints that stop rigid motions react them.
         """
-        free = unheld(forces, self._fixed(parity))
+        self._condensed[parity], free = forces, unheld(forces, self._fixed(parity))
         return self._factorised_by(partial(self._solver.condense, forces=free), parity)
 
     def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Made], parity: Parity) -> Made:
@@ -150,11 +151,25 @@ class Model:
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
         return Solution(displacement, left, condition=dict(self._condition))
 
-    def _refined(self, parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
-        """Solve for (n, k) forces, and refine an inaccurate solution as long as that helps."""
+    def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
+        """Displacements under sums of the forces of `compliance`, by columns of weights (k, n)."""
+        displacement, left = {}, {}
+        for parity, own in columns.items():
+            slot, forces = self._slot(parity), self._condensed[parity]
+            with self._clock("solve"):
+                u = self._solver.solve_sums(slot, unheld(forces, self._fixed(parity)), own)
+                u, left[parity] = self._refined(parity, slot, forces @ own, u)
+            displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
+        return Solution(displacement, left, condition=dict(self._condition))
+
+    def _refined(
+        self, parity: Parity, slot: int, f: Floats, u: Floats | None = None
+    ) -> tuple[Floats, Residuals]:
+        """Solve for (n, k) forces, and refine an inaccurate solution `u` as long as that helps."""
         fixed = self._fixed(parity)
         restraints = self._restraints_off_planes(parity)
-        u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
+        if u is None:
+            u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
         u[fixed] = 0.0
 
         def corrected(u: Floats) -> Floats:

@@ -67,9 +67,11 @@ def test_one_factor_condenses_forces_and_solves(name, matrices, forces):
         plain.factorise(0, matrix)
         exact = forces.T @ plain.solve(0, forces.toarray())
         assert work[slot] == pytest.approx(exact, rel=1e-10, abs=1e-12 * np.abs(exact).max())
-        u = solver.solve(slot, f)
-        residual = np.abs(matrix @ u - f).max()
-        assert residual < 1e-14 * (matrix.norm() * np.abs(u).max() + np.abs(f).max())
+        columns = np.random.default_rng(2).standard_normal((forces.shape[1], 70))
+        sums = (forces @ columns, solver.solve_sums(slot, forces, columns))
+        for sides, u in ((f, solver.solve(slot, f)), sums):
+            residual = np.abs(matrix @ u - sides).max()
+            assert residual < 1e-14 * (matrix.norm() * np.abs(u).max() + np.abs(sides).max())
 
 
 @pytest.mark.parametrize("name", DIRECT)

@@ -111,7 +111,7 @@ class SmallBasis(Basis):
         fields = self._full[list(Parity).index(parity)]
         forces = self.loads.pin_forces(parity, fields.patterns).T
         nothing = _NOTHING * float(np.linalg.norm(forces, axis=0).max(initial=0.0))
-        inertia = fields.motions.T
+        inertia = fields.motions[fields.motions.any(axis=1)].T
         return np.hstack([inertia, _orthonormal(forces, inertia, nothing)])
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
@@ -152,10 +152,8 @@ class SmallBasis(Basis):
 
     def _nothing(self, full: Weights) -> float:
         """Length of weights that is nothing beside those of the patterns at any instant."""
-        patterns = [
-            own[: len(own) - len(fields.motions)] for own, fields in zip(full, self._full, strict=True)
-        ]
-        return _NOTHING * float(np.linalg.norm(np.vstack(patterns), axis=0).max(initial=0.0))
+        patterns = np.vstack([own[: len(own) - _FIXED] for own in full])
+        return _NOTHING * float(np.linalg.norm(patterns, axis=0).max(initial=0.0))
 
     def pressure(self, full: Weights) -> Floats:
         """Largest pressure (n_instants,) at any place, MPa, of weights of the full unit loads."""

@@ -25,7 +25,7 @@ SOLVED = 20
 # less than any error of the mesh.
 DOUBLE_BYTES = 192 * 2**20
 # Number of columns whose stress is recovered at once, so that they fit into the caches.
-RECOVERED = 24
+RECOVERED = 12
 
 
 @dataclass(frozen=True)
@@ -137,13 +137,17 @@ def _after(one: Floats, other: Floats) -> Floats:
     return np.concatenate([one, other.astype(one.dtype)], axis=2)
 
 
-def _loads(fields: tuple[Fields, ...], units: slice) -> list[Split]:
-    """Some unit loads; those of two parities in pairs."""
+def _solution(model: Model, fields: tuple[Fields, ...], units: slice) -> Solution:
+    """Solve some unit loads; those of two parities in pairs."""
+    sums = {parity: of.sums(units) for parity, of in zip(Parity, fields, strict=False)}
+    condensed = {parity: own for parity, own in sums.items() if own is not None}
+    if condensed:
+        return model.solve_sums(condensed)
     if len(fields) == 1:
-        return [Split(one, None) for one in fields[0].forces(units)]
+        return model.solve([Split(one, None) for one in fields[0].forces(units)])
     even, odd = (of.forces(units) for of in fields)
     none = np.zeros_like(even[0] if even else odd[0])
-    return list(starmap(Split, zip_longest(even, odd, fillvalue=none)))
+    return model.solve(list(starmap(Split, zip_longest(even, odd, fillvalue=none))))
 
 
 def _solved(
@@ -163,7 +167,7 @@ def _solved(
     ]
     count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
     for start, stop in _like_blocks(0, count, max(SOLVED, SOLVED_BYTES // column)):
-        solution = model.solve(_loads(fields, slice(start, stop)))
+        solution = _solution(model, fields, slice(start, stop))
         errors += [item.backward_error for item in solution.residuals.values()]
         pieces = [range(*ends) for ends in _like_blocks(start, stop, RECOVERED)]
         every = product(zip(Parity, fields, stresses, strict=False), pieces)

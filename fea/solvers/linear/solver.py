@@ -38,6 +38,10 @@ class LinearSolver(ABC):
         self.factorise(slot, matrix)
         return work(forces, partial(self.solve, slot))
 
+    def solve_sums(self, slot: int, forces: sparse.csc_array, columns: Floats) -> Floats:
+        """Solve for sums F c of the sparse forces that were condensed, with columns c (k, m)."""
+        return self.solve(slot, forces @ columns)
+
 
 def work(forces: sparse.csc_array, solve: Operator) -> Floats:
     """Work FᵀA⁻¹F (k, k) of sparse forces F (n, k) with a solver of A u = f, some columns at a time."""
