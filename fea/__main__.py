@@ -171,8 +171,8 @@ def call(arguments: Sequence[str]) -> int:
         return _dispatch(arguments)
     try:
         return _dispatch(arguments)
-    except KeyboardInterrupt:
-        _say("interrupted; no incomplete result was left behind")
+    except KeyboardInterrupt as error:
+        _say(str(error) or "interrupted; no incomplete result was left behind")
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
         code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++: out of memory

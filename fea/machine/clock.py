@@ -71,20 +71,41 @@ def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
 
 
 @contextmanager
-def progress_line(first: str, *, silent: bool) -> Iterator[Callable[[str], None]]:
+def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
     """Show on stderr how far a long job is: a line that changes on a terminal, elsewhere a line a minute.
 
-    Yields what shows a text; `first` is shown on a terminal before, and nothing if `silent`.
+    Yields what shows a text, which stays, at once, with ``lasting=True``; `first` is shown on a terminal
+    before, and nothing if `silent`.
     """
     if silent:
-        yield lambda _text: None
-    elif sys.stderr.isatty():
+        yield lambda _text, **_options: None
+        return
+    if sys.stderr.isatty():
         from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
 
         with Console(stderr=True).status(first) as status:
-            yield status.update
+            yield _lasting(status.update)
     else:
-        yield by_the_minute()
+        yield _lasting(by_the_minute())
+
+
+def _lasting(show: Callable[[str], None]) -> Callable[..., None]:
+    def shown(text: str, *, lasting: bool = False) -> None:
+        if not lasting:
+            show(text)
+            return
+        sys.stderr.write(f"fea: {text}\n")
+        sys.stderr.flush()
+
+    return shown
+
+
+def duration(seconds: float) -> str:
+    """Return a time as text: ``"35 s"``, ``"12 min"``, ``"3 h 05 min"``."""
+    if seconds < _MINUTE:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / _MINUTE)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str], None]:

@@ -3,24 +3,63 @@
 import json
 import re
 import tomllib
+from dataclasses import replace
 
 import pytest
 from program import fea
 from studies import OPTIMISE
 
+from fea.apps.optimise.run_optimise import optimise
 from fea.output.columns_csv import read_columns
 from fea.output.folder import require_replaceable
 from fea.output.pictures.strokes import is_complete_png
+from fea.study.flags import Flags
 from fea.study.study import load_study
+
+# One dimension more than 20 evaluations can decide.
+SEVERAL = [
+    part
+    for name, low, high in (
+        ("shank_width", 7, 16), ("shank_depth_big_end", 9, 22), ("shank_depth_small_end", 7, 15),
+        ("big_end_ring", 6, 12), ("small_end_ring", 7, 16), ("web_thickness", 3, 7),
+        ("flange_thickness", 2.4, 3), ("pocket_corner_radius", 0.5, 9), ("pocket_floor_radius", 0.5, 9),
+    )
+    for part in ("--free", f"{name}_mm={low}:{high}")
+]  # fmt: skip
+# Designs after which the search is interrupted; it goes on with the same command.
+BEFORE = 4
 
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("job")
     (folder / "own.toml").write_text(OPTIMISE)
+    asked = Flags(size=16.0).applied(load_study(folder / "own.toml"))
+    asked = replace(asked, optimise=replace(asked.optimise, evaluations=20))
+    said = []
+
+    def interrupting(text, **_options):
+        said.append(text)
+        if text.startswith(f"{BEFORE + 1} of"):
+            raise KeyboardInterrupt
+
+    place = folder / "results" / "own-optimised"
+    with pytest.raises(KeyboardInterrupt, match="the same command goes on"):
+        optimise(asked, place, interrupting)
+    assert re.match(r"about \d+ (s|min), ", said[0])
+    assert not place.exists()
+    begun = place.with_name("own-optimised.unfinished")
+    known = [json.loads(line)["design"] for line in begun.read_text().splitlines()[1:]]
+    with begun.open("a") as file:
+        file.write('{"kind": "at", "as')  # as a killed process leaves it
     done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 20, cwd=folder)
     assert done.returncode == 0, done.stderr
-    return folder / "results" / "own-optimised", done.stdout
+    assert f"going on after {len(known)} designs" in done.stderr
+    assert not begun.exists()
+    tried = json.loads((place / "optimise.json").read_text())["history"]
+    masses = [one["mass_kg"] for one in known]
+    assert [one["mass_kg"] for one in tried[: len(known)]] == pytest.approx(masses, rel=1e-5)
+    return place, done.stdout
 
 
 def test_the_lighter_rod_holds_on_a_mesh_of_its_own(job):
@@ -60,6 +99,7 @@ def test_what_is_no_search_leaves_nothing(tmp_path):
     (tmp_path / "own.toml").write_text(OPTIMISE)
     for arguments, why in (
         (("own.toml", "--free", "shank_width_mm=20:8"), "must rise"),
+        (("leon-2001", *SEVERAL, "--evaluations", 20), "cannot decide 9 free dimensions, which take 21"),
         (("leon-2001-bolted",), "every design would take minutes"),
         (("own.toml", "--out", "own.toml"), "is a file"),
     ):

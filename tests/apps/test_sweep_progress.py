@@ -1,7 +1,7 @@
 import pytest
 
-from fea.apps.sweep.table import Progress, duration
-from fea.machine.clock import by_the_minute
+from fea.apps.sweep.table import Progress
+from fea.machine.clock import by_the_minute, duration
 
 
 class Clock:

@@ -2,14 +2,16 @@
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import count
+from typing import Any
 
 import numpy as np
 
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.prepare import prepare
 from fea.apps.optimise.limits import Limit, limits, required
+from fea.apps.optimise.record import Record
 from fea.apps.optimise.variables import Variables
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
@@ -50,27 +52,42 @@ class Design:
         return min(self.limits, key=lambda limit: limit.margin)
 
 
+@dataclass
+class _Made:
+    """A mesh that others are moved from: of which rod, its number, the error bar that is enough, percent.
+
+    That of a design known from an interrupted search is made once another is moved from it.
+    """
+
+    x: Floats
+    number: int
+    coarsest: float
+    mesh: MeshedRod | None = None
+
+
 class Designs:
     """Computes designs: `tried` holds all, in order; `count` is the number of meshes that were solved.
 
-    The listener is called with each design and the count. With `morphing`, the mesh of one rod is moved to
-    the next, where it can be.
+    The listener is called with each design that is computed, the count, and how many of these meshes were
+    solved now. With `morphing`, the mesh of one rod is moved to the next, where it can be. Designs that the
+    record knows are not computed again.
     """
 
     def __init__(
         self,
         variables: Variables,
-        listener: Callable[[Design, int], None] = lambda _design, _count: None,
+        listener: Callable[[Design, int, int], None] = lambda _design, _count, _now: None,
         *,
         morphing: bool = True,
+        record: Record | None = None,
     ) -> None:
         self.variables = variables
         self.tried: list[Design] = []
         self.count = 0
-        self._listener, self._morphing = listener, morphing
+        self._listener, self._morphing, self._record = listener, morphing, record
         self._required = required(variables.study)
-        self._made: deque[tuple[Floats, MeshedRod, int]] = deque(maxlen=_KEPT)
-        self._meshes = 0
+        self._made: deque[_Made] = deque(maxlen=_KEPT)
+        self._meshes, self._now = 0, 0
         self._feasible = variables.start
         self._coarsest = CONVERGED_PERCENT
 
@@ -88,8 +105,11 @@ class Designs:
             self._coarsest = 0.0
         self._made.clear()
         self._feasible = x
-        adapted, mesh = self._meshed(x)
-        return self._computed(adapted, x, x, mesh=mesh, remeshed=True)
+        known = self._recorded("begin", x)
+        if known is not None:
+            return known
+        before, (adapted, mesh) = self.count, self._meshed(x)
+        return self._computed("begin", adapted, x, x, mesh=mesh, remeshed=True, before=before)
 
     def at(self, x: Floats) -> Design:
         """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
@@ -99,6 +119,9 @@ class Designs:
         GeometryError, MeshError
             Not even rods much closer to the last one begun can be drawn or meshed.
         """
+        known, before = self._recorded("at", x), self.count
+        if known is not None:
+            return known
         near = self.variables.nearest_feasible(x, self._feasible)
         for tries in count(1):
             try:
@@ -108,7 +131,7 @@ class Designs:
                     raise
                 near = near + _SHORTER * (self._feasible - near)
             else:
-                return self._computed(adapted, near, x, mesh=mesh, remeshed=remeshed)
+                return self._computed("at", adapted, near, x, mesh=mesh, remeshed=remeshed, before=before)
         raise AssertionError  # the loop has no end
 
     def nearest(self, x: Floats, sound: Floats) -> Floats:
@@ -122,31 +145,57 @@ class Designs:
         """
         if self._morphing:
             study = self.variables.study_at(x)
-            _, base, number = min(self._made, key=lambda made: float(np.linalg.norm(made[0] - x)))
-            mesh = moved(base, study.rod)
+            base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
+            if base.mesh is None:
+                base.mesh = self._adapted(base.x, base.coarsest).rod.mesh
+            mesh = moved(base.mesh, study.rod)
             if mesh is not None:
-                return Adapted(prepare(study, mesh=mesh)), number, False
+                return Adapted(prepare(study, mesh=mesh)), base.number, False
         return *self._meshed(x), True
 
     def _meshed(self, x: Floats) -> tuple[Adapted, int]:
         """The rod on a mesh of its own, to which others may be moved, and the number of the mesh."""
-        study = self.variables.study_at(x)
-        tolerance = study.tolerance_percent
-        if tolerance is not None:
-            tolerance = max(tolerance, self._coarsest)
-            study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
-        adapted = adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
+        adapted = self._adapted(x, self._coarsest)
         self._meshes += 1
-        self._made.append((x, adapted.rod.mesh, self._meshes))
+        self._made.append(_Made(x, self._meshes, self._coarsest, adapted.rod.mesh))
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
         return adapted, self._meshes
 
-    def _computed(self, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool) -> Design:
+    def _adapted(self, x: Floats, coarsest: float) -> Adapted:
+        study = self.variables.study_at(x)
+        tolerance = study.tolerance_percent
+        if tolerance is not None:
+            tolerance = max(tolerance, coarsest)
+            study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
+        return adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
+
+    def _computed(
+        self, kind: str, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool, before: int
+    ) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
         margins = limits(adapted.rod, results, self._required)
         infeasibility = float(np.linalg.norm(asked - x))
         design = Design(x, adapted.rod.mass.mass / KG, margins, infeasibility, remeshed, mesh)
         self.tried.append(replace(design, infeasibility=0.0))
         self.count += 1
-        self._listener(design, self.count)
+        self._now += self.count - before
+        if self._record is not None:
+            known = asdict(design) | {"x": x.tolist()}
+            self._record.add({"kind": kind, "asked": asked.tolist(), "count": self.count, "design": known})
+        self._listener(design, self.count, self._now)
+        return design
+
+    def _recorded(self, kind: str, asked: Floats) -> Design | None:
+        """Return a design that the record knows."""
+        entry: dict[str, Any] | None = None if self._record is None else self._record.next(kind, asked)
+        if entry is None:
+            return None
+        known = entry["design"]
+        own = {"x": np.array(known["x"]), "limits": tuple(Limit(**limit) for limit in known["limits"])}
+        design = Design(**known | own)
+        if design.remeshed:
+            self._meshes = design.mesh
+            self._made.append(_Made(design.x, design.mesh, self._coarsest))
+        self.tried.append(replace(design, infeasibility=0.0))
+        self.count = entry["count"]
         return design

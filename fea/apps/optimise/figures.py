@@ -1,5 +1,6 @@
 """The result of a search as figures, for the table, for JSON and for the history."""
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf
@@ -13,6 +14,7 @@ from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
+from fea.machine.clock import duration
 from fea.output.target import near
 from fea.output.terminal.prose import print_lines, terminal
 
@@ -166,8 +168,9 @@ def answer(figures: OptimiseFigures) -> str:
     if figures.missed:
         worst = min(figures.missed, key=lambda limit: limit.assured_after / limit.required)
         return (
-            f"{figures.study}: no rod between these bounds holds; the nearest one has {worst.after:.3g} "
-            f"± {worst.after_error_percent:.2g} % of the required {worst.required:g} ({worst.name})"
+            f"{figures.study}: no rod that holds was found within {figures.evaluations} evaluations; "
+            f"the best one has {worst.after:.3g} ± {worst.after_error_percent:.2g} % of the required "
+            f"{worst.required:g} ({worst.name}). Wider bounds (--free) or more --evaluations may help"
         )
     change = f"{abs(figures.saved_percent):.3g} % {'lighter' if after < before else 'heavier'}"
     return f"{figures.study}: {after:.4g} g instead of {before:.4g} g, {change}"
@@ -200,15 +203,31 @@ def _table(first: str, *others: str) -> Table:
     return table
 
 
-def progress(show: Callable[[str], None], most: int) -> Callable[[Design, int], None]:
-    """Return a listener of `Designs` that shows a progress line, for a search of at most so many meshes."""
-    lightest = inf
+# Of the number of dimensions: meshes after which a search has usually settled.
+_USUALLY = 7
 
-    def listener(design: Design, count: int) -> None:
-        nonlocal lightest
+
+def progress(
+    show: Callable[..., None], most: int, dimensions: int, clock: Callable[[], float] = time.monotonic
+) -> Callable[[Design, int, int], None]:
+    """Return a listener of `Designs` that shows a progress line, for a search of at most so many meshes.
+
+    After the first design it says what the search will cost, by the time that this one took.
+    """
+    lightest, begin, last = inf, clock(), 0.0
+
+    def listener(design: Design, count: int, now: int) -> None:
+        nonlocal lightest, last
         if design.margin >= 0:
             lightest = min(lightest, design.mass_kg)
+        taken, first = clock() - begin, not last
+        each, last = taken / now, last or 2 * taken  # two rods are meshed again at the end
+        usual = max(count, min(most, _USUALLY * dimensions))
+        least, longest = (duration((meshes - count) * each + last) for meshes in (usual, most))
+        if first:
+            about = f"about {least}" if least == longest else f"about {least}, at most {longest}"
+            show(f"{about}, as one mesh took {each:.2g} s; {most} may be solved", lasting=True)
         best = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
-        show(f"{count} of at most {most} meshes solved, {best}")
+        show(f"{count} of at most {most} meshes solved, at most {longest} left, {best}")
 
     return listener

@@ -13,7 +13,8 @@ from fea.analysis.result import RunResult, run_result
 from fea.apps.optimise.designs import Design, Designs
 from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
 from fea.apps.optimise.limits import Limit, limits, required
-from fea.apps.optimise.search import USUAL, SearchResult, search
+from fea.apps.optimise.record import record
+from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
 from fea.apps.optimise.variables import Variables, variables
 from fea.base.note import by_consequence
 from fea.judge.verdict import CAP
@@ -111,12 +112,21 @@ def _draw_rods(path: Path, figures: OptimiseFigures, before: "Checked", after: "
         np.concatenate([first.tets, second.tets + len(first.points)]),
     )
     values = np.concatenate([_factors(rod)[field] for rod in (before, after)])
+    of_first = int(values.argmin()) < len(first.points)
     old, new = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
     title = f"{figures.study}: before, {old:.0f} g (above), and after, {new:.0f} g"
     with TemporaryDirectory() as scratch:
         vtu = Path(scratch, "rods.vtu")
         write_vtu(vtu, both, {"displacement": np.zeros_like(both.points), field: values})
-        draw_pictures([Picture(vtu=vtu, png=path, title=title, field=field)])
+        picture = Picture(
+            vtu=vtu,
+            png=path,
+            title=title,
+            field=field,
+            origin=(0.0, shift if of_first else 0.0, 0.0),
+            notes=(f"of the rod {'before' if of_first else 'after'}",),
+        )
+        draw_pictures([picture])
 
 
 def _factors(rod: "Checked") -> dict[str, Floats]:
@@ -156,11 +166,12 @@ class Checked:
 
 
 def optimise(
-    study: Study, folder: Path, show: Callable[[str], None] = lambda _text: None
+    study: Study, folder: Path, show: Callable[..., None] = lambda _text, **_options: None
 ) -> tuple[OptimiseFigures, str]:
     """Search the lightest rod that meets the required factors, and write its study and what led to it.
 
-    The folder is new, or that of an earlier search; `show` shows a progress line after each design.
+    The folder is new, or that of an earlier search; `show` shows a progress line after each design. An
+    interrupted search has left its designs beside the folder, and the next one goes on from there.
 
     Returns
     -------
@@ -170,7 +181,7 @@ def optimise(
     Raises
     ------
     InvalidValue
-        The rod has no dimensions, or a value breaks a rule.
+        The rod has no dimensions, a value breaks a rule, or the evaluations are too few to decide anything.
     OccupiedError, StorageError
         The folder cannot take the files.
     GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
@@ -182,15 +193,22 @@ def optimise(
     free = variables(asked)
     table = study.optimise
     most = (None if table is None else table.evaluations) or USUAL
-    with clock("search"):
-        designs = Designs(free, progress(show, most))
-        result = search(designs, free.start, most)
-    with clock("check"):
-        before = checked(free, result.first.x)
-        best, after = _last(free, result)
-    figures = _figures(free, result, best, before, after, seconds=clock.total)
-    with run_folder(folder) as part:
-        complaint = write_files(part, figures, before, after)
+    rule = f"cannot decide {len(free.keys)} free dimensions, which take {fewest(len(free.keys))} at least"
+    remedy = "Allow more with --evaluations, or free fewer dimensions."
+    require(most >= fewest(len(free.keys)), "optimise.evaluations", most, rule, remedy)
+    with record(folder, asked) as kept:
+        if kept.count:
+            show(f"going on after {kept.count} designs of an interrupted search", lasting=True)
+        with clock("search"):
+            designs = Designs(free, progress(show, most, len(free.keys)), record=kept)
+            result = search(designs, free.start, most)
+        with clock("check"):
+            show("meshing the first rod and the best one again")
+            before = checked(free, result.first.x)
+            best, after = _last(free, result)
+        figures = _figures(free, result, best, before, after, seconds=clock.total)
+        with run_folder(folder) as part:
+            complaint = write_files(part, figures, before, after)
     return figures, complaint
 
 

@@ -1,11 +1,10 @@
-"""The search: COBYQA on moved meshes covers the way, a model of all designs tried finds the end.
+"""The search: steps on moved meshes cover the way, a model of all designs tried finds the end.
 
 On one mesh that is moved, figures change smoothly with the dimensions, but all of them are off by what meshes
 scatter by. The last designs each have a mesh of their own, so that the one chosen meets the factors there.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,18 +65,25 @@ class LocalModel:
         return float(mass), np.array(margins)
 
 
-# How far the dimensions may change within the first round and the second, and the first and the last radius
-# of the trust region: scaled by the bounds.
-_REACH = (1.0, 0.2)
-_FIRST = (0.12, 0.05)
-_LAST = (0.01, 0.003)
-# Of all evaluations, until the first and the second round are over.
+# Steps by which the slopes of a round are told, and the first and the last radius of its trust region, of the
+# first round and the second: scaled by the bounds.
+_BESIDE = (0.06, 0.03)
+_FIRST = (0.25, 0.08)
+_LAST = (0.02, 0.005)
+# Of all evaluations, until the first and the second round are over; and steps that a round takes at least.
 _SHARE = (0.55, 0.8)
+_STEPS = 4
+# Of the radius, what is kept after a step that was none forward.
+_SHORTER = 0.5
+# Meshes that the first rod, the steps of a round and two rods on meshes of their own take at least, beside
+# one for each dimension.
+_LEAST = 12
+# The least share of the stress that a model of its logarithm sees, where a limit does not matter.
+_LITTLE = 1e-3
 # Saving less mass than this share is no progress: new meshes differ by about as much.
 _SETTLED = 1e-3
-# Designs without progress, over the number of dimensions, after which a round ends; and designs on meshes of
-# their own, after which the search does.
-_PATIENCE, _PATIENT = 2.5, 4
+# Designs on meshes of their own without progress after which the search ends.
+_PATIENT = 4
 # How far such a design may be from the one before, and what is kept of it where the next is no better.
 _NEXT, _NEARER = 0.1, 0.7
 # Of what a design lacks, the share that the next one keeps in reserve; and what is kept of it when one holds.
@@ -86,16 +92,15 @@ _RAISED, _LOWERED = 0.5, 0.5
 _OF_MODEL = 25
 # A lacking margin counts as so much more mass.
 _LACKING = 2.0
-# Up to which scaled values are the same, and designs that need no mesh of their own each.
-_DECIMALS, _SAME = 9, 1e-4
-# Of the number of dimensions and one: a round with fewer evaluations compares only neighbours of its start.
-_FEWEST = 2
+# Scaled distance below which designs are the same.
+_SAME = 1e-4
 # Evaluations of a study that says nothing.
 USUAL = 150
 
 
-class _OverError(Exception):
-    """A round is over: its evaluations are used up, some of which took several meshes, or it stands still."""
+def fewest(dimensions: int) -> int:
+    """Return the number of meshes below which a search can decide nothing."""
+    return dimensions + _LEAST
 
 
 @dataclass(frozen=True)
@@ -143,16 +148,20 @@ def search(designs: Designs, start: Floats, most: int) -> SearchResult:
     """
     remeshed = [designs.begin(start)]
     mesh_cost = designs.count + 1  # a mesh of its own may be refined once more than the first
+    slopes: Floats | None = None
     for number, share in enumerate(_SHARE):
-        left = min(round(share * most), most - 2 * mesh_cost) - designs.count
-        if left < _FEWEST * (len(start) + 1):
+        until = max(round(share * most), designs.count + (len(start) if slopes is None else 0) + _STEPS)
+        left = min(until, most - 2 * mesh_cost) - designs.count
+        if left <= (len(start) if slopes is None else 0):
             break
-        result = _round(designs, remeshed[-1], left, number)
-        if np.array_equal(result.x, remeshed[-1].x):
+        x, slopes = _round(designs, remeshed[-1], left, number, slopes)
+        if np.array_equal(x, remeshed[-1].x):
             break
         before = designs.count
-        remeshed.append(designs.begin(result.x))
+        remeshed.append(designs.begin(x))
         mesh_cost = max(mesh_cost, designs.count - before + 1)
+    if slopes is None:
+        return SearchResult(tuple(designs.tried), designs.count, f"{most} evaluations are too few for a step")
     ended = _finished(designs, remeshed, most, mesh_cost)
     return SearchResult(tuple(designs.tried), designs.count, ended)
 
@@ -172,7 +181,7 @@ def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: in
         x = _lightest(designs, about, reserve, radius)
         if any(np.abs(x - other.x).max() < _SAME for other in remeshed):
             if about.margin >= 0 or waited >= _PATIENT:
-                return f"no design nearby {'is lighter' if about.margin >= 0 else 'holds'}"
+                return f"none {'lighter' if about.margin >= 0 else 'that holds'} was found near the best one"
             reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
             continue
         design = designs.begin(x)
@@ -202,36 +211,62 @@ def _merit(design: Design) -> float:
     return design.mass_kg * (1 + _LACKING * max(0.0, -design.margin))
 
 
-def _round(designs: Designs, base: Design, most: int, number: int) -> Design:
-    names = [limit.name for limit in base.limits]
-    low, high = (np.clip(base.x + side * _REACH[number], 0.0, 1.0) for side in (-1, 1))
-    known, begin, last = {_key(base.x): base}, len(designs.tried), designs.count + most
-    best, waited = base, 0
+def _round(
+    designs: Designs, base: Design, most: int, number: int, slopes: Floats | None
+) -> tuple[Floats, Floats]:
+    """Go from a design to a lighter one in steps of a trust region, with at most `most` designs.
 
-    def at(x: Floats) -> Design:
-        nonlocal best, waited
-        x = np.clip(x, low, high)  # constraints are asked for a little outside the bounds, too
-        if _key(x) in known:
-            return known[_key(x)]
-        neighbours = len(known) <= 2 * len(x)
-        if designs.count >= last or waited > _PATIENCE * len(x):
-            raise _OverError
-        known[_key(x)] = design = designs.at(x)
-        progress = _merit(design) < _merit(best) * (1 - _SETTLED)
-        best = min(best, design, key=_merit)
-        waited = 0 if progress or neighbours else waited + 1
-        return design
+    The model is linear in the logarithms of the stresses, which bends as stress does. Its slopes are told by
+    a design beside the base for each dimension, or are those `slopes` of the last round where there is no
+    room for that; every further design corrects them (Broyden 1965).
 
-    def figures(x: Floats) -> tuple[float, Floats]:
-        design = at(x)
+    Returns
+    -------
+    Floats, Floats
+        The best design (n,), and the slopes (1 + k, n).
+    """
+    names, last = [limit.name for limit in base.limits], designs.count + most
+
+    def figures_of(design: Design) -> Floats:
         margins = {limit.name: limit.margin for limit in design.limits}
-        return design.mass_kg / base.mass_kg, np.array(
-            [*(margins.get(name, 1.0) for name in names), -design.infeasibility]
-        )
+        used = [np.log(max(1 - margins.get(name, 1.0), _LITTLE)) for name in names]
+        return np.array([design.mass_kg / base.mass_kg, *used])
 
-    with suppress(_OverError):
-        _minimised(figures, base.x, (low, high), (_FIRST[number], _LAST[number]), most)
-    return _best([base, *designs.tried[begin:]])
+    def corrected(slopes: Floats, about: Design, design: Design) -> Floats:
+        step = design.x - about.x
+        missed = figures_of(design) - figures_of(about) - slopes @ step
+        return slopes + np.outer(missed, step) / max(float(step @ step), _SAME**2)
+
+    if slopes is None or most >= len(base.x) + _STEPS:
+        slopes = np.zeros((1 + len(names), len(base.x)))
+        for axis in np.eye(len(base.x)):
+            side = 1 if axis @ base.x + _BESIDE[number] <= 1 else -1
+            slopes = corrected(slopes, base, designs.at(base.x + side * _BESIDE[number] * axis))
+    about, radius = base, _FIRST[number]
+    while designs.count < last and radius >= _LAST[number]:
+        x = _stepped(designs, about, figures_of(about), slopes, radius)
+        if np.abs(x - about.x).max() < _SAME:
+            break
+        design = designs.at(x)
+        slopes = corrected(slopes, about, design)
+        if _merit(design) < _merit(about) * (1 - _SETTLED):
+            about = design
+        else:
+            radius *= _SHORTER
+    return about.x, slopes
+
+
+def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, radius: float) -> Floats:
+    """The lightest design (n,) near another by a model of mass and logarithms of stresses (1 + k,)."""
+    low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+
+    def model(x: Floats) -> tuple[float, Floats]:
+        mass, *used = figures + slopes @ (np.clip(x, low, high) - about.x)
+        away = np.linalg.norm(x - designs.nearest(np.clip(x, low, high), about.x))
+        return float(mass), np.append(1 - np.exp(used), -away)
+
+    x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
+    return designs.nearest(x, about.x)
 
 
 def _minimised(
@@ -270,8 +305,3 @@ def _best(some: Sequence[Design]) -> Design:
     if holding:
         return min(holding, key=lambda design: design.mass_kg)
     return max(some, key=lambda design: design.margin)
-
-
-def _key(x: Floats) -> bytes:
-    """What values that differ by rounding have in common."""
-    return (np.round(x, _DECIMALS) + 0.0).tobytes()

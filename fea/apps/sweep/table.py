@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.apps.sweep.journal import Entry, State
+from fea.machine.clock import duration
 from fea.output.target import StorageError
 from fea.output.text import write_text
 from geometry.files import replaced
@@ -123,14 +124,6 @@ class Progress:
             show(self.text(threads))
 
         return listener
-
-
-def duration(seconds: float) -> str:
-    """Return a time as text: ``"35 s"``, ``"12 min"``, ``"3 h 05 min"``."""
-    if seconds < _MINUTE:
-        return f"{seconds:.0f} s"
-    minutes = round(seconds / _MINUTE)
-    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _rate(rate: float) -> str:

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -128,7 +129,7 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
         write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
-    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at)
+    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
     lines = [
         scene.worst,
         f"at x = {x}, y = {y}, z = {z} mm",
@@ -239,5 +240,6 @@ def _draw_each(pictures: Sequence[Picture]) -> None:
             image = draw_mesh(read_skin(picture.vtu), picture.title)
         else:
             scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
+            scene = replace(scene, origin=picture.origin)
             image = draw(scene, picture.title, picture.notes, picture.marks)
         save(image, Path(picture.png))

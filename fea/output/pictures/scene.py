@@ -29,6 +29,7 @@ class Scene:
     at: Floats
     peak: float
     error_percent: float | None = None
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: (3,) mm, from which the hot spot's place is told
 
     @classmethod
     def read(

@@ -130,6 +130,8 @@ class Picture:
     #: peak, at: the worst value that counts and its place, mm; None for the largest in the file
     peak: float | None = None
     at: tuple[float, float, float] | None = None
+    #: where the rod of the worst value has its own origin, mm: its place is told from there
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     notes: tuple[str, ...] = ()  #: more lines beside the legend
     mesh_only: bool = False  #: show the rod and its elements; there are no results
     field: str = VON_MISES  #: the array that the colours show

@@ -1,0 +1,126 @@
+"""The designs of a search as they come, in a file beside its results: an interrupted search goes on there."""
+
+import hashlib
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from fea.apps.sweep.base import digest, files_of
+from fea.apps.sweep.work import program_version
+from fea.output import folder as lock
+from fea.output.target import OccupiedError, StorageError, near
+from fea.study.study import Study
+from geometry.arrays import Floats
+
+SUFFIX = ".unfinished"
+
+
+class Record:
+    """The designs that a search asked for, in order: the same search asks for the same ones again.
+
+    `count` is the number of designs that are known from an interrupted search.
+    """
+
+    def __init__(self, path: Path, identity: str) -> None:
+        self.path = path
+        self._file = path.open("r+b") if path.exists() else path.open("w+b")
+        lines = list(_lines(self._file.read()))
+        ours = bool(lines) and lines[0][0] == {"search": identity}
+        self._known, self._end = lines[1:] if ours else [], lines[0][1] if ours else 0
+        self.count = len(self._known)
+        if not ours:
+            self.add({"search": identity})
+
+    def next(self, kind: str, asked: Floats) -> dict[str, Any] | None:
+        """Return the next design if it is the one that is asked for (n,); else None, and forget the rest."""
+        if self._known:
+            entry, end = self._known.pop(0)
+            if (entry["kind"], entry["asked"]) == (kind, asked.tolist()):
+                self._end = end
+                return entry
+            self._known = []
+        return None
+
+    def add(self, entry: dict[str, Any]) -> None:
+        """Write a design behind those that were returned; raises `StorageError` if the system refuses."""
+        try:
+            self._file.seek(self._end)
+            self._file.truncate()
+            self._file.write(json.dumps(entry).encode() + b"\n")
+            self._file.flush()
+        except OSError as error:
+            raise _refused(self.path, error) from error
+        self._end = self._file.tell()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def record(folder: Path, study: Study) -> Iterator[Record]:
+    """Yield the record of a search beside its folder; it is removed with the block, but not by an interrupt.
+
+    Raises
+    ------
+    OccupiedError
+        Another search is at work there.
+    StorageError
+        The disk, a permission or the file system refuses.
+    """
+    place = folder.resolve()
+    path = place.with_name(place.name + SUFFIX)
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        owned = lock.take(path)
+        if owned is None:
+            raise OccupiedError(
+                f"{near(folder)} is in use by another fea optimise: wait for it, or choose --out."
+            )
+        kept = Record(path, _identity(study))
+    except OSError as error:
+        raise _refused(path, error) from error
+    try:
+        yield kept
+    except KeyboardInterrupt:
+        kept.close()
+        raise KeyboardInterrupt(
+            f"interrupted; the designs tried are in {near(path)}, and the same command goes on from there"
+        ) from None
+    except BaseException:
+        kept.close()
+        raise
+    else:
+        kept.close()
+        with suppress(OSError):
+            path.unlink()
+    finally:
+        lock.release(owned)
+
+
+def _lines(content: bytes) -> Iterator[tuple[dict[str, Any], int]]:
+    """Return the complete lines of a file, and where each ends."""
+    end = 0
+    for line in content.splitlines(keepends=True):
+        end += len(line)
+        try:
+            yield json.loads(line), end
+        except ValueError:  # the program ended while it was written
+            return
+
+
+def _identity(study: Study) -> str:
+    """What makes a search the same: the version, the study with its files, but not how long it may take."""
+    table = study.optimise
+    same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
+    files = [digest(path) for path in files_of(same.as_dict())]
+    return hashlib.sha256(json.dumps([program_version(), same.text(), files]).encode()).hexdigest()
+
+
+def _refused(path: Path, error: OSError) -> StorageError:
+    reason = error.strerror or str(error)
+    return StorageError(f"{path} could not be written: {reason}. Choose another directory with --out.")
