@@ -9,6 +9,8 @@ BIN    := $(VENV)/bin
 
 # Tests run side by side: more threads inside each would only stand in each other's way.
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+# They start the program some hundred times: it is compiled once, whatever the environment says.
+COMPILED := PYTHONDONTWRITEBYTECODE=
 
 .PHONY: run test lint setup clean
 
@@ -16,7 +18,7 @@ run: $(VENV)/.run
 	$(BIN)/fea run --rpm 6000 --screenshot
 
 test: $(VENV)/.dev
-	$(ONE_THREAD) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
+	$(ONE_THREAD) $(COMPILED) $(BIN)/python -m pytest --numprocesses 2 --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check

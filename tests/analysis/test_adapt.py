@@ -20,7 +20,7 @@ def study(tolerance, size=None):
     shipped = load_study()
     return dataclasses.replace(
         shipped,
-        analysis=dataclasses.replace(shipped.analysis, tolerance_percent=tolerance),
+        analysis=dataclasses.replace(shipped.analysis, tolerance_percent=tolerance, pressure="cosine-180"),
         mesh=MeshTable(size_mm=size),
     )
 

@@ -58,6 +58,8 @@ stroke_mm = 94.0
 bore_mm = 76.0
 piston_mass_kg = 1.3345
 gas = "leon-2001"
+[analysis]
+pressure = "cosine-180"
 """
 
 

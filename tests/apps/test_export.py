@@ -9,6 +9,7 @@ import meshio
 import numpy as np
 import pytest
 from studies import ENGINE as RUNNING
+from studies import PRESSED
 
 from fea import analyse, load_study, run
 from fea.apps.export_run import export_run
@@ -19,7 +20,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
-ENGINE = RUNNING + "[speed]\nrpm = 6000\n"
+ENGINE = RUNNING + "[speed]\nrpm = 6000\n" + PRESSED
 ROD = """
 [rod]
 length_mm = 141.0
@@ -108,7 +109,7 @@ def test_the_deck_runs_in_calculix_and_gives_the_same_displacement(left, tmp_pat
 
 def test_parts_keep_their_materials(tmp_path):
     folder = tmp_path / "run"
-    run(parse_study(BUSHED, "bushed", tmp_path), out=folder)
+    run(parse_study(BUSHED + PRESSED, "bushed", tmp_path), out=folder)
     export_run(folder, tmp_path / "rod.inp")
     text = (tmp_path / "rod.inp").read_text()
     assert "*SOLID SECTION, ELSET=E_BUSHING, MATERIAL=BUSHING" in text

@@ -87,7 +87,7 @@ def test_places_that_take_no_run(tmp_path):
 def test_a_directory_that_may_not_be_written_is_exit_7(tmp_path):
     if unprivileged(["--version"], "/").returncode:
         pytest.skip("the program cannot be read by others here")
-    one_line(unprivileged(["run", *COARSE, "--out", "/usr/r"], "/"), 7, "/usr/r", "Permission denied")
+    one_line(unprivileged(["run", *PLAIN, "--out", "/usr/r"], "/"), 7, "/usr/r", "Permission denied")
     one_line(unprivileged(["loads", "--csv", "/usr/r.csv"], "/"), 7, "/usr/r.csv")
 
 

@@ -11,7 +11,7 @@ import pytest
 from cycles import analysis
 from PIL import Image
 from program import fea
-from studies import PLAIN
+from studies import PLAIN, PRESSED
 
 from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
@@ -139,7 +139,7 @@ def test_nothing_drawn_is_an_error_with_a_remedy(bar, monkeypatch):
 
 
 def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
-    (tmp_path / "plain.toml").write_text(PLAIN)
+    (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
     flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--out", "r")
     run = fea("run", "plain.toml", *flags, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
@@ -153,7 +153,7 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path):
 def test_without_a_renderer_the_figures_stay(tmp_path):
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
     flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--quiet", "--out", "r")
-    (tmp_path / "plain.toml").write_text(PLAIN)
+    (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
     run = fea("run", "plain.toml", *flags, cwd=tmp_path, environment=environment)
     assert run.returncode == 7
     assert "libegl1" in run.stderr

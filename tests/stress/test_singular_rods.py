@@ -25,7 +25,7 @@ from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 
-RODS = 6
+RODS = 3
 
 
 def drawn_rods():

@@ -14,6 +14,8 @@ gas = "leon-2001"
 LEON = '\n[rod]\npreset = "leon-2001"' + ENGINE
 # The same without pockets in the shank.
 PLAIN = LEON.replace("[engine]", 'shank_section = "rectangular"\n[engine]', 1)
+# Without contact, for tests of something else: half of the time.
+PRESSED = '[analysis]\npressure = "cosine-180"\n'
 # A duty at full size; tests give it coarse elements.
 DUTY = f"""{LEON}[material]
 preset = "forged-steel-2005"

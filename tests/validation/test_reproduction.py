@@ -17,38 +17,40 @@ from fea.verify.reproduce.printed import (
 from fea.verify.reproduce.report import SOURCES, reproduce
 from geometry.errors import InvalidValue
 
-ALL = reproduce("all")
+
+@pytest.fixture(scope="module")
+def tables():
+    return reproduce("all")
 
 
-@pytest.mark.parametrize("table", ALL, ids=lambda table: f"{table.source}-{table.name}")
-def test_no_printed_figure_is_unexplained(table):
-    assert [row for row in table.figures if row.status is Status.UNEXPLAINED] == []
+def test_no_printed_figure_is_unexplained(tables):
+    assert [row for table in tables for row in table.figures if row.status is Status.UNEXPLAINED] == []
 
 
-def test_remarks_are_sentences():
-    remarks = [remark for table in ALL for remark in table.remarks]
+def test_remarks_are_sentences(tables):
+    remarks = [remark for table in tables for remark in table.remarks]
     assert all(remark.endswith(".") and " " in remark for remark in remarks)
 
 
-def test_every_printed_cell_is_compared():
+def test_every_printed_cell_is_compared(tables):
     # Cells of the published tables: 36+111+36+3·37 (1–6), 444 (7), 3·74 (8–10), 111+3 (11), 148 (12),
     # 3·292 (13–15), 15 (17), 6 (column), 3·13+4 (21–23); 50+8+30+40+30+20; 5+8+4+2.
-    by_study = {source: summarise(t for t in ALL if t.source == source).compared for source in SOURCES}
+    by_study = {source: summarise(t for t in tables if t.source == source).compared for source in SOURCES}
     assert by_study == {"leon-2001": 2162, "columba-2022": 178, "molina-2024": 19}
 
 
-def test_agreement_is_the_rule():
-    counts = summarise(ALL)
+def test_agreement_is_the_rule(tables):
+    counts = summarise(tables)
     assert (counts.agrees, counts.explained, counts.named) == (2280, 71, 8)
 
 
-def test_whatever_differs_from_sound_mechanics_has_a_cause():
-    assert [row for table in ALL for row in table.figures if row.is_wrong and not row.cause] == []
+def test_whatever_differs_from_sound_mechanics_has_a_cause(tables):
+    assert [row for table in tables for row in table.figures if row.is_wrong and not row.cause] == []
 
 
-def test_whatever_is_right_needs_no_cause():
+def test_whatever_is_right_needs_no_cause(tables):
     right = [
-        row for table in ALL for row in table.figures if row.status is Status.AGREES and not row.is_wrong
+        row for table in tables for row in table.figures if row.status is Status.AGREES and not row.is_wrong
     ]
     assert right
     assert all(row.cause == "" for row in right)
@@ -71,23 +73,23 @@ def test_whatever_is_right_needs_no_cause():
         ("molina-2024", "acceleration", "acceleration", "780 rpm, 180°"),
     ],
 )
-def test_known_misprints_are_found(source, table, quantity, at):
-    found = {(row.source, row.table, row.quantity, row.at) for row in misprinted(ALL)}
+def test_known_misprints_are_found(source, table, quantity, at, tables):
+    found = {(row.source, row.table, row.quantity, row.at) for row in misprinted(tables)}
     assert (source, table, quantity, at) in found
 
 
 # Figures of the mechanism that the studies miss, worked out by hand from closed forms.
 
 
-def test_leon_position_at_90_degrees():
+def test_leon_position_at_90_degrees(tables):
     """x(90°) = r + l − √(l² − r²) = 5.506 cm (León's table 1 prints 4.84)."""
-    row = _row("leon-2001", "1", "piston position", "90°")
+    row = _row(tables, "leon-2001", "1", "piston position", "90°")
     assert row.corrected == pytest.approx(4.7 + 14.1 - np.sqrt(14.1**2 - 4.7**2), rel=1e-13)
 
 
-def test_leon_acceleration_at_tdc():
+def test_leon_acceleration_at_tdc(tables):
     """a = ω² r (1 + λ), exact at TDC: 24 740 m/s² at 6000 rpm (table 4 prints 36 660)."""
-    row = _row("leon-2001", "4", "piston acceleration", "6000 rpm, 0°")
+    row = _row(tables, "leon-2001", "4", "piston acceleration", "6000 rpm, 0°")
     assert row.corrected == pytest.approx((200 * np.pi) ** 2 * 0.047 * 4 / 3, rel=1e-13)
 
 
@@ -150,17 +152,17 @@ def test_an_unknown_source_is_refused():
         reproduce("leon")
 
 
-def _row(source, table, quantity, at):
-    rows = next(t for t in ALL if (t.source, t.name) == (source, table)).figures
+def _row(tables, source, table, quantity, at):
+    rows = next(t for t in tables if (t.source, t.name) == (source, table)).figures
     return next(row for row in rows if (row.quantity, row.at) == (quantity, at))
 
 
-def test_the_side_load_explains_the_published_stress():
+def test_the_side_load_explains_the_published_stress(tables):
     # León 2001, table 21: 1989 MPa. A clamped cantilever of I = 1260 mm⁴ under 10.3 kN across its end bends
     # to more than that; the same rod in balance stays below half of it. Factors, not digits: no drawing.
     rows = {
         row.quantity: row
-        for table in ALL
+        for table in tables
         if table.name in ("21", "23")
         for row in table.figures
         if row.at == "6000 rpm"
