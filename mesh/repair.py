@@ -73,8 +73,6 @@ class Repair:
 
     def prepare(self) -> None:
         """Remove the previous mesh from the open model, and choose the mesher of its faces."""
-        if not self.causes:
-            return
         gmsh.model.mesh.clear()
         for view in gmsh.view.getTags():
             gmsh.view.remove(view)
@@ -173,18 +171,20 @@ def repaired(
     flaws: Callable[[TetMesh, Quality], Repair | None],
     log: GmshLog,
     tell: Callable[[str], None],
+    repair: Repair = NOTHING,
 ) -> Meshed:
     """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    `flaws` returns these changes; None for a sound mesh. If every attempt has flaws, the first mesh is
-    returned, and the checks of the run will fail on it. `tell` is called with the cause of each new attempt.
+    `repair` is what an earlier mesh of the model needed, to begin with. `flaws` returns the changes; None for
+    a sound mesh. If every attempt has flaws, the first mesh is returned, and the checks of the run will fail
+    on it. `tell` is called with the cause of each new attempt.
 
     Raises
     ------
     MeshError
         No attempt produced a mesh; this is the first failure.
     """
-    repair, first, failure = Repair(), None, None
+    first, failure = None, None
     for rounds in count():
         begin = len(log.lines)
         try:

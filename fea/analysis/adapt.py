@@ -1,7 +1,7 @@
-"""Remesh where the estimate says, until every peak is within the tolerance."""
+"""Remesh where the estimate says, until the smallest safety factor is known to the tolerance."""
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,11 +11,17 @@ from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
-from fea.analysis.wanted_size import predicted_elements, size_ratio, wanted_sizes
+from fea.analysis.survival import Factor
+from fea.analysis.wanted_size import Judged, predicted_elements, size_ratio, wanted_sizes
 from fea.base.note import Note, doubt
 from fea.judge.case_result import CaseResult
+from fea.judge.fatigue_fields import amplitude, usage
+from fea.judge.governing import Governing
+from fea.judge.verdict import Peak, peak
 from fea.machine.clock import Clock
+from fea.rod.discretise import drawn_once
 from fea.rod.meshed_rod import MeshedRod
+from fea.rod.surface_regions import SurfaceRegions
 from fea.study.study import Study
 from geometry.arrays import Floats
 from mesh.sizing import SizeField, Sizing
@@ -52,6 +58,7 @@ class Adapted:
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))
 
 
+@drawn_once()
 def adapt_mesh(
     study: Study,
     speeds: Sequence[float | None],
@@ -63,9 +70,11 @@ def adapt_mesh(
 ) -> Adapted:
     """Prepare the rod of a study, on ever better meshes where a tolerance is asked for.
 
-    The tolerance, `Study.tolerance_percent`, is met for every load case at `speeds`, rpm (None for given
-    forces), and at those of the study's duty. `mesh` is the first one, where it is there already (see
-    `fea.analysis.meshing.adaptive_mesh`); `movable` tells whether the last one is to follow other dimensions.
+    The tolerance, `Study.tolerance_percent`, is met for the smallest safety factor at each of the `speeds`,
+    rpm (None for given forces), and of the study's duty: against yielding, and with a cycle against fatigue.
+    With `AnalysisTable.all_cases` it is met for every load case. `mesh` is the first one, where it is there
+    already (see `fea.analysis.meshing.adaptive_mesh`); `movable` tells whether the last one is to follow
+    other dimensions.
 
     Raises
     ------
@@ -81,12 +90,15 @@ def adapt_mesh(
     passes, fields = list[PassFigures](), list[SizeField]()
     while True:
         rod = prepare(study, clock, mesh=mesh)
-        widest, ratio, results = _solved(rod, deciding, tolerance, again=bool(fields))
+        widest, ratio, results, draft = _solved(rod, deciding, tolerance, again=bool(fields))
         passes.append(_pass(rod, widest.percent, clock.total - sum(item.seconds for item in passes)))
-        if listener:
-            listener(passes[-1].text(len(passes)))
         met, wanted = widest.percent <= tolerance, wanted_sizes(rod.mesh, ratio)
         obstacle = "" if met else _obstacle(rod, wanted, len(passes))
+        if listener:
+            listener(passes[-1].text(len(passes)))
+            if len(passes) == 1 and wanted is not None and not (met or obstacle):
+                elements = _predicted(rod, wanted)
+                listener(f"draft: safety factor {draft.text}; refining, to about {elements:.2g} elements")
         if met or wanted is None or obstacle:
             break
         fields.append(wanted)
@@ -98,7 +110,7 @@ def adapt_mesh(
 
 
 class _Widest(NamedTuple):
-    """The largest error bar of all load cases: percent, the case, and the place that sets the bar, mm."""
+    """The error bar that must reach the tolerance: percent, its load case, and the place that sets it, mm."""
 
     percent: float = 0.0
     case: str = ""
@@ -121,32 +133,60 @@ def _deciding(speeds: Sequence[float | None]) -> Sequence[float | None]:
 
 def _solved(
     rod: PreparedRod, speeds: Sequence[float | None], tolerance: float, *, again: bool
-) -> tuple[_Widest, Floats, dict[float | None, SpeedResult]]:
-    """Solve some speeds: the largest bar, factors (n_nodes,) on the size, and the results kept."""
-    mesh = rod.mesh.whole
+) -> tuple[_Widest, Floats, dict[float | None, SpeedResult], Factor]:
+    """Solve some speeds: the bar, factors (n_nodes,) on the size, the results kept, the smallest factor."""
+    mesh, all_cases = rod.mesh.whole, rod.options.all_cases
     widest, ratio = _Widest(), np.ones(len(mesh.points))
     most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
+    factors: list[Factor] = []
     for rpm in speeds:
         result = solve_speed(rod, rpm)
         cases = tuple(result.cases.values())
-        widest = max(widest, *map(_bar, cases))
-        wanted = size_ratio(mesh, cases, tolerance, again=again, fatigue=rod.options.cycle)
+        fatigue = _fatigue(rod, cases)
+        used = [peak(*field, cases[0].error.masked) for field in fatigue[:-1]]
+        widest = max(widest, *_bars(cases, used, all_cases=all_cases))
+        factors += _factors(cases, used)
+        wanted = size_ratio(mesh, cases, tolerance, again=again, all_cases=all_cases, fatigue=fatigue)
         ratio = np.minimum(ratio, wanted)
         if len(results) < most:
             results[rpm] = result
-    return widest, ratio, results
+    return widest, ratio, results, min(factors, key=lambda factor: factor.low)
 
 
-def _bar(case: CaseResult) -> _Widest:
-    """Return the larger bar of a case: of its peak, or of its least safety factor.
+def _fatigue(rod: PreparedRod, cases: Sequence[CaseResult]) -> list[Judged]:
+    """Where a cycle is asked for, what the cases tell of fatigue: utilisation, if known, and amplitude."""
+    if not rod.options.cycle or len(cases) < 2:
+        return []
+    mesh = rod.mesh.whole
+    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
+    used = usage(cases, mesh, rod.materials, regions, rod.options.fatigue)
+    return [*([] if used is None else [used]), amplitude(cases)]
+
+
+def _bars(cases: Sequence[CaseResult], fatigue: Sequence[Peak], *, all_cases: bool) -> Iterator[_Widest]:
+    """Yield the bars that must reach the tolerance at one speed.
 
     Stresses beside sharp edges get small elements too, but are not waited for: those of short flanks would
     take the finest meshes.
     """
-    widest = max(case.peak, case.worst, key=lambda peak: peak.error_percent)
-    place = tuple(case.mesh.points[widest.bar_node].tolist())
-    return _Widest(widest.error_percent, case.load.name, place)
+    points, governing = cases[0].mesh.points, Governing.of(cases)
+    yield _Widest(governing.percent, governing.case, governing.place)
+    judged = [("fatigue", each) for each in fatigue]
+    if all_cases:
+        judged += [(case.load.name, each) for case in cases for each in (case.peak, case.worst)]
+    for name, each in judged:
+        yield _Widest(each.error_percent, name, tuple(points[each.bar_node].tolist()))
+
+
+def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[Factor]:
+    """Yield the safety factors of one speed that are known before everything is judged."""
+    for case in cases:
+        yield Factor("yielding", case.load.name, case.min_safety_factor, case.worst.error_percent)
+        for edge in case.sharp_governing:
+            yield Factor("yielding", case.load.name, edge.safety_factor, edge.error_percent, "sharp edge")
+    for used in fatigue:
+        yield Factor("fatigue", "", 1 / used.value, used.error_percent)
 
 
 def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:
@@ -158,10 +198,16 @@ def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures
 
 def _obstacle(rod: PreparedRod, wanted: SizeField | None, n_passes: int) -> str:
     """Why there is no further pass; empty where one is possible."""
+    if rod.options.draft:
+        return "this is a draft; without --draft the mesh is refined"
     if wanted is None or n_passes == MAX_PASSES:
         meshes = "1 mesh was" if n_passes == 1 else f"{n_passes} meshes were"
         return f"{meshes} tried; start from a smaller --size"
-    elements = predicted_elements(rod.mesh, wanted, Sizing(rod.mesh.meshing.size).growth)
+    elements = _predicted(rod, wanted)
     if elements > MAX_ELEMENTS:
         return f"it would take {elements:.2g} elements, and the limit is {MAX_ELEMENTS}"
     return ""
+
+
+def _predicted(rod: PreparedRod, wanted: SizeField) -> float:
+    return predicted_elements(rod.mesh, wanted, Sizing(rod.mesh.meshing.size).growth)

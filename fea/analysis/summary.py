@@ -2,7 +2,7 @@
 
 import os
 import platform
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import version
 from string import ascii_uppercase
 
@@ -41,11 +41,13 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
+from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
-from fea.base.note import Note, by_consequence
+from fea.base.note import CANNOT_GOVERN, Note, by_consequence, doubt, remark
 from fea.base.units import DEG, KG_M2
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland, fatigue_factor
+from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, safety_factor
@@ -132,7 +134,7 @@ _PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "v
 def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
     """Return the figures of one speed."""
     rod, passes = adapted.rod, adapted.passes
-    tolerance = rod.options.tolerance_percent
+    governing = Governing.of(tuple(result.cases.values()))
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     assembly = assembly_figures(rod, result.cases, result.cycle)
     return summary_of(
@@ -141,14 +143,35 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         rpm=result.rpm,
         loads={name: load_figures(case.load) for name, case in result.cases.items()},
         results={
-            name: case_figures(rod, case, tolerance, edges[name]) for name, case in result.cases.items()
+            name: case_figures(rod, case, governing, edges[name]) for name, case in result.cases.items()
         },
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
         assembly=assembly,
         checks={**result.checks, **buckling.checks},
-        notes=(*result.notes, *buckling.notes, *onset_notes(assembly)),
+        notes=(*result.notes, *buckling.notes, *onset_notes(assembly), *_bar_notes(rod, result, governing)),
     )
+
+
+def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:
+    """Say which cases are known less well than the smallest factor, and which edge that may govern."""
+    tolerance = rod.options.tolerance_percent or CONVERGED_PERCENT
+    finer = " (--all-cases refines for them too)" if rod.study.tolerance_percent else ""
+    loose = [
+        f"{name} ± {case.error_percent:.2g} %"
+        for name, case in result.cases.items()
+        if case.error_percent > tolerance and governing.covers(case, tolerance)
+    ]
+    if loose:
+        yield remark(f"{', '.join(loose)}{finer}", CANNOT_GOVERN)
+    for place in worst_of_edges(case.sharp_governing for case in result.cases.values()):
+        if place.error_percent > tolerance and place.highest > governing.highest:
+            yield doubt(
+                f"its structural stress may govern and is known to ± {place.error_percent:.2g} % only, as "
+                "the elements it is read from reach into the notch effect: draw the fillet"
+                f"{finer and ', or refine with --all-cases'}",
+                f"sharp edge between {place.between[0]} and {place.between[1]}",
+            )
 
 
 def summary_of(
@@ -204,17 +227,23 @@ def load_figures(case: Instants) -> LoadFigures:
 def case_figures(
     rod: PreparedRod,
     case: CaseResult,
-    tolerance_percent: float | None = None,
+    governing: Governing | None = None,
     sharp_edges: tuple[SharpEdgeFigures, ...] = (),
 ) -> CaseFigures:
-    """Return the extremes of a load case, over the nodes away from singular places."""
-    length = rod.mesh.bores.rod_length
+    """Return the extremes of a load case, over the nodes away from singular places.
+
+    A case is judged by itself, or where another one is `governing` by whether it could govern as well.
+    """
+    length, tolerance = rod.mesh.bores.rod_length, rod.options.tolerance_percent or CONVERGED_PERCENT
+    verdict = case.verdict(tolerance)
+    if governing is not None and not rod.options.all_cases:
+        verdict = governing.verdict(case, tolerance)
     return figures(
         CaseFigures,
         case,
         weakest=_weakest(rod, case),
         energy_error_percent=case.error.energy_percent,
-        verdict=case.verdict(tolerance_percent).value,
+        verdict=verdict.value,
         **(_singular(rod, case) if case.error.masked.any() else {}),
         sharp_edges=sharp_edges or None,
         contact={surface.value: _bore(case, surface, length) for surface in case.touch} or None,

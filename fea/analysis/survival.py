@@ -81,8 +81,8 @@ def factors(
 ) -> list[Factor]:
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
-    At a sharp edge the structural stress counts. The bar of the whole cycle is the largest of its load cases;
-    fatigue, buckling, bolts and joint have none.
+    At a sharp edge the structural stress counts. The bar of the whole cycle is that of the smallest factor of
+    its load cases; fatigue, buckling, bolts and joint have none.
     """
     found = [
         Factor("yielding", name, case.min_safety_factor, case.error_percent) for name, case in results.items()
@@ -93,13 +93,21 @@ def factors(
         for edge in case.sharp_edges or ()
     ]
     if envelope is not None:
-        bars = [case.error_percent for case in results.values() if case.error_percent is not None]
-        found.append(Factor("yielding", "", envelope.min_safety_factor, max(bars, default=None)))
+        found.append(Factor("yielding", "", envelope.min_safety_factor, _bar_of_least(found)))
         if envelope.min_fatigue_safety_factor is not None:
             found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor))
     if buckling.min_safety_factor is not None:
         found.append(Factor("buckling", "", buckling.min_safety_factor))
     return found if assembly is None else [*found, *_of_assembly(assembly)]
+
+
+def _bar_of_least(factors_of_cases: Sequence[Factor]) -> float | None:
+    """Error bar, percent, of the smallest factor, as low as any may be; None where none has a bar."""
+    known = [factor for factor in factors_of_cases if factor.error_percent is not None and not factor.place]
+    if not known:
+        return None
+    least, lowest = min(known, key=lambda one: one.value), min(known, key=lambda one: one.low)
+    return least.error_percent if least is lowest else 100 * (least.value / lowest.low - 1)
 
 
 def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:

@@ -1,14 +1,13 @@
 """Element sizes that a tolerance on the peaks asks for, from the errors of a solution."""
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from fea.judge.case_result import CaseResult
+from fea.judge.governing import Governing
 from fea.judge.sharp_places import FINE_WITHIN, SharpPlace, worst_of_edges
 from fea.rod.meshed_rod import MeshedRod
-from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Mask
 from mesh.sizing import SizeField
 from mesh.tetmesh import EDGES, TetMesh
@@ -20,12 +19,14 @@ _RATE = {1: 1.0, 2: 2.2}
 _ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
 # Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
 # whereas smaller elements at the peaks cost next to nothing.
-_AIM = 0.7
+_AIM = 0.5
 # Under refinement the stress of other places than the peak rises by about this share of their error.
 _RISE = 0.4
-# A first mesh may be too coarse to follow a fillet, which then looks like a sharp edge, where the stress is
-# singular: elements there shrink by this ratio.
-_SHARP_RATIO = 0.5
+# Beside sharp edges elements are so many times those with which the structural stress is known best: its
+# first point of reading, 0.4 t from the edge, still lies beyond the elements that touch the edge.
+_COARSE_EDGES = 3.0
+# Edges that use less of their strength than the worst place of the rod over this do not get elements.
+_EDGES_WITHIN = 1.6
 # No element shrinks more than this in one pass: error estimates are too vague to extrapolate further.
 LEAST_RATIO = 0.2
 # Beyond this error in the energy norm a whole rod is too coarse for any peak to be trusted; elements with
@@ -36,6 +37,8 @@ _LEAST_ENERGY_RATIO = 0.5
 REALISED = 1.25
 # Stands for "no size is wanted here": larger than any element, mm.
 _NO_WISH = 1e6
+# A field (n_nodes,) whose peak is judged, and its error.
+Judged = tuple[Floats, Floats]
 
 
 def size_ratio(
@@ -44,41 +47,33 @@ def size_ratio(
     tolerance_percent: float,
     *,
     again: bool = False,
-    fatigue: bool = False,
+    all_cases: bool = False,
+    fatigue: Iterable[Judged] = (),
 ) -> Floats:
-    """Factor (n_nodes,) on the size of the elements that brings the peaks of every case within a tolerance.
+    """Factor (n_nodes,) on the elements' size that brings the smallest safety factor within a tolerance.
 
-    `tolerance_percent`: of the largest von Mises stress and of the least safety factor; `again`: whether the
-    mesh has been refined for this tolerance already; `fatigue`: whether the largest stress amplitude between
-    the cases is a peak as well.
+    `tolerance_percent`: of the smallest factor of the cases, or with `all_cases` of the largest von Mises
+    stress and the smallest factor of each; `again`: whether the mesh has been refined for this tolerance
+    already; `fatigue`: further fields whose peaks must be as well known (`fea.judge.fatigue_fields`).
     """
-    tolerance, masked = tolerance_percent / 100, cases[0].error.masked
-    judged = [pair for case in cases for pair in case.judged]
-    if fatigue and len(cases) > 1:
-        judged.append(_amplitude(cases))
+    masked, governing = cases[0].error.masked, Governing.of(cases)
+    peaks = [(judged, tolerance_percent) for judged in fatigue]
+    for case in cases:
+        needed = tolerance_percent if all_cases else governing.needed(case, tolerance_percent)
+        peaks += [(judged, needed) for judged in case.judged[0 if all_cases else 1 :]]
     ratio = np.ones(len(mesh.points))
-    for value, error in judged:
-        ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, tolerance, again=again))
-    if not again and not masked.all():
-        ratio[cases[0].error.sharp] = np.minimum(ratio[cases[0].error.sharp], _SHARP_RATIO)
+    for (value, error), needed in peaks:
+        ratio = np.minimum(ratio, _nodal_ratio(value, error, masked, mesh, needed / 100, again=again))
     for place in worst_of_edges(case.sharp_governing for case in cases):
-        ratio = np.minimum(ratio, _sharp_ratio(place, mesh, tolerance_percent))
+        used = 1 / place.safety_factor
+        if all_cases or _EDGES_WITHIN * used >= governing.utilisation:
+            loose = place.error_percent > tolerance_percent
+            decides = all_cases or place.highest > governing.utilisation
+            size = place.element_size * (1.0 if all_cases else _COARSE_EDGES)
+            ratio = np.minimum(ratio, _sharp_ratio(place, mesh, size, shrink=loose and decides))
     for case in cases:
         np.minimum.at(ratio, mesh.tets, _energy_ratio(case, mesh, _RATE[mesh.order])[:, None])
     return ratio
-
-
-def _amplitude(cases: Sequence[CaseResult]) -> tuple[Floats, Floats]:
-    """Largest amplitude of the von Mises stress between any two cases (n_nodes,), and its error, MPa."""
-    pairs = [
-        (von_mises(one.stress - other.stress) / 2, (one.von_mises_error + other.von_mises_error) / 2)
-        for one, other in itertools.combinations(cases, 2)
-    ]
-    value, error = pairs[0]
-    for other, its_error in pairs[1:]:
-        larger = other > value
-        value, error = np.where(larger, other, value), np.where(larger, its_error, error)
-    return value, error
 
 
 def wanted_sizes(mesh: MeshedRod, ratio: Floats) -> SizeField | None:
@@ -116,13 +111,16 @@ def _nodal_ratio(
     return np.asarray(np.maximum(ratio, LEAST_RATIO))
 
 
-def _sharp_ratio(place: SharpPlace, mesh: TetMesh, tolerance_percent: float) -> Floats:
-    """Factor on the size at each node, for the stress beside a sharp edge and its images."""
+def _sharp_ratio(place: SharpPlace, mesh: TetMesh, size: float, *, shrink: bool) -> Floats:
+    """Factor on the size at each node, for elements of a size, mm, beside a sharp edge and its images.
+
+    They are smaller than before in any case where they are to `shrink`.
+    """
     apart = np.linalg.norm(np.abs(mesh.points) * [0, 1, 1] - np.abs(place.at) * [0, 1, 1], axis=1)
     near = np.hypot(apart, mesh.points[:, 0] - place.at[0]) <= FINE_WITHIN * place.thickness
     length = edge_length(mesh)
-    factor = REALISED * place.element_size / length
-    if place.error_percent > tolerance_percent:
+    factor = REALISED * size / length
+    if shrink:
         factor = np.minimum(factor, _ROUGH_RATIO)
     return np.where(near & np.isfinite(length), np.clip(factor, LEAST_RATIO, 1.0), 1.0)
 

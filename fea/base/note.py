@@ -16,6 +16,7 @@ class NoteKind(StrEnum):
 
 
 SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
+CANNOT_GOVERN = "cannot govern"  # topic of the note on load cases that are known less well than the others
 _CONSEQUENCE = {kind: number for number, kind in enumerate(NoteKind)}
 
 

@@ -42,7 +42,8 @@ def run(
     from fea.machine.clock import stages
 
     ahead = AFTER_THE_MESH if quiet or json else (*AFTER_THE_MESH, "fea.output.terminal.run")
-    with stages(silent=quiet or json) as listener:
+    hint = "--draft ends with the first mesh, a larger --tolerance with a coarser one"
+    with stages(silent=quiet or json, hint=hint) as listener:
         reports = run_study(asked, listener, ahead)
     summaries = [report.summary for report in reports]
     if json:

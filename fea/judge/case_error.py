@@ -24,8 +24,6 @@ class CaseError:
     #: percent: the root of the sum of squares is the error of the whole
     element_percent: Floats
     masked: Mask  #: (n_nodes,) near stress singularities, where the exact stress is infinite
-    #: (n_nodes,) those of them that are near an edge, which on a finer mesh may turn out to be rounded
-    sharp: Mask
 
     @property
     def energy_percent(self) -> float:
@@ -51,19 +49,16 @@ class CaseErrors:
         creases = mesh.cell_creases
         radius = mask_radius(mesh.cell)
         on_edges = singular_nodes(mesh.cell, (), creases)
-        sharp = nodes_near(mesh.cell, on_edges, radius)
-        singular = sharp
-        if clamped:
-            singular = nodes_near(mesh.cell, singular_nodes(mesh.cell, clamped, creases), radius)
+        places = singular_nodes(mesh.cell, clamped, creases) if clamped else on_edges
         self.rims = rim_masks(mesh.cell, radius)
-        self.masked = singular | near_rims(mesh.cell, self.rims)
+        self.masked = nodes_near(mesh.cell, places, radius) | near_rims(mesh.cell, self.rims)
         free = mesh.cell.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
         self._causes = {rim.name: rim.nodes for rim in self.rims} | {
             f"{surface.replace('_end_', '-end ')}'s edge": np.intersect1d(mesh.cell.facets[surface], free)
             for surface in clamped
         }
         self._causes[SHARP_EDGE] = on_edges
-        self._masked, self._sharp = self.masked[whole.source], sharp[whole.source]
+        self._masked = self.masked[whole.source]
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
@@ -112,7 +107,7 @@ class CaseErrors:
         share = 100 * np.sqrt(np.divide(energy, total, out=np.zeros_like(energy), where=total > 0))
         parts = [self._nodal(stress) for stress in zip(*(estimate.stress for estimate in sides), strict=True)]
         return [
-            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked, self._sharp)
+            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked)
             for case in range(share.shape[1])
         ]
 

@@ -15,7 +15,7 @@ from fea.judge.verdict import CAP
 from fea.stress.notch import NotchField, VNotch, fitted
 from fea.stress.sharp_edges import SharpEdges, Walks
 from fea.stress.stress import von_mises
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Mask
 
 # Element size, of the shorter flank and within so much of the thickness, with which the structural stress and
 # the notch are known to a few percent; not less than this share of the thickness.
@@ -63,6 +63,11 @@ class SharpPlace:
         return 100 * self.bar / self.von_mises if self.von_mises > 0 else 0.0
 
     @property
+    def highest(self) -> float:
+        """Its utilisation, one over the safety factor, at the upper end of its error bar."""
+        return (1 + self.error_percent / 100) / self.safety_factor
+
+    @property
     def element_size(self) -> float:
         """Element size that the place asks for, mm."""
         return max(FINE * self.shorter, _FINEST * self.thickness)
@@ -108,6 +113,8 @@ _MOST = 8
 _NOTCH, _BEYOND, _WRONG = 0.5, 1.5, 0.6
 # Share of a step that the way ends before the end of a short flank.
 _SHORT = 0.3
+# Of flanks that end before one thickness, those are read that have this share of the longest.
+_LONG = 0.8
 # Reference points beyond this share of the rod would lie on another part of it.
 _LONGEST = 0.25
 
@@ -161,29 +168,46 @@ class SharpPlaces:
         return tuple(sorted(places, key=lambda place: place.safety_factor))
 
     def _structural(self, rows: Ints, stress: Floats, error: Floats) -> tuple[Floats, Floats, Floats]:
-        """Measure t (n, 2), structural stress (n, 2, 6) and its bar (n, 2) per flank; NaN without one."""
+        """Measure t (n, 2), structural stress (n, 2, 6) and its bar (n, 2) per flank; NaN where not read."""
         n = len(rows)
-        measure, spots, bars = np.empty((n, 2)), np.empty((n, 2, 6)), np.empty((n, 2))
+        measure, short = np.empty((n, 2)), np.empty((n, 2), dtype=bool)
+        spots, bars = np.empty((n, 2, 6)), np.empty((n, 2))
         for side in (0, 1):
-            measure[:, side], walks = self._flank(rows, side)
+            measure[:, side], short[:, side], walks = self._flank(rows, side)
             lost = walks.reached < _STEPS
             spots[:, side] = np.einsum("s,nsc->nc", _WEIGHTS, walks.of(stress)[:, _READ])
             bars[:, side] = walks.of(error)[:, _READ] @ np.abs(_WEIGHTS)
             spots[lost, side] = bars[lost, side] = np.nan
+        left_out = self._too_short(rows, measure, short)
+        spots[left_out] = bars[left_out] = np.nan
         return measure, spots, bars
 
-    def _flank(self, rows: Ints, side: int) -> tuple[Floats, Walks]:
-        """Walk one thickness over a flank, or to its end where that is nearer."""
+    def _too_short(self, rows: Ints, measure: Floats, short: Mask) -> Mask:
+        """Flanks (n, 2) that are not read because they end before one thickness.
+
+        Their stress would be read within the notch effect, closer to the edge the shorter they are. Another
+        flank that is long enough takes their place; where an edge has none, its longest ones do.
+        """
+        alone = np.asarray(short.all(axis=1))
+        longest = np.zeros(int(self._edges.place.max()) + 1)
+        np.maximum.at(longest, self._edges.place[rows[alone]], measure[alone].max(axis=1))
+        shorter = measure < _LONG * longest[self._edges.place[rows]][:, None]
+        return np.asarray(short & (~alone[:, None] | shorter), dtype=bool)
+
+    def _flank(self, rows: Ints, side: int) -> tuple[Floats, Mask, Walks]:
+        """Walk one thickness over a flank, or to its end: the measure, where that is nearer, and the ways."""
         edges = self._edges
         most = _LONGEST * float(np.ptp(edges.ground.points, axis=0).max())
         measure = np.minimum(edges.thickness(rows)[:, side], most)
+        ends = np.zeros(len(rows), dtype=bool)
         for more in (1.0, -_SHORT):  # the end lies within the next step; then a little before it
             walks = edges.walks(side, measure / _STEPS, _STEPS, rows)
             short = walks.reached < _STEPS
             if not short.any():
-                return measure, walks
+                return measure, ends, walks
+            ends |= short
             measure = np.where(short, measure * np.maximum(walks.reached + more, 0.5) / _STEPS, measure)
-        return measure, edges.walks(side, measure / _STEPS, _STEPS, rows)
+        return measure, ends, edges.walks(side, measure / _STEPS, _STEPS, rows)
 
     def _notches(self, rows: Ints, measure: Floats, stress: Floats) -> list[NotchField | None]:
         """Fit the notch field of each edge over half the smaller of the measures of its flanks."""

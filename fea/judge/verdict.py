@@ -19,6 +19,7 @@ class Verdict(StrEnum):
     """The verdict that follows from an error bar."""
 
     CONVERGED = "converged"
+    CANNOT_GOVERN = "cannot govern"  # its bar is wide, but cannot lower the smallest safety factor
     NOT_CONVERGED = "not converged"
     DIVERGING = "diverging"
 
@@ -36,6 +37,11 @@ class Peak:
     #: places
     singular: float = 0.0
     singular_node: int | None = None  #: where that is
+
+    @property
+    def highest(self) -> float:
+        """The largest sum of value and error."""
+        return self.value + self.bar
 
     @property
     def error_percent(self) -> float:

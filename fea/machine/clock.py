@@ -1,6 +1,7 @@
 """Wall time per stage, with a listener for progress messages."""
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -50,24 +51,79 @@ _WORDS = {
 }
 
 
+# Beginnings of what stays on the screen, and is written where there is none.
+_LASTING = ("pass ", "draft: ", "meshing again")
+# A stage that takes longer is explained, s.
+_PATIENCE = 150.0
+
+
 @contextmanager
-def stages(*, silent: bool) -> Iterator[Callable[[str], None] | None]:
-    """Show the current stage on stderr if it is a terminal; yields the listener for a `Clock`."""
-    if silent or not sys.stderr.isatty():
+def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | None]:
+    """Show on stderr the current stage, or without a terminal what each pass over the mesh brought.
+
+    Yields the listener for a `Clock`. `hint` says what would make a stage shorter that takes minutes.
+    """
+    if silent:
         yield None
+        return
+    with _shown() as (status, write), _explained(write, hint) as watch:
+
+        def show(stage: str) -> None:
+            if stage.startswith(_LASTING):
+                write(stage)
+            else:
+                status(f"{_WORDS.get(stage, stage)}…")
+            watch(stage)
+
+        yield show
+
+
+@contextmanager
+def _shown() -> Iterator[tuple[Callable[[str], None], Callable[[str], None]]]:
+    """Yield what shows a stage, on a terminal only, and what writes a line that stays."""
+    if not sys.stderr.isatty():
+        yield (lambda _stage: None), _line
         return
     from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
 
     console = Console(stderr=True)
     with console.status("starting") as status:
+        yield status.update, lambda text: console.print(text, style="dim", highlight=False)
 
-        def show(stage: str) -> None:
-            if stage.startswith(("pass ", "meshing again")):  # stays on the screen
-                console.print(stage, style="dim", highlight=False)
+
+def _line(text: str) -> None:
+    sys.stderr.write(f"fea: {text}\n")
+    sys.stderr.flush()
+
+
+@contextmanager
+def _explained(write: Callable[[str], None], hint: str) -> Iterator[Callable[[str], None]]:
+    """Yield what is told of each stage; one that takes minutes is written, with the hint."""
+    stage, ended, changed = "starting", threading.Event(), threading.Event()
+
+    def watch() -> None:
+        waited = 0.0
+        while not ended.is_set():
+            if changed.wait(_PATIENCE):
+                changed.clear()
+                waited = 0.0
             else:
-                status.update(f"{_WORDS.get(stage, stage)}…")
+                waited += _PATIENCE
+                write(f"still {_WORDS.get(stage, stage)}, for {waited / 60:.0f} min{hint and f'; {hint}'}")
 
-        yield show
+    def tell(now: str) -> None:
+        nonlocal stage
+        stage = now
+        changed.set()
+
+    thread = threading.Thread(target=watch, daemon=True)
+    thread.start()
+    try:
+        yield tell
+    finally:
+        ended.set()
+        changed.set()
+        thread.join()
 
 
 @contextmanager

@@ -81,7 +81,7 @@ def isolated(
     CrashError, OvertimeError
         The process ended without a result, or took too much time.
     """
-    limited = partial(_within, job, seconds, memory)
+    limited = partial(within, job, seconds, memory)
     with copied(limited) if CAN_FORK else fresh() as process:
         return process.result(listener) if CAN_FORK else process.run(limited, listener=listener)
 
@@ -337,7 +337,8 @@ def _send(kind: int, value: object) -> None:
         _Inside.answers.flush()
 
 
-def _within(job: Callable[[], Result], seconds: float | None, memory: int | None) -> Result:
+def within(job: Callable[[], Result], seconds: float | None, memory: int | None) -> Result:
+    """In an isolated process: do a job within limits of processor time, s, and memory, bytes."""
     if seconds is not None:
         _Inside.limited = True
         allow(seconds)

@@ -1,25 +1,27 @@
 """Draw and mesh the rod of a study, or move the mesh of another."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.machine.isolated import allow, say
+from fea.machine.isolated import IsolatedProcess, allow, say
 from fea.rod.flaws import MaterialsOf, mesh_flaws
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, put_together
-from fea.rod.reading import read_isolated
+from fea.rod.reading import kept_process, reading_errors
 from fea.study.rod_table import RodTable
 from geometry.assembly import Assembly
 from geometry.errors import require
-from geometry.session import session
+from geometry.session import GmshLog, session
 from geometry.surfaces import Mirror
 from geometry.system import memory_limit
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
-from mesh.repair import repaired
+from mesh.repair import NOTHING, Repair, repaired
 from mesh.sizing import PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 
@@ -60,7 +62,7 @@ class MeshRequest:
 
 
 def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> MeshedRod:
-    """Draw and mesh a rod.
+    """Draw and mesh a rod; within `drawn_once`, one that is meshed again is not drawn again.
 
     The smallest symmetry cell is meshed; larger cells are assembled from its reflections, so that the mesh of
     the whole rod does not depend on which part is solved.
@@ -74,14 +76,77 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     GeometryError, MeshError
         No solid or no usable mesh could be made.
     """
-    if rod.cad is None or memory_limit() is not None:  # under a limit the whole program is guarded
-        drawn = _drawn(rod, materials, request, clock)
-    else:
+    drawing, kept = _Drawing(rod, materials, request.assembly), _kept.get()
+    if kept is not None:
+        drawing = next((one for one in kept if one.rod == rod and one.assembly == request.assembly), drawing)
+    try:
         with clock("mesh"):
-            job = partial(_drawn, rod, materials, request, Clock(say))
-            drawn = read_isolated(job, f"read and mesh {rod.cad.path}", clock.tell)
+            drawn = drawing.meshed(request, clock)
+    finally:
+        if kept is None:
+            drawing.close()
+        elif drawing not in kept:
+            kept.append(drawing)
     with clock("mesh"):
         return put_together(drawn, _cell(request.symmetry, drawn.solid.mirror))
+
+
+_kept: ContextVar["list[_Drawing] | None"] = ContextVar("_kept", default=None)
+
+
+@contextmanager
+def drawn_once() -> Iterator[None]:
+    """Keep what is drawn for `discretise` within this block, and what was learnt of its meshes."""
+    if _kept.get() is not None:
+        yield
+        return
+    drawings: list[_Drawing] = []
+    token = _kept.set(drawings)
+    try:
+        yield
+    finally:
+        _kept.reset(token)
+        for drawing in drawings:
+            drawing.close()
+
+
+@dataclass
+class _Drawing:
+    """A rod that may be meshed several times; one from a CAD file stays open in a process of its own."""
+
+    rod: RodTable
+    materials: MaterialsOf
+    assembly: Assembly | None
+    repair: Repair = NOTHING  #: what an earlier mesh needed
+    process: IsolatedProcess | None = None
+
+    def meshed(self, request: MeshRequest, clock: Clock) -> Drawn:
+        """Draw it, where it is not open yet, and mesh it."""
+        if self.rod.cad is None or memory_limit() is not None:  # under a limit the whole program is guarded
+            with session() as log:
+                drawn = _Model(self, log, clock).meshed(request, clock)
+        else:
+            drawn = self._apart(request, clock)
+        self.repair = drawn.meshing.repair
+        return drawn
+
+    def _apart(self, request: MeshRequest, clock: Clock) -> Drawn:
+        what, job = f"read and mesh {self.rod.cad.path}", partial(_mesh_opened, request)  # type: ignore[union-attr]
+        if self.process is None or not self.process.alive:
+            self.close()
+            opened = partial(_opened, _Drawing(self.rod, self.materials, self.assembly))
+            self.process = kept_process(partial(_then, opened, job))
+        else:
+            self.process.begin(job)
+        process = self.process
+        drawn: Drawn = reading_errors(lambda: process.result(clock.tell), what)
+        return drawn
+
+    def close(self) -> None:
+        """End its process."""
+        if self.process is not None:
+            self.process.close()
+            self.process = None
 
 
 def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
@@ -108,10 +173,19 @@ def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
     return put_together(Drawn(solid, mesh, meshing, base.creases, base.movable), base.symmetry)
 
 
-def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: Clock) -> Drawn:
-    with session() as log:
+class _Model:
+    """A rod drawn in the open session."""
+
+    def __init__(self, drawing: _Drawing, log: GmshLog, clock: Clock) -> None:
+        self._log, self._materials = log, drawing.materials
         with clock("geometry"):
-            solid = rod.draw(clock.tell, request.assembly)
+            self._solid = drawing.rod.draw(clock.tell, drawing.assembly)
+        self._drawing_warnings = log.warnings
+        self._repair = drawing.repair
+
+    def meshed(self, request: MeshRequest, clock: Clock) -> Drawn:
+        """Mesh it, again where it has been meshed, with the repairs that were needed then."""
+        solid = self._solid
         with clock("mesh"):
             length = solid.bores[1].x
             size = request.size or request.coarser * default_size(length)
@@ -121,18 +195,38 @@ def _drawn(rod: RodTable, materials: MaterialsOf, request: MeshRequest, clock: C
             _require_few(elements, size)
             allow(_MESHING + _PER_ELEMENT * elements)
             volumes = [part.volumes for part in solid.parts]
-            drawing = log.warnings
             made = repaired(
                 partial(tetrahedralise, solid.faces, refined, sizing, volumes, request.wanted),
-                partial(mesh_flaws, materials, solid),
-                log,
+                partial(mesh_flaws, self._materials, solid),
+                self._log,
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
+                self._repair,
             )
+            self._repair = made.repair
             edges = creases(solid.faces, made.mesh, solid.bodies)
             movable = _movable(made.mesh) if request.movable else None
-    warnings = tuple(dict.fromkeys((*drawing, *made.warnings)))
-    meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
-    return Drawn(solid, made.mesh, meshing, edges, movable)
+        warnings = tuple(dict.fromkeys((*self._drawing_warnings, *made.warnings)))
+        meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
+        return Drawn(solid, made.mesh, meshing, edges, movable)
+
+
+# In the process of a `_Drawing`: the session, which ends with the process, and what is drawn in it.
+_sessions, _models = ExitStack(), list[_Model]()
+
+
+def _opened(drawing: _Drawing) -> None:
+    """Draw a rod in this process, whose session stays open until it ends."""
+    log = _sessions.enter_context(session())
+    _models.append(_Model(drawing, log, Clock(say)))
+
+
+def _mesh_opened(request: MeshRequest) -> Drawn:
+    return _models[-1].meshed(request, Clock(say))
+
+
+def _then(first: Callable[[], None], job: Callable[[], Drawn]) -> Drawn:
+    first()
+    return job()
 
 
 def _movable(mesh: TetMesh) -> "MovableMesh":

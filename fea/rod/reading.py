@@ -5,10 +5,20 @@ solids: a damaged file makes it access invalid memory or run forever.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
-from fea.machine.isolated import CrashError, OvertimeError, isolated
+from fea.machine.isolated import (
+    CrashError,
+    IsolatedProcess,
+    OvertimeError,
+    copied,
+    fresh,
+    isolated,
+    within,
+)
 from geometry.errors import GeometryError
+from geometry.system import CAN_FORK
 
 Result = TypeVar("Result")
 
@@ -32,8 +42,25 @@ def read_isolated(
     GeometryError
         It crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
     """
+    return reading_errors(
+        lambda: isolated(job, seconds=seconds or SECONDS, memory=memory, listener=listener), what, who
+    )
+
+
+def kept_process(job: Callable[[], object]) -> IsolatedProcess:
+    """Start a process that does a job and then others, within the same time as `read_isolated`."""
+    limited = partial(within, job, SECONDS, None)
+    if CAN_FORK:
+        return copied(limited)
+    process = fresh()
+    process.begin(limited)
+    return process
+
+
+def reading_errors(asked: Callable[[], Result], what: str, who: str = "the CAD kernel") -> Result:
+    """Return what is asked of another process; `GeometryError` where that crashed or took too long."""
     try:
-        return isolated(job, seconds=seconds or SECONDS, memory=memory, listener=listener)
+        return asked()
     except (CrashError, OvertimeError) as error:
         remedy = "The file may be damaged: export it again, with the rod alone"
         raise GeometryError(f"{who} could not {what}: {error}. {remedy}") from error

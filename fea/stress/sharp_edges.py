@@ -135,8 +135,9 @@ def _barycentric(corners: Floats, places: Floats) -> tuple[Floats, Mask]:
     return np.where(inside[..., None], share, clipped / np.maximum(total, 1.0)), inside
 
 
-# Start of the ray that measures the thickness behind a flank: from the edge, as a share of the mesh's edge.
-_BESIDE = 0.5
+# Start of the ray that measures the thickness behind a flank: from the edge, as a share of the rod's longest
+# side. It does not depend on the elements, nor does the thickness then.
+_BESIDE = 0.002
 # Distance from the end of an edge, relative to its length and at most to the rod's, within which the stress
 # is that of the corner there.
 _END, _END_MOST = 0.25, 0.02
@@ -199,10 +200,10 @@ class SharpEdges:
 
     def thickness(self, rows: Ints) -> Floats:
         """Thickness (n, 2) of the material behind either flank of some of the edges, mm."""
-        depth = np.empty((len(rows), 2))
+        depth, beside = np.empty((len(rows), 2)), _BESIDE * float(np.ptp(self.ground.points, axis=0).max())
         for side in (0, 1):
-            inwards, size = -self.normal[rows, side], self.size[rows, None]
-            start = self.middle[rows] + _BESIDE * size * self.away[rows, side] + 1e-3 * size * inwards
+            inwards = -self.normal[rows, side]
+            start = self.middle[rows] + beside * (self.away[rows, side] + 1e-2 * inwards)
             depth[:, side] = self.ground.depth(start, inwards)
         return depth
 

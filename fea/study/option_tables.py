@@ -162,10 +162,22 @@ class AnalysisTable(Table, table="analysis"):
     )
     tolerance_percent: float | None = key(
         "2",
-        "refine the mesh until the error bar of every peak stress is at most this; default: 5, but none with "
-        "an element size or first-order elements; 0: never",
+        "refine the mesh until the error bar of the smallest safety factor is at most this; default: 5, but "
+        "none with an element size or first-order elements; 0: never",
         not_negative,
         flag="tolerance",
+    )
+    all_cases: bool = key(
+        "true",
+        "refine until the peak of every load case is within the tolerance, also of those that cannot govern",
+        default=False,
+        flag="all_cases",
+    )
+    draft: bool = key(
+        "true",
+        "stop at the first mesh of a refinement, with the error bars as they are",
+        default=False,
+        flag="draft",
     )
     min_safety: float | None = key(
         "1.5",

@@ -92,6 +92,10 @@ class Study:
             self._require_cycle(self.duty)
         if self.rod.mesh is not None:
             self._require_no_remeshing()
+        rule = "has no effect where the mesh is not refined"
+        remedy = "Leave it out, or the element size and --tolerance 0."
+        refined = self.tolerance_percent is not None
+        require(refined or not self.analysis.draft, "analysis.draft", "true", rule, remedy)
         if self.assembly is not None:
             self._require_parts(self.assembly)
         if self.output.directory is not None:

@@ -55,7 +55,7 @@ def test_no_stress_has_no_error():
 def test_where_hardly_any_stress_is_the_safety_factors_cap_hides_no_error_in_it():
     stress = np.zeros((3, 6))
     stress[:, 0] = [200.0, 1e-9, 0.0]
-    error = CaseError((np.array([10.0, 300.0, 50.0]),), np.zeros(1), *np.zeros((2, 3), dtype=bool))
+    error = CaseError((np.array([10.0, 300.0, 50.0]),), np.zeros(1), np.zeros(3, dtype=bool))
     mesh = TetMesh(np.zeros((3, 3)), np.zeros((0, 4), dtype=int))
     found = case_result(
         given(1.0), mesh, CaseFields(displacement=np.zeros((3, 3)), error=error), [stress], materials=[STEEL]

@@ -213,8 +213,9 @@ def optimise(
 
 
 def search_study(study: Study) -> Study:
-    """Return the study that the search solves: with the crank cycle, refined to the tolerance.
+    """Return the study that the search solves: with the crank cycle, every case refined to the tolerance.
 
+    The peaks of both ends and of the shank limit a rod, each by itself, and so not only the governing one.
     Mass properties that the study gives are left out: they are those of its own rod.
 
     Raises
@@ -230,7 +231,7 @@ def search_study(study: Study) -> Study:
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
     tolerance = given if given is not None or size is not None else TOLERANCE
     cycle = study.engine is not None
-    options = replace(study.analysis, tolerance_percent=tolerance, cycle=cycle)
+    options = replace(study.analysis, tolerance_percent=tolerance, all_cases=True, draft=False, cycle=cycle)
     return replace(study, rod=replace(study.rod, mass=None), analysis=options)
 
 

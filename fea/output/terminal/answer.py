@@ -13,7 +13,7 @@ from fea.analysis.figures import (
     Summary,
 )
 from fea.analysis.survival import Answer
-from fea.base.note import SINGULAR, Note, NoteKind
+from fea.base.note import CANNOT_GOVERN, SINGULAR, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.verdict import Verdict
@@ -52,6 +52,7 @@ def statements(summary: Summary) -> Iterator[str]:
     if summary.assembly is not None:
         yield from assembly(summary.assembly)
     yield from _buckling(summary)
+    yield from (_sentence(note) for note in summary.notes if note.topic == CANNOT_GOVERN)
     yield from _contact(summary)
     yield from of_kind(summary.notes, NoteKind.WARNING)
 
@@ -279,5 +280,9 @@ def _contact(summary: Summary) -> list[str]:
 
 def of_kind(notes: Iterable[Note], kind: NoteKind) -> list[str]:
     """Return the notes of a kind as sentences, without those that `singular` sums up."""
-    said = [str(note) for note in notes if note.kind is kind and note.topic != SINGULAR]
-    return [f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}" for text in said]
+    return [_sentence(note) for note in notes if note.kind is kind and note.topic != SINGULAR]
+
+
+def _sentence(note: Note) -> str:
+    text = str(note)
+    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
