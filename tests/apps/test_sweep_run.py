@@ -102,6 +102,7 @@ def test_rods_that_crash_or_never_end_are_failed_and_the_others_done(tmp_path):
 def test_two_rods_at_two_speeds(tmp_path):
     (tmp_path / "two.toml").write_text(
         'study = "leon-2001"\nfrequencies = 1\n[set]\nmesh.size_mm = 14.0\nspeed.rpm = [3000.0, 6000.0]\n'
+        'analysis.pressure = "cosine-180"\n'
         "[vary.rod]\nweb_thickness_mm = [4.5, 500.0, 5.5]\n"
     )
     run = started("sweep", "two.toml", "--workers", 1, cwd=tmp_path)

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from printed import flowing, require_brief
 from program import fea
-from studies import DUTY, LEON, PLAIN
+from studies import DUTY, LEON, PLAIN, PRESSED
 
-STUDY = DUTY.replace(LEON, PLAIN) + "[mesh]\nsize_mm = 14.0\n"
+STUDY = DUTY.replace(LEON, PLAIN) + PRESSED + "[mesh]\nsize_mm = 14.0\n"
 
 
 @pytest.fixture(scope="module")

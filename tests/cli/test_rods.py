@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from cad_files import cad_file
 from program import COARSE, fea, figures
-from studies import ENGINE, PLAIN
+from studies import ENGINE, PLAIN, PRESSED
 
 from geometry.presets import LEON_2001
 
 
 def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
-    material = '[material]\npreset = "leon-2001"\n'
+    material = '[material]\npreset = "leon-2001"\n' + PRESSED
     (tmp_path / "drawn.toml").write_text(PLAIN + material)
     (tmp_path / "mine.toml").write_text(f'[rod]\nstep = "drawn.step"\n{material}{ENGINE}')
     assert fea("rod", "drawn.toml", "--step", "drawn.step", "--quiet", cwd=tmp_path).returncode == 0
@@ -40,7 +40,9 @@ def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
 
 
 def test_a_bushing_of_bronze_is_a_part_with_its_own_yield(tmp_path):
-    text = '[rod]\npreset = "leon-2001"\nbushing_mm = 2.0\n[material]\npreset = "leon-2001"\n' + ENGINE
+    text = (
+        '[rod]\npreset = "leon-2001"\nbushing_mm = 2.0\n[material]\npreset = "leon-2001"\n' + PRESSED + ENGINE
+    )
     bronze = "[material.bushing]\nE_GPa = 110.0\nnu = 0.34\ndensity_kg_m3 = 8800.0\nyield_MPa = {}\n"
     (tmp_path / "strong.toml").write_text(text + bronze.format(5000.0))
     (tmp_path / "weak.toml").write_text(text + bronze.format(1.0))
@@ -75,7 +77,10 @@ def test_fit_meets_targets_or_says_that_it_cannot(tmp_path):
     assert met.returncode == 0
     assert all(len(digits) <= 7 for digits in re.findall(r"\d+\.\d+", met.stdout))
     (tmp_path / "fitted.toml").write_text(met.stdout)
-    assert fea("run", "fitted.toml", *COARSE, "--quiet", cwd=tmp_path).returncode == 0
+    assert (
+        fea("run", "fitted.toml", *COARSE, "--pressure", "cosine-180", "--quiet", cwd=tmp_path).returncode
+        == 0
+    )
     rod = figures("rod", "fitted.toml", cwd=tmp_path)
     assert rod["mass_kg"] == pytest.approx(0.7, rel=2e-3)
     assert rod["center_of_gravity_mm"][0] == pytest.approx(60, rel=2e-3)
@@ -115,9 +120,9 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     line, _, study = asked.stderr.partition("\n\n")
     assert asked.returncode == 2
     assert "--engine" in line
-    (tmp_path / "rod.toml").write_text(study)
+    (tmp_path / "rod.toml").write_text(study + PRESSED)
     assert figures("run", "rod.toml", *COARSE, cwd=tmp_path)["trusted"]
-    flags = ("--engine", "leon-2001", "--material", "c70-2005")
+    flags = ("--engine", "leon-2001", "--material", "c70-2005", "--pressure", "cosine-180")
     named = figures("run", "rod.igs", *flags, *COARSE, cwd=tmp_path)
     assert named["trusted"]
     assert not any("material: assumed" in note for note in named["notes"])
@@ -126,7 +131,9 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
 
 
 def test_a_run_goes_to_another_program_and_its_mesh_comes_back(tmp_path):
-    text = '[rod]\npreset = "leon-2001"\nshank_section = "rectangular"\n[forces]\npin_N = [2e4, 0.0]\n'
+    text = (
+        '[rod]\npreset = "leon-2001"\nshank_section = "rectangular"\n[forces]\npin_N = [2e4, 0.0]\n' + PRESSED
+    )
     (tmp_path / "mine.toml").write_text(text)
     first = figures("run", "mine.toml", "--size", 20, "--element", "p1", "--out", "run", cwd=tmp_path)
     done = fea("export", "run", "rod.inp", cwd=tmp_path)
