@@ -5,6 +5,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Any
 
+from geometry.plausible import Plausible
 from geometry.surfaces import Mirror
 
 
@@ -15,12 +16,21 @@ class ShankSection(StrEnum):
     RECTANGULAR = "rectangular"
 
 
-def _mm(what: str, default: Any = MISSING, **more: str) -> Any:
-    return field(metadata={"unit": "mm", "help": what, **more}, default=default)
+def _mm(what: str, *plausible: Plausible, default: Any = MISSING, **more: str) -> Any:
+    return field(metadata={"unit": "mm", "help": what, "plausible": plausible, **more}, default=default)
 
 
-def _option(what: str, example: str, **more: str) -> Any:
-    return _mm(what, default=0.0, example=example, **more)
+def _option(what: str, example: str, *plausible: Plausible, **more: str) -> Any:
+    return _mm(what, *plausible, default=0.0, example=example, **more)
+
+
+def _times(other: str, least: float, most: float) -> Plausible:
+    """Where a dimension lies as a multiple of another one of the rod.
+
+    Bounds of this program: wider by half or more than those of the rods of `geometry.presets`, of
+    production rods and of the public CAD rods that it was tried on.
+    """
+    return Plausible(least, most, "as in rods of usual proportions", {f"rod.{other}_mm": 1}, far=4.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,49 +42,102 @@ class Dimensions:
     its key in a study.
     """
 
-    length: float = _mm("distance between the centres of the bores")
-    big_end_bore: float = _mm("bore diameter")
-    small_end_bore: float = _mm("bore diameter, of the bushing if there is one")
+    length: float = _mm(
+        "distance between the centres of the bores",
+        Plausible(11.0, 4000.0, "from model engines of 0.2 cm³ to two-stroke engines of ships"),
+        Plausible(
+            0.95,
+            4.0,
+            "rods are 1.9 to 8 crank radii long: 2 in ships, 3 to 4 in cars, 5 and more in racing engines",
+            {"engine.stroke_mm": 1},
+            far=1.6,
+        ),
+    )
+    big_end_bore: float = _mm(
+        "bore diameter",
+        Plausible(0.15, 0.62, "bores are a sixth to five eighths of the rod's length", {"rod.length_mm": 1}),
+    )
+    small_end_bore: float = _mm(
+        "bore diameter, of the bushing if there is one",
+        Plausible(0.2, 1.1, "at most as wide as the big end's", {"rod.big_end_bore_mm": 1}),
+        Plausible(
+            0.13,
+            1.15,
+            "piston pins are a fifth to two fifths of the cylinder's bore, crosshead pins as wide as it",
+            {"engine.bore_mm": 1},
+            far=2.0,
+        ),
+    )
     big_end_ring: float = _mm(
         "radial thickness",
+        _times("big_end_bore", 0.05, 0.5),
         above="All other dimensions follow from these three in usual proportions (shown here) unless they "
         "are given:",
     )
-    big_end_width: float = _mm("along the pins")
-    small_end_ring: float = _mm("radial thickness, with the bushing")
-    small_end_width: float = _mm("along the pins")
+    big_end_width: float = _mm("along the pins", _times("big_end_bore", 0.15, 1.3))
+    small_end_ring: float = _mm("radial thickness, with the bushing", _times("small_end_bore", 0.06, 1.0))
+    small_end_width: float = _mm("along the pins", _times("small_end_bore", 0.25, 2.5))
     #: Depths extend straight to where the axis meets each ring's outer circle, linear between.
-    shank_depth_big_end: float = _mm("in the plane of motion")
-    shank_depth_small_end: float = _mm("in the plane of motion")
-    shank_width: float = _mm("along the pins, over the flanges")
+    shank_depth_big_end: float = _mm("in the plane of motion", _times("big_end_bore", 0.12, 1.2))
+    shank_depth_small_end: float = _mm("in the plane of motion", _times("small_end_bore", 0.18, 2.4))
+    shank_width: float = _mm("along the pins, over the flanges", _times("big_end_width", 0.1, 1.0))
     shank_section: ShankSection = field(metadata={"help": 'or "rectangular"'})
-    flange_thickness: float = _mm("square to the shank's edge")
-    web_thickness: float = _mm("along the pins")
-    big_end_fillet: float = _mm("radius between shank and ring, seen along the pins")
-    small_end_fillet: float = _mm("radius between shank and ring, seen along the pins")
-    ring_step_radius: float = _mm("radius between the faces of the shank and those of the wider rings")
-    pocket_corner_radius: float = _mm("corners of the pockets of the I-section, seen along the pins")
-    pocket_floor_radius: float = _mm("radius between flange and web")
-    pocket_setback: float = _mm("distance of the pockets' ends from the rings")  #: or feet of the ring steps
+    flange_thickness: float = _mm("square to the shank's edge", _times("shank_depth_small_end", 0.04, 0.5))
+    web_thickness: float = _mm("along the pins", _times("shank_width", 0.07, 0.95))
+    big_end_fillet: float = _mm(
+        "radius between shank and ring, seen along the pins", _times("big_end_bore", 0.06, 4.0)
+    )
+    small_end_fillet: float = _mm(
+        "radius between shank and ring, seen along the pins", _times("small_end_bore", 0.1, 6.0)
+    )
+    ring_step_radius: float = _mm(
+        "radius between the faces of the shank and those of the wider rings",
+        _times("shank_width", 0.004, 3.0),
+    )
+    pocket_corner_radius: float = _mm(
+        "corners of the pockets of the I-section, seen along the pins",
+        _times("shank_depth_small_end", 0.03, 0.5),
+    )
+    pocket_floor_radius: float = _mm("radius between flange and web", _times("shank_width", 0.02, 0.5))
+    pocket_setback: float = _mm(
+        "distance of the pockets' ends from the rings", _times("length", 0.004, 0.2)
+    )  #: or feet of the ring steps
     #: Options: 0 leaves them out.
     small_end_crown_width: float = _option(
         "slanted small end: its width at the crown",
         "18.0",
+        _times("small_end_width", 0.25, 1.0),
         above="Optional features, left out unless they are given:",
     )
     bushing: float = _option(
-        "wall thickness of a bushing in the small end; for its material see [material.bushing]", "1.5"
+        "wall thickness of a bushing in the small end; for its material see [material.bushing]",
+        "1.5",
+        _times("small_end_bore", 0.015, 0.25),
     )
-    oil_hole: float = _option("diameter of a hole through the crown of the small end", "3.0")
+    oil_hole: float = _option(
+        "diameter of a hole through the crown of the small end", "3.0", _times("small_end_bore", 0.03, 0.5)
+    )
     cap_bolt: float = _option(
-        "diameter of two bolt holes beside the big end; the next three keys belong to it", "8.0"
+        "diameter of two bolt holes beside the big end; the next three keys belong to it",
+        "8.0",
+        _times("big_end_bore", 0.07, 0.45),
     )
-    cap_bolt_spacing: float = _option("distance between the axes of the bolts", "80.0")
-    cap_boss_length: float = _option("length of the bosses around the bolts, along the rod", "40.0")
-    cap_boss_fillet: float = _option("radius between boss and ring", "4.0")
+    cap_bolt_spacing: float = _option(
+        "distance between the axes of the bolts", "80.0", _times("big_end_bore", 1.1, 2.6)
+    )
+    cap_boss_length: float = _option(
+        "length of the bosses around the bolts, along the rod", "40.0", _times("big_end_bore", 0.2, 2.5)
+    )
+    cap_boss_fillet: float = _option(
+        "radius between boss and ring", "4.0", _times("big_end_bore", 0.012, 0.5)
+    )
     #: A chamfer's height along the axis is how much it widens the bore's radius.
-    big_end_chamfer: float = _option("45° chamfers of the bores' ends", "0.5")
-    small_end_chamfer: float = _option("not together with small_end_crown_width_mm", "0.5")
+    big_end_chamfer: float = _option(
+        "45° chamfers of the bores' ends", "0.5", _times("big_end_bore", 0.003, 0.1)
+    )
+    small_end_chamfer: float = _option(
+        "not together with small_end_crown_width_mm", "0.5", _times("small_end_bore", 0.004, 0.1)
+    )
 
     @property
     def big_end_radius(self) -> float:

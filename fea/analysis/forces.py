@@ -274,12 +274,14 @@ def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
     if study.rod.length is not None:  # refused before anything is drawn
         EngineLoading.of(table, study.rod.length)
     length, mass = rod_mass(study)
+    lengths = {"rod.length_mm": length}
+    study.require_plausible(lengths)
     loading = EngineLoading.of(table, length)
     speeds = study.engine_speeds(table)
     reports = force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
-    layout = layout_notes(table) if every_cylinder else []
+    of_all = (*study.unusual_notes(lengths), *(layout_notes(table) if every_cylinder else ()))
     return [
-        replace(report, notes=(*report.notes, *engine_notes(table, length, report.rpm), *layout))
+        replace(report, notes=(*report.notes, *engine_notes(table, length, report.rpm), *of_all))
         for report in reports
     ]
 

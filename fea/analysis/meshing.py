@@ -50,8 +50,12 @@ def mesh_study(
     if study.rod.mesh is not None:
         from fea.rod.given import given_rod  # noqa: PLC0415 - it loads scikit-fem, which meshing does without
 
-        return given_rod(study.rod.mesh, request, clock or Clock())
-    return discretise(study.rod, study.materials, request, clock or Clock())
+        found = given_rod(study.rod.mesh, request, clock or Clock())
+    else:
+        found = discretise(study.rod, study.materials, request, clock or Clock())
+    if study.rod.from_file:
+        study.require_plausible(found.bores.lengths)
+    return found
 
 
 def mesh_loaded(

@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.analysis.meshing import mesh_study
 from fea.base.material import of_parts
+from fea.base.note import Note
 from fea.rod.meshed_rod import MeshedRod
 from fea.solvers.vibration import RIGID, Modes, free_modes
 from fea.study.study import Study
@@ -45,6 +46,7 @@ class ModesFigures:
     rigid_share: float
     backward_error: float
     trusted: bool
+    notes: tuple[Note, ...]
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,7 @@ class ModesReport:
     speeds: tuple[float, ...]  #: at which the orders are told, rpm
     mesh: TetMesh  #: the whole rod
     modes: Modes  #: the six rigid motions first
+    notes: tuple[Note, ...] = ()  #: what a reader must know of the study
 
     @property
     def elastic(self) -> Floats:
@@ -96,6 +99,7 @@ class ModesReport:
             rigid_share=self.rigid_share,
             backward_error=self.modes.backward_error,
             trusted=self.trusted,
+            notes=self.notes,
         )
 
 
@@ -142,4 +146,5 @@ def modes_on(study: Study, mesh: MeshedRod, count: int) -> ModesReport:
     require(nu <= most, "material.nu", nu, rule, "Use a smaller value.")
     elastic = of_parts(materials, whole.part)
     speeds = study.engine_speeds(study.engine) if study.engine else ()
-    return ModesReport(study.name, speeds, whole, free_modes(whole, elastic, elastic.density, count))
+    modes = free_modes(whole, elastic, elastic.density, count)
+    return ModesReport(study.name, speeds, whole, modes, study.unusual_notes(mesh.bores.lengths))

@@ -138,6 +138,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
             for solid in mesh.imported.solids
         ),
         assumed=(
+            *study.unusual_notes(mesh.bores.lengths),
             *study.material_notes,
             *map(assumption, () if mesh.imported is None else mesh.imported.assumed),
         ),

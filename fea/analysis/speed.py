@@ -13,8 +13,7 @@ from fea.base.material import Material
 from fea.base.note import SINGULAR, Note, omission, remark, warning
 from fea.judge.case_result import CaseResult, case_result
 from fea.judge.fatigue import check_notes
-from fea.judge.plausible import unit_notes
-from fea.rod.loading import EngineLoading, SpeedLoads
+from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import imbalance
 from fea.solid.parity import Parity
@@ -134,12 +133,11 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     with rod.clock("stress"):
         cases = judge(rod, solved)
     checks = speed_checks(rod, solved, tuple(cases.values()))
-    engine = rod.loading.engine if isinstance(rod.loading, EngineLoading) else None
     notes = (
         *rod.mesh.omissions,
         *_solution_omissions(rod, solved.solution),
         *check_notes(checks),
-        *unit_notes(rod.materials, engine),
+        *rod.study.unusual_notes(rod.mesh.bores.lengths),
         *loads.notes,
         *rod.mesh.notes,
         *_pressure_notes(rod),

@@ -15,6 +15,7 @@ class NoteKind(StrEnum):
     OMISSION = "omission"  # the topic is left out of the analysis, and the text says why
 
 
+UNITS = "units"  # topic of notes on values that engines do not have
 SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
 CANNOT_GOVERN = "cannot govern"  # topic of the note on load cases that are known less well than the others
 _CONSEQUENCE = {kind: number for number, kind in enumerate(NoteKind)}

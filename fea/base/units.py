@@ -18,3 +18,37 @@ M_S = 1e3
 M_S2 = 1e3
 DEG = math.pi / 180
 RPM = 2 * math.pi / 60
+
+_INCH, _POUND, _PSI = 25.4, 0.45359237, 6.894757e-3  # mm, kg, MPa
+_POUND_FORCE = 4.448222  # N
+# What else a quantity is given in, by the unit at the end of its key: how much of that unit it is.
+OTHER_UNITS: dict[str, dict[str, float]] = {
+    "mm": {"inch": _INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
+    "um": {"mm": 1e3, "inch": 1e3 * _INCH},
+    "kg": {"g": 1e-3, "lb": _POUND, "t": 1e3},
+    "kg_m2": {
+        "kg·mm²": 1e-6,
+        "kg·cm²": 1e-4,
+        "g·cm²": 1e-7,
+        "g·mm²": 1e-9,
+        "lb·in²": _POUND * _INCH**2 * 1e-6,
+        "t·mm²": 1e-3,
+    },
+    "kg_m3": {
+        "g/cm³": 1e3,
+        "t/mm³": 1e12,
+        "kg/mm³": 1e9,
+        "lb/in³": _POUND / _INCH**3 * 1e9,
+        "lb/ft³": _POUND / (12 * _INCH) ** 3 * 1e9,
+    },
+    "GPa": {"MPa": 1e-3, "Pa": 1e-9, "ksi": _PSI, "psi": _PSI * 1e-3, "Mpsi": _PSI * 1e3, "kPa": 1e-6},
+    "MPa": {"Pa": 1e-6, "ksi": _PSI * 1e3, "psi": _PSI, "GPa": 1e3, "kPa": 1e-3, "bar": 0.1},
+    "bar": {"MPa": 10.0, "psi": 10 * _PSI, "kPa": 1e-2, "Pa": 1e-5},
+    "kN": {"N": 1e-3, "lbf": _POUND_FORCE * 1e-3, "kgf": 9.80665e-3, "kip": _POUND_FORCE},
+    "N": {"kN": 1e3, "lbf": _POUND_FORCE, "kgf": 9.80665},
+    "Nm": {"lbf·ft": 1.355818, "lbf·in": 0.112985, "kgf·m": 9.80665, "N·mm": 1e-3},
+    "rpm": {"rad/s": 1 / RPM, "Hz": 60.0},
+    "deg": {"rad": 1 / DEG},
+    "1_K": {"1e-6/K": 1e-6, "1/°F": 1.8},
+    "C": {},  # °F and K have another zero
+}

@@ -32,7 +32,7 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
     Parameters
     ----------
     *names
-        Of the flags; none for all.
+        Of the flags, beside ``unusual``; none for all.
     **helps
         Help of more flags by their names, where it is not that of `fea run`.
     """
@@ -40,7 +40,7 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
 
     known = overrides()
     fields = []
-    for name in (*names, *helps) or known:
+    for name in (*names, *helps, "unusual") if names or helps else known:
         flag = known[name]
         hint, alias = flag.kind if flag.kind is bool else flag.kind | None, flag.declared.alias
         told = Parameter(help=helps.get(name, flag.help))

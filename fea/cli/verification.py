@@ -111,6 +111,7 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
 
     require_positive("--minutes", minutes)
     asked = load_study(study)
+    asked.require_plausible()
     with stages(silent=shown.quiet or shown.json) as listener:
         result = compute(asked, minutes, listener)
     command = f"fea converge {study} --minutes {minutes:g}"

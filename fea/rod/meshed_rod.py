@@ -45,6 +45,16 @@ class Bores:
         """X where the big end's bore ends and where the small end's begins, mm."""
         return self.big_radius, self.rod_length - self.small_radius
 
+    @property
+    def lengths(self) -> dict[str, float]:
+        """Lengths, mm, by their keys in a study."""
+        return {
+            "rod.length_mm": self.rod_length,
+            "rod.big_end_bore_mm": 2 * self.big_radius,
+            "rod.small_end_bore_mm": 2 * self.small_radius,
+            "rod.small_end_width_mm": self.small_width,
+        }
+
     @classmethod
     def of(cls, bores: tuple[Bore, Bore]) -> "Bores":
         """Take the dimensions of the big and the small end's bore."""

@@ -94,6 +94,7 @@ class Flags:
         require(still, "--rpm", given.get("rpm"), rule, "Leave it out, or give an [engine].")
         cycle = "fatigue" not in given or asked.analysis.cycle
         require(cycle, "--fatigue", given.get("fatigue"), "has no effect without --cycle", "Add --cycle.")
+        asked.require_plausible()
         return asked
 
 

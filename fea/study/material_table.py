@@ -22,6 +22,7 @@ from fea.base.units import GPA, KG_M3
 from fea.study.presets import MATERIALS
 from fea.study.tables import Table, entries_of, key, nearest
 from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.plausible import Plausible
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
@@ -104,18 +105,65 @@ class MaterialTable(Table, table="material"):
     does the finish of its surface. The S–N line, for the life over a [duty], is given by σ_f′ and b or tests.
     """
 
-    E_GPa: float | None = key("207.0", "Young's modulus", stated=True)
+    E_GPa: float | None = key(
+        "207.0",
+        "Young's modulus",
+        None,
+        Plausible(40.0, 420.0, "from magnesium to tungsten; diamond has 1200", far=3.0, refuses_less=False),
+        stated=True,
+    )
     nu: float | None = key("0.28", "Poisson's ratio", stated=True)
-    density_kg_m3: float | None = key("7700.0", stated=True)
-    yield_MPa: float | None = key("620.4", stated=True)
-    ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
+    density_kg_m3: float | None = key(
+        "7700.0",
+        "",
+        None,
+        Plausible(1500.0, 19_500.0, "from carbon fibre and magnesium to tungsten"),
+        Plausible(
+            12.0,
+            125.0,
+            "38 kg/m³ a GPa in steel, titanium and light alloys, twice that in bronze and a third in carbon "
+            "fibre",
+            {"E_GPa": 1},
+            refuses_less=False,
+        ),
+        stated=True,
+    )
+    yield_MPa: float | None = key(
+        "620.4",
+        "",
+        None,
+        Plausible(60.0, 2600.0, "from soft bronze to maraging steel", refuses_less=False),
+        Plausible(
+            1.2,
+            12.5,
+            "metals of rods yield at a strain of 0.12 to 1.2 %",
+            {"E_GPa": 1},
+            far=3.0,
+            refuses_less=False,
+        ),
+        stated=True,
+    )
+    ultimate_MPa: float | None = key(
+        "723.8",
+        "needed for fatigue (cycle = true)",
+        None,
+        Plausible(1.0, 2.8, "of metals, the ultimate strength is 1 to 2.8 yield strengths", {"yield_MPa": 1}),
+    )
     endurance_MPa: float | None = key(
         "360.0",
         "of polished specimens, fully reversed tension; default for steel: half the ultimate",
         require_positive,
+        Plausible(
+            0.18, 0.8, "a fifth (aluminium) to seven tenths (titanium) of the ultimate", {"ultimate_MPa": 1}
+        ),
     )
     endurance_torsion_MPa: float | None = key(
-        "220.0", "for Crossland's criterion; default: 0.60 of the limit in tension"
+        "220.0",
+        "for Crossland's criterion; default: 0.60 of the limit in tension",
+        None,
+        Plausible(
+            0.4, 1.0, "0.58 of the limit in tension for ductile metals, 1 for brittle", {"endurance_MPa": 1}
+        ),
     )
     surface: Finish | float | None = key(
         '"machined"',
@@ -126,22 +174,38 @@ class MaterialTable(Table, table="material"):
         '"machined"', "on the bores; machined where surface is that of a raw forging or bar"
     )
     face_surface: Finish | float | None = key('"machined"', "on the faces beside the bores, likewise")
-    size_mm: float | None = key("20.0", "diameter of an equivalent round section in bending: reduces it too")
+    size_mm: float | None = key(
+        "20.0",
+        "diameter of an equivalent round section in bending: reduces it too",
+        None,
+        Plausible(3.0, 260.0, "of the sections of rods"),
+    )
     loading: Loading | None = key(
         '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
     )
     reliability_percent: float | None = key("99.0", "reduces it too; default: 50, the median of tests")
     fatigue_strength_coefficient_MPa: float | None = key(
-        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]"
+        "1188.0",
+        "S-N line of polished specimens, S (2N)^b: needed for [duty]",
+        None,
+        Plausible(0.9, 3.0, "1 to 2 times the ultimate strength", {"ultimate_MPa": 1}),
     )
     fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
     sn_cycles: tuple[float, ...] | None = key(
         "[2.0e4, 1.0e5, 5.0e5]",
         "instead of both: specimens that broke, fully reversed, after these cycles",
     )
-    sn_amplitude_MPa: tuple[float, ...] | None = key("[560, 500, 445]", "at these amplitudes")
+    sn_amplitude_MPa: tuple[float, ...] | None = key(
+        "[560, 500, 445]",
+        "at these amplitudes",
+        None,
+        Plausible(0.2, 1.2, "of tests up to the ultimate strength", {"ultimate_MPa": 1}),
+    )
     thermal_expansion_1_K: float | None = key(
-        "11.5e-6", "for an assembly's temperature; default: that of the metal"
+        "11.5e-6",
+        "for an assembly's temperature; default: that of the metal",
+        None,
+        Plausible(7e-6, 32e-6, "from titanium to zinc"),
     )
     preset: str | None = key(
         '"leon-2001"',

@@ -26,6 +26,7 @@ from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
 from geometry.mass import MassProperties
+from geometry.plausible import Plausible
 from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from mesh.files.tets import FORMATS as MESH_FORMATS
@@ -92,10 +93,30 @@ class _Sources(Table, table="rod"):
         "mass properties: with length_mm alone they are enough for `fea loads`; with dimensions they are the "
         "targets of `fea rod --fit`",
         require_positive,
+        Plausible(
+            0.08e-6,
+            0.42e-6,
+            "rods of titanium and steel weigh 0.08 to 0.42 g times the cube of their length in cm",
+            {"length_mm": 3},
+            far=4.0,
+        ),
     )
-    center_of_gravity_mm: float | None = key("64.0", "from the crank pin")
+    center_of_gravity_mm: float | None = key(
+        "64.0",
+        "from the crank pin",
+        None,
+        Plausible(0.12, 0.55, "in the big end's half of the rod", {"length_mm": 1}),
+    )
     inertia_kg_m2: float | None = key(
-        "0.0038", "about the pin-parallel axis through the centre of gravity", require_positive
+        "0.0038",
+        "about the pin-parallel axis through the centre of gravity",
+        require_positive,
+        Plausible(
+            0.09e-6,
+            0.3e-6,
+            "the radius of gyration is 0.3 to 0.55 of the length",
+            {"mass_kg": 1, "length_mm": 2},
+        ),
     )
 
 
@@ -110,6 +131,8 @@ def _declared() -> list[tuple[str, Any, Any]]:
         declared = key(
             told.get("example", shown),
             told["help"],
+            None,
+            *told.get("plausible", ()),
             above=told.get("above", ""),
             stated=field.name in least,
         )

@@ -42,6 +42,7 @@ from fea.study.option_tables import (
     SpeedTable,
 )
 from fea.study.paths import is_file, located, require_size, require_text
+from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
@@ -157,6 +158,40 @@ class Study:
             rule = "the transverse component has no reaction under inertia relief"
             remedy = 'Use support = "clamped", or set the transverse component to 0.'
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
+
+    def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
+        """Return the values that lie outside of the ranges of engines, the gravest first.
+
+        `measured`: lengths of the rod by their keys, such as "rod.length_mm", if it is from a file.
+        """
+        lengths = dict(measured or {}) if self.rod.from_file else {}
+        tables: dict[str, Any] = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
+        for name in TABLES.keys() - {"rod", "material"}:
+            tables[name] = entries_of(getattr(self, name)) if getattr(self, name) else {}
+        tables["material"] = vars(self.material.resolved())
+        tables |= {f"material.{part}": vars(table.resolved()) for part, table in self.part_material.items()}
+        values = {**magnitudes(tables), **lengths}
+        if speeds := [rpm for rpm in self.speeds() if rpm]:
+            values["speed.rpm"] = max(speeds)
+        return findings(values, TABLES, frozenset(lengths))
+
+    def unusual_notes(self, measured: Mapping[str, float] | None = None) -> tuple[Note, ...]:
+        """Return a note on each value outside of the ranges of engines; `measured` as of `unusual`."""
+        return tuple(finding.note for finding in self.unusual(measured))
+
+    def require_plausible(self, measured: Mapping[str, float] | None = None) -> None:
+        """Refuse values far outside of the ranges of engines, unless the study insists on them.
+
+        Raises
+        ------
+        InvalidValue
+            A value is so far outside that it must be in another unit than its key says.
+        """
+        refused = [finding for finding in self.unusual(measured) if finding.refused]
+        if refused and not self.analysis.unusual:
+            value = float(f"{refused[0].value:.4g}")
+            remedy = "Correct it; to insist, give --unusual, or unusual = true in [analysis]."
+            raise InvalidValue(refused[0].key, value, refused[0].text, remedy)
 
     def require_engine(self) -> EngineTable:
         """Return the engine.
@@ -396,12 +431,24 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     tables = {
         key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw and key != "rod"
     }
-    rod = read_rod(raw["rod"], folder)
+    rod = _rod(raw, folder)
     if "engine" in tables:
         tables["engine"] = tables["engine"].located(folder)
     if "duty" in tables:
         tables["duty"] = tables["duty"].located(folder)
     return Study(name, rod, part_material=part_material, folder=folder, **tables)
+
+
+def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
+    """Read [rod]; where its dimensions go together in another unit only, the message names it."""
+    try:
+        return read_rod(raw["rod"], folder)
+    except InvalidValue as error:
+        found = [each for each in findings(magnitudes(raw), TABLES) if each.unit and each.key[:4] == "rod."]
+        if not found or not isinstance(error.value, float):
+            raise
+        remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()
+        raise InvalidValue(error.name, error.value, error.rule, remedy) from error
 
 
 def _with_cycle(raw: Mapping[str, Any]) -> dict[str, Any]:

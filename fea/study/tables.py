@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
+from geometry.plausible import Plausible
 
 AnyTable = TypeVar("AnyTable")
 # Refuses a value of the key that it is told; called for each entry of a list.
@@ -42,6 +43,7 @@ class Key:
     #: describes it there, in the schema and in the help of its flag; the unit follows from the name
     comment: str = ""
     check: Check | None = None  #: refuses values
+    plausible: tuple[Plausible, ...] = ()  #: where it lies in engines (`fea.study.plausibility`)
     stated: bool = False  #: whether the commented study states the example, and not as a comment
     above: str = ""  #: a comment there on this key and those that follow it
     alias: str = ""  #: an earlier name of key and flag that is still read
@@ -54,10 +56,15 @@ class Key:
 
 
 def key(
-    example: str = "", comment: str = "", check: Check | None = None, *, default: Any = None, **more: Any
+    example: str = "",
+    comment: str = "",
+    check: Check | None = None,
+    *plausible: Plausible,
+    default: Any = None,
+    **more: Any,
 ) -> Any:
     """Declare a key: the default of its field, and the attributes of `Key`."""
-    metadata = {"key": Key(example, comment, check, **more)}
+    metadata = {"key": Key(example, comment, check, plausible, **more)}
     if default is dict:
         return dataclasses.field(default_factory=dict, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)

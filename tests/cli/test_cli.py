@@ -121,7 +121,7 @@ def test_a_low_safety_factor_is_exit_6(tmp_path):
         (("run", "--rpm", "1e6"), 2, "50000"),
         (("run", "--size", "0"), 2, "mesh.size_mm"),
         (("run", "--size", "nan"), 2, "mesh.size_mm"),
-        (("run", "--size", "0.01"), 2, "mm or more"),
+        (("run", "--size", "0.01", "--unusual"), 2, "mm or more"),
         (("run", "--nonsense"), 2, "--nonsense"),
         (("run", "--support", "glue"), 2, "glue"),
         (("run", "--fatigue", "gerber"), 2, "--cycle"),

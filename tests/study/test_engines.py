@@ -75,6 +75,7 @@ def test_its_study_is_complete_and_has_the_mass_that_is_published(name):
     assert rod.length == preset.rod_length
     assert study.speeds() == (preset.redline_rpm,)
     assert engine.preset == name
+    assert study.unusual() == []
     assert engine.gas_model(engine.engine(rod.length)) is not None
     mass = HeightField(rod).mass().times(study.material.resolved().density_kg_m3 * KG_M3)
     weighed = {

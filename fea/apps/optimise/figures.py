@@ -16,7 +16,7 @@ from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
 from fea.machine.clock import duration
 from fea.output.target import near
-from fea.output.terminal.prose import print_lines, terminal
+from fea.output.terminal.prose import print_lines, terminal, unusual
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
@@ -152,6 +152,7 @@ def print_table(figures: OptimiseFigures, folder: Path) -> None:
     """Print the answer, the dimensions and the limits before and after."""
     console = terminal()
     print_lines(console, [answer(figures)], "bold")
+    print_lines(console, unusual(figures.notes))
     console.print(_dimensions(figures))
     console.print(_limits(figures))
     meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"

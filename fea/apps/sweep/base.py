@@ -37,7 +37,9 @@ class Base:
         InvalidValue
             They break a rule of the study.
         """
-        return parse_study(toml_text(changed(self.raw, design)), self.name, self.folder)
+        study = parse_study(toml_text(changed(self.raw, design)), self.name, self.folder)
+        study.require_plausible()
+        return study
 
     def require_presets_alone(self, keys: Mapping[str, Any]) -> None:
         """Refuse to change a preset beside keys that would override each of them.
@@ -81,7 +83,7 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     raw.pop("output", None)
     Base(study.name, raw, study.folder, ()).require_presets_alone(fixed)
     with_all = changed(raw, fixed)
-    asked = parse_study(toml_text(with_all), study.name, study.folder)
+    asked = Base(study.name, with_all, study.folder, ()).study({})
     return Base(study.name, with_all, study.folder, tuple(files_of(asked.as_dict())))
 
 

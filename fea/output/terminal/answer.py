@@ -13,7 +13,7 @@ from fea.analysis.figures import (
     Summary,
 )
 from fea.analysis.survival import Answer
-from fea.base.note import CANNOT_GOVERN, SINGULAR, Note, NoteKind
+from fea.base.note import CANNOT_GOVERN, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.verdict import Verdict
@@ -279,8 +279,9 @@ def _contact(summary: Summary) -> list[str]:
 
 
 def of_kind(notes: Iterable[Note], kind: NoteKind) -> list[str]:
-    """Return the notes of a kind as sentences, without those that `singular` sums up."""
-    return [_sentence(note) for note in notes if note.kind is kind and note.topic != SINGULAR]
+    """Return the notes of a kind as sentences, without those that stand elsewhere."""
+    elsewhere = {SINGULAR, UNITS}
+    return [_sentence(note) for note in notes if note.kind is kind and note.topic not in elsewhere]
 
 
 def _sentence(note: Note) -> str:

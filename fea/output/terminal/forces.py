@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from rich.table import Table
 
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
-from fea.base.note import by_consequence
+from fea.base.note import UNITS, by_consequence
 from fea.base.units import RPM
-from fea.output.terminal.prose import in_full, print_lines, terminal
+from fea.output.terminal.prose import in_full, print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
 
@@ -32,13 +32,14 @@ _MOST_TABLES = 4  # with more speeds, one line each
 def print_forces(reports: Sequence[ForceReport], study: str) -> None:
     """Print a table a speed, or with many speeds a line each."""
     console = terminal()
+    notes, _ = by_consequence(gathered((report.rpm, report.notes) for report in reports))
+    print_lines(console, unusual(notes))
     if len(reports) > _MOST_TABLES:
         console.print(_overview(reports, study))
     else:
         for report in reports:
             console.print(_extremes(report, study))
-    notes, _ = by_consequence(gathered((report.rpm, report.notes) for report in reports))
-    print_lines(console, in_full(notes))
+    print_lines(console, in_full(note for note in notes if note.topic != UNITS))
     signs = "Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°."
     print_lines(console, [signs], "dim")
 

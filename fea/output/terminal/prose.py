@@ -7,9 +7,10 @@ from textwrap import wrap
 
 from rich.console import Console
 
-from fea.base.note import Note, NoteKind
+from fea.base.note import UNITS, Note, NoteKind
 
 MOST_LINES = 10  # after the table of a run
+_MOST_UNUSUAL = 2
 WIDTH = 80  # of what is not a terminal: a file, a pipe
 _INDENT = "  "
 # Blanks within a figure, at which no line is broken.
@@ -62,6 +63,14 @@ def fitting(statements: Iterable[str], end: Iterable[str], width: int) -> list[s
             chosen.append(text)
             left -= needed
     return chosen
+
+
+def unusual(notes: Iterable[Note]) -> list[str]:
+    """Return what stands below the headline: the values that engines do not have, the first ones in full."""
+    said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
+    left = len(said) - _MOST_UNUSUAL
+    more = f" Unusual, too: {left} more values (--verbose)." if left > 0 else ""
+    return [f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}"] if said else []
 
 
 def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:

@@ -7,7 +7,8 @@ from rich.table import Table
 
 from fea.analysis.modes import ModesFigures
 from fea.analysis.rod_report import RodReport, SectionFigures
-from fea.output.terminal.prose import print_lines, terminal
+from fea.base.note import UNITS
+from fea.output.terminal.prose import print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
 
 
@@ -19,6 +20,7 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
     mesh = figures.mesh
     lines = [
         f"{figures.study}: {figures.mass_kg:.4g} kg, {figures.length_mm:.6g} mm between the bores",
+        *unusual(figures.assumed),
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
         *_found(figures),
@@ -52,7 +54,7 @@ def _found(figures: RodReport) -> list[str]:
             lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
     if figures.assembly:
         lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
-    return [*lines, *map(str, figures.assumed)]
+    return [*lines, *(str(note) for note in figures.assumed if note.topic != UNITS)]
 
 
 def _column(figures: RodReport) -> list[str]:
@@ -97,6 +99,7 @@ def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
     )
     table = plain_table(("mode", "Hz", *orders, "moves mostly"), rows, left=("moves mostly",))
     print_lines(console, [f"{figures.study}: free–free vibration"], "bold")
+    print_lines(console, unusual(figures.notes))
     console.print(table)
     if not figures.trusted:
         why = "there are not six rigid-body motions, or the modes do not satisfy their equation"

@@ -19,7 +19,15 @@ from fea.output.terminal.answer import (
     statements,
 )
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
-from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, terminal
+from fea.output.terminal.prose import (
+    counted,
+    fitting,
+    in_full,
+    print_lines,
+    print_paths,
+    terminal,
+    unusual,
+)
 from fea.output.terminal.run_lines import (
     bar,
     buckling_lines,
@@ -94,6 +102,7 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
     print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
+    print_lines(console, unusual(summary.notes))
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)

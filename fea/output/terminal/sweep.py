@@ -13,7 +13,7 @@ from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
 from fea.output.target import near
 from fea.output.terminal.answer import governs, levers, life, of_kind, singular
-from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths
+from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
 from fea.output.terminal.run_lines import bar, endurance_lines, factor, life_lines, number, plain_table
 from fea.output.text import gathered, some_speeds
 
@@ -25,10 +25,11 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     summaries = [summary for _, summary in runs]
     worst = _worst(summaries)
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
-    print_lines(console, [headline], "bold")
-    console.print(table)
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
+    print_lines(console, [headline], "bold")
+    print_lines(console, unusual(notes))
+    console.print(table)
     paths = [*_written(runs), *_next(runs)]
     if verbose:
         lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]

@@ -4,44 +4,7 @@ from fea.base.checks import check
 from fea.base.choices import Fatigue, Finish
 from fea.base.note import NoteKind
 from fea.judge.fatigue import check_notes, fatigue_notes
-from fea.judge.plausible import unit_notes
-from fea.study.engine_table import EngineTable
 from fea.study.material_table import MaterialTable
-from fea.study.presets import MATERIALS
-
-
-def notes(piston_mass_kg=0.5, bore_mm=80.0, **constants):
-    material = MaterialTable(preset="leon-2001", **constants).material()
-    return unit_notes(
-        [material], EngineTable(stroke_mm=90.0, bore_mm=bore_mm, piston_mass_kg=piston_mass_kg).engine(150.0)
-    )
-
-
-@pytest.mark.parametrize("preset", MATERIALS)
-def test_no_published_material_is_remarked_on(preset):
-    assert unit_notes([MaterialTable(preset=preset).material()], None) == ()
-
-
-@pytest.mark.parametrize(
-    ("given", "key"),
-    [
-        ({"E_GPa": 207e3}, "E_GPa"),
-        ({"density_kg_m3": 7.85}, "density_kg_m3"),
-        ({"density_kg_m3": 7.85e-9}, "density_kg_m3"),
-        ({"yield_MPa": 620e6}, "yield_MPa"),
-        ({"yield_MPa": 900.0}, "yield_MPa = 900 is above ultimate_MPa = 723.8"),
-        ({"endurance_MPa": 800.0}, "endurance_MPa = 800 is above ultimate_MPa"),
-        ({"piston_mass_kg": 500.0}, "piston_mass_kg"),
-        ({"bore_mm": 0.08}, "piston_mass_kg"),
-    ],
-)
-def test_a_value_in_another_unit_is_remarked_on_by_its_key(given, key):
-    (note,) = notes(**given)
-    assert key in str(note)
-
-
-def test_plain_values_are_not_remarked_on():
-    assert notes() == ()
 
 
 @pytest.mark.parametrize("name", ["tilt", "small_strain", "small_displacement"])

@@ -1,0 +1,191 @@
+"""Values of a study that no engine has: refused or noted, with the unit that they are likely to be in.
+
+The ranges are declared with the keys (`fea.study.tables.Key.plausible`), most of them as ratios to other
+keys: model engines and engines of ships are alike in their proportions.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fea.base.note import UNITS, Note, doubt
+from fea.base.units import OTHER_UNITS
+from fea.study.tables import keys_of, unit_of
+from geometry.errors import is_finite
+from geometry.plausible import Plausible
+
+# What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.
+_OUTSIDE = 10.0
+# A unit is named if it brings the values of the study this much closer to those of engines.
+_BETTER = 0.5
+# Ratios of the units of length that a file may be in.
+_FILE_UNITS = (25.4, 1000.0, 10.0)
+
+
+@dataclass(frozen=True)
+class _Range:
+    """The range of a key of a study."""
+
+    key: str  #: "table.key"
+    given: Plausible
+    of: Mapping[str, float]  #: exponents of other keys by their full names
+
+    def scale(self, values: Mapping[str, float]) -> float | None:
+        """What bounds are multiplied by; None where the range does not apply."""
+        gate, most = self.given.below
+        if gate and not values.get(f"{self.key.rpartition('.')[0]}.{gate}", math.inf) < most:
+            return None
+        if any(not values.get(name) for name in (self.key, *self.of)):
+            return None
+        return float(math.prod(values[name] ** power for name, power in self.of.items()))
+
+    def excess(self, values: Mapping[str, float]) -> float:
+        """Ln of how far the value is outside of its bounds: negative below, 0 within them."""
+        scale = self.scale(values)
+        if scale is None:
+            return 0.0
+        ratio = values[self.key] / scale
+        return max(math.log(ratio / self.given.most), 0.0) + min(math.log(ratio / self.given.least), 0.0)
+
+    def cost(self, values: Mapping[str, float]) -> float:
+        """How little the value is to be expected: 0 amid its range, 1 at the bounds, then rising steeply."""
+        scale = self.scale(values)
+        if scale is None:
+            return 0.0
+        low, high = math.log(self.given.least), math.log(self.given.most)
+        off = abs(2 * math.log(values[self.key] / scale) - low - high) / (high - low)
+        return off**2 if off <= 1 else 1 + _OUTSIDE * (off - 1)
+
+    def refuses(self, values: Mapping[str, float]) -> bool:
+        """Whether the value is too far outside for any engine."""
+        excess = self.excess(values)
+        return abs(excess) > math.log(self.given.far) and (excess > 0 or self.given.refuses_less)
+
+    def text(self, values: Mapping[str, float], blamed: str) -> str:
+        """Say what the range is, in the unit of its key; `blamed` is the key that the text is about."""
+        scale = self.scale(values) or 1.0
+        low, high = self.given.least * scale, self.given.most * scale
+        beside = " and ".join(f"{name} = {_plain(values[name])}" for name in self.of)
+        what = "it" if self.key == blamed else f"{self.key} = {_plain(values[self.key])}"
+        at = f" with {beside}" if beside else ""
+        return (
+            f"{what} is outside {_plain(low)} to {_plain(high)}, the range of engines{at} ({self.given.why})"
+        )
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A value that engines do not have."""
+
+    key: str  #: of the value that is likely to be wrong
+    value: float
+    unit: str  #: the unit that would explain it, in words; empty if none does
+    range: str  #: which range is left
+    refused: bool  #: whether it is far outside
+
+    @property
+    def text(self) -> str:
+        """Why the value is taken to be wrong."""
+        return f"{self.unit}; {self.range}" if self.unit else self.range
+
+    @property
+    def note(self) -> Note:
+        """The finding as a note."""
+        return doubt(f"{self.key} = {_plain(self.value)}: {self.text}", UNITS)
+
+
+def findings(
+    values: Mapping[str, float], tables: Mapping[str, Any], measured: frozenset[str] = frozenset()
+) -> list[Finding]:
+    """Return the values that lie outside of the ranges of engines, the gravest first.
+
+    Parameters
+    ----------
+    values
+        Magnitudes by "table.key".
+    tables
+        Classes of tables, whose keys declare the ranges, by their names.
+    measured
+        Lengths of a rod from a file among the values: its unit scales all of them.
+    """
+    ranges = [each for each in _ranges(values, tables) if each.scale(values) is not None]
+    found: dict[str, Finding] = {}
+    for one in sorted(ranges, key=lambda each: (not each.refuses(values), -abs(each.excess(values)))):
+        if one.excess(values):
+            key, unit = _likely(one, ranges, values, measured)
+            finding = Finding(key, values[key], unit, one.text(values, key), one.refuses(values))
+            found.setdefault(key, finding)
+    return list(found.values())
+
+
+def _likely(
+    one: _Range, ranges: list[_Range], values: Mapping[str, float], measured: frozenset[str]
+) -> tuple[str, str]:
+    """Return the key whose value is likely to be in another unit, and the unit in words, "" if it is none.
+
+    It is the conversion of a single key after which all ranges fit best.
+    """
+
+    def cost(changed: Mapping[str, float]) -> float:
+        return sum(each.cost(changed) for each in ranges)
+
+    best, chosen = cost(values) - _BETTER, (one.key, "")
+    for key in (one.key, *one.of):
+        scaled = measured if key in measured else (key,)
+        for factor, said in _conversions(key, values[key], of_file=key in measured):
+            changed = {**values, **{name: values[name] * factor for name in scaled}}
+            least = cost(changed)
+            if least < best and abs(one.excess(changed)) < abs(one.excess(values)):
+                best, chosen = least, (key, said)
+    return chosen
+
+
+def _conversions(key: str, value: float, *, of_file: bool) -> Iterator[tuple[float, str]]:
+    """The factors by which a value may be off, and what to say of each."""
+    if of_file:
+        for factor in (unit**sign for unit in _FILE_UNITS for sign in (-1, 1)):
+            fits = f"{_plain(factor)} times as long, {_plain(value * factor)} mm, it would fit"
+            yield factor, f"the file seems to be in another unit ([rod] unit, or --unit): {fits}"
+        return
+    own = own_unit(key)
+    for unit, factor in OTHER_UNITS.get(own, {}).items():
+        shown = f"{_plain(value)} {unit} = {_plain(value * factor)} {unit_of(key)[1] or own}"
+        yield factor, f"seems to be in {unit} ({shown})"
+
+
+def _plain(value: float) -> str:
+    """Return a number with four digits, without an exponent where it has a usual size."""
+    return f"{float(f'{value:.4g}'):.8g}"
+
+
+def own_unit(key: str) -> str:
+    """Return the unit at the end of a key, of `OTHER_UNITS`; "" where it has none."""
+    name = key.rpartition(".")[2]
+    ends = (unit for unit in OTHER_UNITS if name == unit or name.endswith(f"_{unit}"))
+    return max(ends, key=len, default="")
+
+
+def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:
+    """Return the magnitudes of the numbers of tables by "table.key"; of a list the largest."""
+    values: dict[str, float] = {}
+    for table, entries in tables.items():
+        for key, value in entries.items() if isinstance(entries, Mapping) else ():
+            numbers = [
+                abs(float(number))
+                for number in (value if isinstance(value, list | tuple) else (value,))
+                if isinstance(number, int | float) and not isinstance(number, bool) and is_finite(number)
+            ]
+            if numbers:
+                values[f"{table}.{key}"] = max(numbers)
+    return values
+
+
+def _ranges(values: Mapping[str, float], tables: Mapping[str, Any]) -> Iterator[_Range]:
+    for name in values:
+        table, _, key = name.rpartition(".")
+        cls = tables.get(table.partition(".")[0])
+        declared = None if cls is None else keys_of(cls).get(key)
+        for given in () if declared is None else declared.plausible:
+            of = {other if "." in other else f"{table}.{other}": power for other, power in given.of.items()}
+            yield _Range(name, given, of)
