@@ -15,6 +15,10 @@ PARALLEL = 1e-4
 # Part of a turn from which on a wall is as good as closed: an oil hole or a notch may be missing from it.
 CLOSED = 0.8
 # Bores that identify themselves need nothing else; the others are named by the user.
+EQUAL_BORES = (
+    "the bores are of equal diameter, and the heavier end is taken for the big end's: swap_ends = true in "
+    "[rod], or --swap-ends, takes the other one"
+)
 NAME_BORES = "Give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
 
 # Diameters of the big-end and the small-end bore, mm, where the user has given them.

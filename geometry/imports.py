@@ -6,6 +6,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from geometry.arrays import Vector
+from geometry.errors import InvalidValue, require
 
 
 class Role(StrEnum):
@@ -102,6 +103,46 @@ FORMATS = {
 }
 
 
+# Files that only the program that wrote them reads, and the program.
+FOREIGN = {
+    ".sldprt": "SolidWorks",
+    ".sldasm": "SolidWorks",
+    ".prt": "NX or Creo",
+    ".asm": "Creo or Solid Edge",
+    ".par": "Solid Edge",
+    ".ipt": "Inventor",
+    ".iam": "Inventor",
+    ".f3d": "Fusion",
+    ".f3z": "Fusion",
+    ".catpart": "CATIA",
+    ".catproduct": "CATIA",
+    ".3dm": "Rhino",
+    ".x_t": "a program with Parasolid",
+    ".x_b": "a program with Parasolid",
+    ".sat": "a program with ACIS",
+    ".dwg": "AutoCAD",
+    ".skp": "SketchUp",
+}
+_TRIANGLES = (".3mf", ".amf", ".obj", ".ply")
+
+
+def require_readable(name: str, path: Path) -> None:
+    """Refuse a file that only a CAD program reads, `name` being what gives it.
+
+    Raises
+    ------
+    InvalidValue
+        It is such a file.
+    """
+    suffix = path.suffix.lower()
+    rule = "is a surface of triangles in a format that is not read"
+    require(suffix not in _TRIANGLES, name, str(path), rule, "Save it as STL, or better export STEP.")
+    program = FOREIGN.get(suffix)
+    if program is not None:
+        rule = f"is in the format of {program}, which other programs do not read"
+        raise InvalidValue(name, str(path), rule, f"Export STEP from {program}, and name that file.")
+
+
 class MissingCap(StrEnum):
     """What to do about a rod without its cap."""
 
@@ -121,7 +162,9 @@ class CadFile:
     #: declared one, or the one with which the rod has a plausible length
     unit: str | None = None
     solids: tuple[str, ...] = ()  #: names of the solids to keep; empty: the rod and what belongs to it
-    cap: MissingCap = MissingCap.REFUSED  #: what to do where the cap of the big end is missing
+    #: What to do where the cap of the big end is missing, or the cap's own file
+    cap: MissingCap | Path = MissingCap.REFUSED
+    swap_ends: bool = False  #: whether the other bore is the big end's
 
 
 def is_cad(path: Path) -> bool:

@@ -23,8 +23,8 @@ _INCH, _POUND, _PSI = 25.4, 0.45359237, 6.894757e-3  # mm, kg, MPa
 _POUND_FORCE = 4.448222  # N
 # What else a quantity is given in, by the unit at the end of its key: how much of that unit it is.
 OTHER_UNITS: dict[str, dict[str, float]] = {
-    "mm": {"inch": _INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
-    "um": {"mm": 1e3, "inch": 1e3 * _INCH},
+    "mm": {"inches": _INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
+    "um": {"mm": 1e3, "inches": 1e3 * _INCH},
     "kg": {"g": 1e-3, "lb": _POUND, "t": 1e3},
     "kg_m2": {
         "kg·mm²": 1e-6,

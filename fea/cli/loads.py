@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Literal
 
-from fea.cli.options import Json, Quiet, StudyName, one_or_all, print_json, print_written, takes
+from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, one_or_all, print_json, print_written, takes
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require
 
 
-@takes("rpm", "engine")
+@takes("rpm", "engine", *FILE_FLAGS)
 def loads(
     study: StudyName = DEFAULT_STUDY,
     *,

@@ -4,14 +4,14 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from fea.cli.options import DEFAULT_SIZE, Json, Quiet, StudyName, print_json, print_written, takes
+from fea.cli.options import DEFAULT_SIZE, FILE_FLAGS, Json, Quiet, StudyName, print_json, print_written, takes
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
 from geometry.errors import require
 
 
-@takes(size=DEFAULT_SIZE)
+@takes(*FILE_FLAGS, size=DEFAULT_SIZE)
 def rod(
     study: StudyName = DEFAULT_STUDY,
     *,
@@ -101,7 +101,7 @@ def _require_plain(
     require_target("--step", step, (".step", ".stp"))
 
 
-@takes("rpm", size=DEFAULT_SIZE)
+@takes("rpm", *FILE_FLAGS, size=DEFAULT_SIZE)
 def modes(
     study: StudyName = DEFAULT_STUDY,
     *,

@@ -74,7 +74,13 @@ def _read(file: MeshFile) -> GivenMesh:
     memory = _MEMORY + _MEMORY_RATIO * size
     try:
         return read_isolated(
-            partial(given_mesh, file.path, (file.big_end_bore, file.small_end_bore), file.unit),
+            partial(
+                given_mesh,
+                file.path,
+                (file.big_end_bore, file.small_end_bore),
+                file.unit,
+                swap_ends=file.swap_ends,
+            ),
             f"read {file.path}",
             who="the mesh reader",
             seconds=SECONDS + size / _READING,

@@ -87,6 +87,8 @@ class Flags:
             remedy = "Leave it out, or remove [forces] from the study."
             require(study.forces is None, "--engine", given["engine"], rule, remedy)
             study = study.with_engine(changes.pop("engine")["preset"])
+        if "rod" in changes:
+            study = replace(study, rod=study.rod.with_file_keys(changes.pop("rod")))
         tables = {name: replace(getattr(study, name), **values) for name, values in changes.items()}
         asked = replace(study, **tables)
         rule = "cannot be used with [forces], which have no speed"

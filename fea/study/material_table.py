@@ -1,5 +1,6 @@
 """[material] of a study file."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -124,7 +125,7 @@ class MaterialTable(Table, table="material"):
             "38 kg/m³ a GPa in steel, titanium and light alloys, twice that in bronze and a third in carbon "
             "fibre",
             {"E_GPa": 1},
-            refuses_less=False,
+            far=math.inf,
         ),
         stated=True,
     )
@@ -138,8 +139,7 @@ class MaterialTable(Table, table="material"):
             12.5,
             "metals of rods yield at a strain of 0.12 to 1.2 %",
             {"E_GPa": 1},
-            far=3.0,
-            refuses_less=False,
+            far=math.inf,
         ),
         stated=True,
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 from fea.base.note import UNITS, Note, doubt
 from fea.base.units import OTHER_UNITS
-from fea.study.tables import keys_of, unit_of
+from fea.study.tables import keys_of, own_unit, unit_of
 from geometry.errors import is_finite
 from geometry.plausible import Plausible
 
@@ -157,13 +157,6 @@ def _conversions(key: str, value: float, *, of_file: bool) -> Iterator[tuple[flo
 def _plain(value: float) -> str:
     """Return a number with four digits, without an exponent where it has a usual size."""
     return f"{float(f'{value:.4g}'):.8g}"
-
-
-def own_unit(key: str) -> str:
-    """Return the unit at the end of a key, of `OTHER_UNITS`; "" where it has none."""
-    name = key.rpartition(".")[2]
-    ends = (unit for unit in OTHER_UNITS if name == unit or name.endswith(f"_{unit}"))
-    return max(ends, key=len, default="")
 
 
 def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fea.base.note import Note, warning
 from fea.base.units import KG, KG_M2
-from fea.study.paths import is_file, located
+from fea.study.paths import absolute, is_file, located
 from fea.study.tables import (
     Table,
     entries_of,
@@ -24,7 +24,7 @@ from geometry.assembly import Assembly
 from geometry.dimensions import dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad
+from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad, require_readable
 from geometry.mass import MassProperties
 from geometry.plausible import Plausible
 from geometry.presets import PRESETS
@@ -50,6 +50,8 @@ class MeshFile:
     #: largest parallel through-holes
     big_end_bore: float | None = None
     small_end_bore: float | None = None
+    cap: MissingCap | Path = MissingCap.REFUSED  #: what to do where the cap is missing, or its own file
+    swap_ends: bool = False  #: whether the other bore is the big end's
 
 
 # Relative difference up to which given and computed mass properties count as equal.
@@ -59,7 +61,7 @@ _BORES = _LEAST[1:]
 _MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Keys that name a file, and those that say how to read it.
 _FILES = ("step", "cad", "mesh")
-_FILE_OPTIONS = ("unit", "solids", "cap")
+_FILE_OPTIONS = ("unit", "solids", "cap", "swap_ends")
 
 
 @dataclass(frozen=True)
@@ -76,14 +78,31 @@ class _Sources(Table, table="rod"):
     )
     step: str | None = key('"rod.step"', "the same, for a STEP file")
     solids: tuple[str, ...] | None = key(
-        '["Rod", "Cap"]', "which solids to keep; big_end_bore_mm and small_end_bore_mm name the bores"
+        '["Rod", "Cap"]',
+        "which solids to keep; big_end_bore_mm and small_end_bore_mm name the bores",
+        flag="solids",
+        help="Name of a solid of a CAD file to keep; repeat it for more.",
+        kind=list[str],
+        parse=tuple,
     )
     unit: str | None = key(
         '"in"',
         "of the lengths in the file: mm, cm, m or in; default: as declared, if plausible",
         one_of(UNITS),
+        flag="unit",
     )
-    cap: MissingCap | None = key('"assumed"', "a ring in place of a missing cap; default: refused")
+    cap: str | None = key(
+        '"assumed"',
+        "a ring in place of a missing cap, or the file of the cap; default: refused",
+        flag="cap",
+        parse=lambda given: given if given in list(MissingCap) else absolute("--cap")(given),
+    )
+    swap_ends: bool = key(
+        "true",
+        "take the other bore of the file for the big end's, where both are alike",
+        default=False,
+        flag="swap_ends",
+    )
     mesh: str | None = key(
         '"rod.inp"',
         "tetrahedra, solved as they are: .inp, .msh, .bdf, .med, .vtk, .vtu, .xdmf; .stl",
@@ -135,6 +154,8 @@ def _declared() -> list[tuple[str, Any, Any]]:
             *told.get("plausible", ()),
             above=told.get("above", ""),
             stated=field.name in least,
+            flag=field.name if key_of(field.name) in _BORES else "",
+            help=f"Diameter of the bore of a file's {field.name[:-5].replace('_', ' ')}, mm.",
         )
         keys.append((key_of(field.name), type(value) | None, declared))
     return keys
@@ -154,6 +175,20 @@ class RodTable:
     #: Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured
     length: float | None
     mesh: MeshFile | None = None  #: the mesh that it comes from
+
+    def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
+        """Return the table with other keys that say how its file is read.
+
+        Raises
+        ------
+        InvalidValue
+            The rod is not from a file, or a value breaks a rule.
+        """
+        flag, value = next(iter(changes.items()))
+        rule = "says how a CAD file or a mesh is read, but the rod of this study is given by dimensions"
+        name = f"--{flag.removesuffix('_mm').replace('_', '-')}"
+        require(self.from_file, name, value, rule, "Leave it out, or name a file.")
+        return read_rod({**self.as_dict(), **changes}, Path.cwd())
 
     @property
     def from_file(self) -> bool:
@@ -246,9 +281,9 @@ class RodTable:
         entries: dict[str, Any]
         if file is not None:
             entries = {"mesh" if self.cad is None else _file_key(self.cad): str(file.path)}
-            entries |= {key_of(name): value for name, value in vars(file).items() if name != "path" and value}
-            if entries.get("cap") is MissingCap.REFUSED:
-                del entries["cap"]
+            given = {key_of(name): value for name, value in vars(file).items() if name != "path" and value}
+            given["cap"] = None if file.cap is MissingCap.REFUSED else str(file.cap)
+            entries |= {name: value for name, value in given.items() if value}
         elif self.dimensions is not None:
             entries = {
                 key_of(name): value
@@ -311,9 +346,13 @@ def read_rod(raw: object, folder: Path) -> RodTable:
         if name in given:
             return _from_file(name, given, mass, folder)
     for name in _FILE_OPTIONS:
-        rule = "has no effect without a CAD file"
+        rule = "has no effect without a file of the rod"
         require(
-            name not in given, f"rod.{name}", given.get(name), rule, "Remove it, or name a file: step or cad."
+            not given.get(name),
+            f"rod.{name}",
+            given.get(name),
+            rule,
+            "Remove it, or name a file: step or cad.",
         )
     sizes = _dimensions(given)
     if "preset" in given:
@@ -359,7 +398,7 @@ def _between_bores(table: RodTable) -> RodTable:
 def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, folder: Path) -> RodTable:
     mesh = key == "mesh"
     what = "mesh" if mesh else "file"
-    allowed = {key, "unit", *_BORES, *_MASS_KEYS} | (set() if mesh else set(_FILE_OPTIONS))
+    allowed = {key, *_BORES, *_MASS_KEYS, *_FILE_OPTIONS} - ({"solids"} if mesh else set())
     for name, value in given.items():
         dimensionless = not mesh and name in ("preset", *_FILES)
         rule = f"cannot be combined with {key}" + (
@@ -367,6 +406,7 @@ def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, 
         )
         require(name in allowed, f"rod.{name}", value, rule, "Remove one of them.")
     path = located(f"rod.{key}", given[key], folder)
+    require_readable(f"rod.{key}", path)
     if mesh:
         rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
         remedy = "Write the mesh in one of these, or give a solid as rod.step."
@@ -377,11 +417,24 @@ def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, 
     rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
     require(key != "cad" or is_cad(path), "rod.cad", path.name, rule, "Export the rod as STEP.")
     big, small = (require_positive(f"rod.{name}", given[name]) if name in given else None for name in _BORES)
+    swap = given.get("swap_ends", False)
+    cap = _cap(given.get("cap", MissingCap.REFUSED), folder, is_mesh if mesh else is_cad)
     if mesh:
-        return RodTable(None, None, mass, None, MeshFile(path, given.get("unit"), big, small))
-    cap = given.get("cap", MissingCap.REFUSED)
-    cad = CadFile(path, big, small, unit=given.get("unit"), solids=given.get("solids", ()), cap=cap)
+        return RodTable(None, None, mass, None, MeshFile(path, given.get("unit"), big, small, cap, swap))
+    cad = CadFile(
+        path, big, small, unit=given.get("unit"), solids=given.get("solids", ()), cap=cap, swap_ends=swap
+    )
     return RodTable(None, cad, mass, None)
+
+
+def _cap(given: str, folder: Path, readable: Callable[[Path], bool]) -> MissingCap | Path:
+    """What `cap` says: whether one is assumed, or where its file is."""
+    if given in list(MissingCap):
+        return MissingCap(given)
+    path = located("rod.cap", given, folder)
+    remedy = 'Give "assumed", or the file of the cap in the same kind of format as that of the rod.'
+    require(is_file(path) and readable(path), "rod.cap", given, "is not a file that can be read", remedy)
+    return path
 
 
 def _mass(given: Mapping[str, Any]) -> MassProperties | None:

@@ -1,5 +1,6 @@
 """A study: the complete input of a run, from a shipped study or a TOML file."""
 
+import difflib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -47,11 +48,12 @@ from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
 from geometry.errors import InvalidValue, require
-from geometry.imports import is_cad
+from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh
 
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
+_DECIMAL_COMMA = re.compile(r"(?m)^[^#\n=]*=\s*([+-]?\d+,\d+)\s*(?:#.*)?$")
 LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
@@ -394,7 +396,10 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     if (is_cad(path) or is_mesh(path)) and is_file(path):
         require_text("STUDY", source)
         return Study(path.stem, rod_of_file(path.resolve()))
+    require_readable("STUDY", path)
     if not is_file(path):
+        if path.suffix:
+            raise InvalidValue("STUDY", source, "is not an existing file", _beside(path))
         remedy = nearest(source, shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor an existing file", remedy)
     require_text("STUDY", source)
@@ -404,6 +409,16 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidValue("STUDY", source, f"cannot be read ({error})") from error
     return parse_study(text, path.stem, path.resolve().parent)
+
+
+def _beside(path: Path) -> str:
+    """Return which file of the same kind may be meant."""
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        return f"There is no folder {folder}."
+    names = [each.name for each in folder.iterdir() if each.suffix.lower() == path.suffix.lower()]
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"Did you mean {near[0]}?" if near else f"Check its name; relative paths start in {Path.cwd()}."
 
 
 def parse_study(text: str, name: str, folder: Path) -> Study:
@@ -419,7 +434,12 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
     try:
         raw = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a number with too many digits gives a plain ValueError
-        raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}") from error
+        comma, remedy = _DECIMAL_COMMA.search(text), ""
+        if comma is not None:
+            remedy = (
+                f"Write {comma[1].replace(',', '.')}: TOML has a decimal point, not a comma ({comma[1]})."
+            )
+        raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}", remedy) from error
     for key in raw:
         if key not in TABLES:
             raise unknown_key(f"{name}.toml:", key, TABLES)

@@ -13,6 +13,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Any, ClassVar, TypeVar
 
+from fea.base.units import OTHER_UNITS
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 from geometry.plausible import Plausible
 
@@ -33,6 +34,11 @@ _UNITS = {
     "deg": "degrees",
     **{unit: unit for unit in ("mm", "kg", "bar", "GPa", "MPa", "kN", "N", "percent")},
 }
+
+
+# How units are written in keys.
+_PLAIN = str.maketrans({"³": "3", "²": "2", "µ": "u", "/": "_", "·": "_", "°": None})
+_SPELT = {"inches": ("in", "inch"), "lb": ("lbs",), "Mpsi": ("Msi",)}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,7 +142,27 @@ def one_of(valid: Iterable[str]) -> Check:
 
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
     """Return the error for a key that does not exist, which suggests the nearest one and lists all."""
-    return InvalidValue(f"{where} {shown(key)}", None, "is an unknown key", nearest(key, valid))
+    names = list(valid)
+    remedy = _converted(key, names) or nearest(key, names)
+    return InvalidValue(f"{where} {shown(key)}", None, "is an unknown key", remedy)
+
+
+def _converted(key: str, valid: Iterable[str]) -> str:
+    """Return how a key in another unit is to be given, empty if that is not what it is."""
+    for name in valid:
+        own = own_unit(name)
+        for unit, factor in OTHER_UNITS.get(own, {}).items():
+            words = {unit.translate(_PLAIN), *_SPELT.get(unit, ())}
+            if key in {f"{name.removesuffix(own)}{word}" for word in words}:
+                return f"Give {name}, which is {factor:.6g} times the value in {unit}."
+    return ""
+
+
+def own_unit(key: str) -> str:
+    """Return the unit at the end of a key, of `OTHER_UNITS`; "" where it has none."""
+    name = key.rpartition(".")[2]
+    ends = (unit for unit in OTHER_UNITS if name == unit or name.endswith(f"_{unit}"))
+    return max(ends, key=len, default="")
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:

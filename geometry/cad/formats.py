@@ -63,8 +63,10 @@ class NamedSolid(NamedTuple):
     name: str  #: in the file; empty if it has none
 
 
-def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:
+def read_solids(path: Path, unit: str | None = None, *, beside: bool = False) -> list[NamedSolid]:
     """Read the solids of a file into a new model, lengths in mm; a `unit` replaces the one that it declares.
+
+    `beside`: read them into the open model, beside its solids.
 
     Raises
     ------
@@ -78,7 +80,8 @@ def read_solids(path: Path, unit: str | None = None) -> list[NamedSolid]:
         if not _begins_as(kind, file.read(_START)):
             article = "an" if kind in (CadFormat.IGES, CadFormat.BREP) else "a"
             raise GeometryError(f"{path} is not {article} {kind} file: {_REMEDY[kind]}")
-    gmsh.model.add(path.stem)
+    if not beside:
+        gmsh.model.add(path.stem)
     with quiet(), _in_millimetres(path, kind, unit):
         solids, kinds = _freecad(path) if kind is CadFormat.FREECAD else _imported(path, kind)
     if not solids:

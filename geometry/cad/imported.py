@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import gmsh
 import numpy as np
@@ -20,6 +21,7 @@ from geometry.cad.placing import cut_to, parts_of, placed, sharing, smallest_cel
 from geometry.cad.shapes import Interior, concave_rounds, recognised, recognised_faces
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, face_of, surfaces
+from geometry.holes import EQUAL_BORES
 from geometry.imports import (
     DECLARED,
     UNITS,
@@ -41,6 +43,7 @@ from geometry.surfaces import Mirror, Surface
 
 # Thickness of the ring at the joint over the bore's radius, at most.
 _RING = 0.35
+_LISTED = 3  # solids that are left out, by name
 # Bolts and nuts reach this many radii of the bore from its centre.
 _NEAR = 3.5
 
@@ -74,8 +77,11 @@ def import_cad(
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
         solids, holes = _read(file, unit, tell)
+    if file.swap_ends:
+        holes = holes[::-1]
     big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
-    assumed = _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
+    assumed = _guessed(holes, solids, file)
+    assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
     listing: tuple[str, ...] = ()
     if assembly is None:
         solid = _bonded(file, solids, holes, mirror, tell)
@@ -88,6 +94,8 @@ def import_cad(
 def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[CadSolid], Pair]:
     tell(f"reading {file.path.name}")
     named = read_solids(file.path, unit)
+    if isinstance(file.cap, Path):
+        named += read_solids(file.cap, unit, beside=True)
     if len(named) > 1:
         tell(f"looking for the rod among {len(named)} solids")
     diameters = (file.big_end_bore, file.small_end_bore)
@@ -112,6 +120,14 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
         raise
 
 
+def _guessed(bores: Pair, solids: Sequence[CadSolid], file: CadFile) -> list[str]:
+    """Say so where nothing tells which of two equal bores is the big end's."""
+    capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
+    if capped or file.swap_ends or file.big_end_bore or not bores[0].same_radius(bores[1].radius, 1e-3):
+        return []
+    return [EQUAL_BORES]
+
+
 def _capped_first(bores: Pair, solids: Sequence[CadSolid]) -> Pair:
     caps = [gmsh.model.occ.getCenterOfMass(3, one.tag) for one in solids if one.role is Role.CAP and one.kept]
     if caps:
@@ -126,6 +142,12 @@ def _assumed(
     file: CadFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
 ) -> list[str]:
     notes = []
+    if file.unit not in (None, declared):
+        meant = length / UNITS[unit] * DECLARED[declared]
+        notes.append(
+            f"{file.path.name}: lengths are read in {unit} (rod.unit), though the file declares {declared}, "
+            f"in which the bores would be {meant:.4g} mm apart, not {length:.4g} mm"
+        )
     if file.unit is None and unit != declared:
         notes.append(
             f"{file.path.name}: lengths are taken to be in {unit}, because in {declared}, as the file "
@@ -147,8 +169,9 @@ def _assumed(
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
     left = [one for one in solids if not one.kept and (bonded or one.role is not Role.BOLT)]
     if left and not file.solids:
-        listed = ", ".join(f"{one.name} ({one.role})" for one in left)
-        notes.append(f"left out of {file.path.name}: {listed} (rod.solids)")
+        listed = ", ".join(f"{one.name} ({one.role})" for one in left[:_LISTED])
+        more = f" and {len(left) - _LISTED} more solids" if len(left) > _LISTED else ""
+        notes.append(f"left out of {file.path.name}: {listed}{more} (rod.solids)")
     return notes
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
-from geometry.holes import UNKNOWN, Diameters, place_text, rod_frame
+from geometry.holes import EQUAL_BORES, UNKNOWN, Diameters, place_text, rod_frame
 from geometry.imports import UNITS, BoreLocation, ImportReport, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
@@ -23,6 +23,7 @@ from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure
 # that varies around the bore is meaningless on a rougher one.
 _ROUGHEST = 0.01
+_SAME_BORE = 5e-3  # relative difference up to which radii count as equal
 _ROUGH = 1e-3  # from here on a note says so
 # Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
@@ -39,11 +40,13 @@ class GivenMesh:
     imported: ImportReport  #: where the bores are in the file, in millimetres, and what was mended or assumed
 
 
-def given_mesh(path: Path, diameters: Diameters = UNKNOWN, unit: str | None = None) -> GivenMesh:
+def given_mesh(
+    path: Path, diameters: Diameters = UNKNOWN, unit: str | None = None, *, swap_ends: bool = False
+) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
     `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
-    length.
+    length. `swap_ends`: whether the other bore is the big end's.
 
     Raises
     ------
@@ -57,10 +60,10 @@ def given_mesh(path: Path, diameters: Diameters = UNKNOWN, unit: str | None = No
         sound = mended(file)
         extent = float(np.ptp(sound.mesh.points, axis=0).max())
         scale = unit or ("m" if extent < _LEAST_EXTENT else "mm")
-        given = _measured(sound, scale, diameters)
+        given = _measured(sound, scale, diameters, swap_ends=swap_ends)
         usual = unit or plausible_unit(given.bores[1].x, scale)
         if usual != scale:
-            given = _measured(sound, usual, diameters)
+            given = _measured(sound, usual, diameters, swap_ends=swap_ends)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     if unit is not None or usual == "mm":
@@ -70,18 +73,21 @@ def given_mesh(path: Path, diameters: Diameters = UNKNOWN, unit: str | None = No
     return replace(given, imported=imported)
 
 
-def _measured(sound: Mended, unit: str, diameters: Diameters) -> GivenMesh:
+def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
     mesh, curved = straightened(scaled)
     _require_jacobians(mesh)
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
     pair = find_bore_pair(surface, diameters)
+    guessed = pair[0].same_radius(pair[1].radius, _SAME_BORE) and not (swap_ends or any(diameters))
+    pair = pair[::-1] if swap_ends else pair
     axes = _axes(surface, pair)
     placed, bores = _placed(mesh, surface, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))
     rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
-    assumed = (*sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(surface))
+    equal = [EQUAL_BORES] if guessed else []
+    assumed = (*equal, *sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(surface))
     big, small = (
         BoreLocation(2 * bore.radius, vector(hole.center), bore.width)
         for hole, bore in zip(pair, bores, strict=True)

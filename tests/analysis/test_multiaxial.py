@@ -68,7 +68,7 @@ def test_where_parts_meet_the_lesser_factor_counts_though_the_other_part_is_near
     tmp_path, endurance
 ):
     (tmp_path / "bushed.toml").write_text(BUSHED.format(endurance=endurance))
-    flags = Flags(size=20.0, cycle=True)
+    flags = Flags(size=20.0, cycle=True, unusual=True)
     rod = prepare(flags.applied(load_study(str(tmp_path / "bushed.toml"))))
     found, whole = with_cycle(rod, solve_speed(rod, 6000.0)).cycle, rod.mesh.mirrored
     cycle = rod.cycle

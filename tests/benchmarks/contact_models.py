@@ -202,9 +202,11 @@ elastic, hollow to 0.6 of its diameter, the crank pin rigid.
 A ratio above 1 in the second column is unsafe: the prescribed pressure promises more than contact does. None
 of the three is always on the safe side, and none can be: contact depends on the clearance (the last rows of
 each table below), on the flexibility of the ring and on that of the pin. *cosine-180* is the nearest in the
-mean and stays the default of the prescribed pressures. Where a bore governs, or the small end is thin, use
-`--pressure contact` with the clearances of the drawing: every run with a prescribed pressure says whether its
-smallest safety factor depends on it.
+mean and takes the place of contact where that cannot be computed.
+
+Which one to use: contact, the default, with the clearances of the drawing, for every decision; *cosine-180*
+where contact is not possible (a clamped big end, soft parts); *uniform-120* and *webster* only to repeat a
+published calculation that used them.
 {tables}
 """
 

@@ -124,7 +124,8 @@ def test_the_rod_and_what_belongs_to_it_are_picked_out_of_an_assembly(drive):
     assert [bore.radius for bore in found.bores] == pytest.approx([BIG, SMALL - 2])
     assert found.bores[1].x == pytest.approx(LENGTH)
     assert found.mirror is Mirror.QUARTER
-    assert any("left out of drive.step" in text for text in found.imported.assumed)
+    (left,) = (text for text in found.imported.assumed if "left out of drive.step" in text)
+    assert left.endswith(" and 2 more solids (rod.solids)")
 
 
 def test_named_solids_override_the_choice(drive):

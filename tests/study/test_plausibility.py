@@ -54,7 +54,7 @@ def test_nothing_is_said_of_what_comes_with_the_program():
 @pytest.mark.parametrize(
     ("changes", "key", "unit"),
     [
-        ({"stroke": 3.7}, "engine.stroke_mm", "inch (3.7 inch = 93.98 mm)"),
+        ({"stroke": 3.7}, "engine.stroke_mm", "inches (3.7 inches = 93.98 mm)"),
         ({"stroke": 9.4}, "engine.stroke_mm", "cm (9.4 cm = 94 mm)"),
         ({"piston": 550}, "engine.piston_mass_kg", "g (550 g = 0.55 kg)"),
         ({"rod": "length_mm = 0.141"}, "rod.length_mm", "m (0.141 m = 141 mm)"),

@@ -1,5 +1,6 @@
 import math
 import tomllib
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -78,6 +79,10 @@ def test_flags_win_over_the_file(tmp_path):
         ("rod = 3", r"rod = 3: must be a table"),
         ("[speed]\nrpm = 1", r"has no \[rod\] table"),
         ("[rod", r"is not valid TOML"),
+        (LEON.replace("94.0", "94,0"), r"not valid TOML.*Write 94\.0"),
+        (LEON.replace("stroke_mm = 94.0", "stroke_in = 3.7"), r"Give stroke_mm, which is 25.4 times"),
+        (LEON + "[material]\nE_ksi = 30000", r"Give E_GPa, which is 0.00689476 times the value in ksi"),
+        ("[rod]\nstep = 'rod.SLDPRT'", r"Export STEP from SolidWorks"),
     ],
 )
 def test_bad_studies_are_refused_by_name(text, says, tmp_path):
@@ -98,6 +103,41 @@ def test_a_transverse_force_needs_a_clamp_whether_from_the_study_or_the_flags(tm
 def test_an_unknown_study_lists_the_shipped_ones():
     with pytest.raises(InvalidValue, match=r"neither a shipped study nor an existing file.*leon-2001"):
         load_study("lion-2001")
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("rod.ipt", "Export STEP from Inventor"),
+        ("rod.f3d", "Export STEP from Fusion"),
+        ("rod.prt", "Export STEP from NX or Creo"),
+        ("rod.3mf", "Save it as STL"),
+        ("rods.step", r"is not an existing file\. Did you mean rod\.step\?$"),
+        ("rod.stl", r"is not an existing file\. Check its name"),
+        ("gone/rod.step", r"There is no folder .*gone\.$"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_answered_with_what_to_do(name, says, tmp_path):
+    (tmp_path / "rod.step").touch()
+    with pytest.raises(InvalidValue, match=says):
+        load_study(tmp_path / name)
+
+
+def test_flags_say_how_the_file_of_a_rod_is_read(tmp_path):
+    for name in ("rod.step", "rod.stl", "cap.stl"):
+        (tmp_path / name).touch()
+    study = load_study(tmp_path / "rod.step")
+    keys = {"unit": "in", "solids": ["Rod", "Cap"], "cap": "assumed", "swap_ends": True}
+    read = python_flags({**keys, "big_end_bore": 50.0}).applied(study).rod.cad
+    assert (read.unit, read.solids, read.cap, read.big_end_bore) == ("in", ("Rod", "Cap"), "assumed", 50.0)
+    assert read.swap_ends
+    again = python_flags({"small_end_bore": 20.0}).applied(replace(study, rod=replace(study.rod, cad=read)))
+    assert again.rod.cad == replace(read, small_end_bore=20.0)
+    assert parsed(again.text(), tmp_path).rod == again.rod
+    mesh = python_flags({"cap": tmp_path / "cap.stl"}).applied(load_study(tmp_path / "rod.stl")).rod.mesh
+    assert mesh.cap == tmp_path / "cap.stl"
+    with pytest.raises(InvalidValue, match="--unit = 'in': says how a CAD file or a mesh is read"):
+        python_flags({"unit": "in"}).applied(load_study())
 
 
 def test_relative_paths_start_at_the_study(tmp_path):

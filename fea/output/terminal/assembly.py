@@ -11,10 +11,16 @@ from loads.cases import ASSEMBLY
 
 # Name and unit of the columns beside that of the load case.
 JOINT = (
-    ("bolts", "kN"), ("clamped", "kN"), ("open", "%"), ("gap", "µm"), ("slips", "%"), ("slip", "µm"),
+    ("bolts", "kN"), ("clamped", "kN"), ("open", "%"), ("gap", "µm"), ("micro-slip", "%"), ("by", "µm"),
     ("slip safety", ""),
 )  # fmt: skip
-FIT = (("mean", "MPa"), ("least", "MPa"), ("largest", "MPa"), ("lifted", "%"), ("slips", "%"))
+FIT = (("mean", "MPa"), ("least", "MPa"), ("largest", "MPa"), ("lifted", "%"), ("micro-slip", "%"))
+
+
+MICRO_SLIP = (
+    "Micro-slip: where friction is at its limit and the faces shift by micrometres. The parts stay in place "
+    "as long as the slip safety, friction's limit over the shear force of the whole joint, is above 1."
+)
 
 
 def joint_rows(found: AssemblyFigures) -> list[tuple[str, ...]]:
@@ -61,7 +67,7 @@ def assembly_lines(found: AssemblyFigures | None) -> list[str]:
     """Return how the bolts stand, and when the joint opens and the fits lift off."""
     if found is None:
         return []
-    return [_bolts(found.bolts), *_joint(found), *_fits(found), *_ovality(found)]
+    return [_bolts(found.bolts), *_joint(found), *_fits(found), *_ovality(found), MICRO_SLIP]
 
 
 def _ends(forces: list[float]) -> str:

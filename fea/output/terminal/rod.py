@@ -11,6 +11,8 @@ from fea.base.note import UNITS
 from fea.output.terminal.prose import print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
 
+_MOST_LEFT_OUT = 3  # solids, by name
+
 
 def print_rod(figures: RodReport, console: Console | None = None) -> None:
     """Print the figures of a rod."""
@@ -48,10 +50,14 @@ def _found(figures: RodReport) -> list[str]:
         lines.append(f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}")
     if figures.solids is not None and len(figures.solids) > 1:
         lines.append(f"solids of the file, which is in {figures.unit}:")
-        for solid in figures.solids:
+        ordered = sorted(figures.solids, key=lambda solid: (not solid.kept, -solid.mass_kg))
+        left = len([solid for solid in ordered if not solid.kept])
+        for solid in ordered[: len(ordered) - left + _MOST_LEFT_OUT]:
             size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
             kept = "" if solid.kept else ", left out"
             lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
+        if left > _MOST_LEFT_OUT:
+            lines.append(f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)")
     if figures.assembly:
         lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
     return [*lines, *(str(note) for note in figures.assumed if note.topic != UNITS)]

@@ -221,7 +221,8 @@ def fillet(edge: SharpEdgeFigures) -> str:
         return f"the peak has {asked} only with a fillet of more than {edge.largest_fillet_mm:.1f} mm"
     if edge.fillet_radius_mm < _SMALL:
         return f"even with a fillet of {_SMALL:g} mm the peak there would have {asked}"
-    return f"with a fillet of {edge.fillet_radius_mm:.2g} mm the peak there would have {asked}"
+    least = f"a fillet of {edge.fillet_radius_mm:.2g} mm is the least with which the peak there has {asked}"
+    return f"{least} against yielding (no recommendation: fatigue needs more)"
 
 
 def _decision(summary: Summary) -> str:

@@ -21,7 +21,8 @@ from fea.output.text import gathered, some_speeds
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbose: bool = False) -> None:
     """Print the worst case of each speed, and from which speed on the rod fails."""
     titles = ("rpm", "worst\ncase", "crank\n°", "von Mises\nMPa", "±\n%", "safety\nfactor", "")
-    table = plain_table(titles, (_row(summary) for _, summary in runs), left=("worst\ncase",))
+    rising = sorted((summary for _, summary in runs), key=lambda summary: summary.rpm or 0.0)
+    table = plain_table(titles, map(_row, rising), left=("worst\ncase",))
     summaries = [summary for _, summary in runs]
     worst = _worst(summaries)
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
