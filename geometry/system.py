@@ -5,6 +5,7 @@ It stands with the geometry because gmsh's session needs it.
 
 import ctypes
 import errno
+import math
 import os
 import signal
 import sys
@@ -17,6 +18,8 @@ from pathlib import Path
 # Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
 ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 CAN_FORK = hasattr(os, "fork")
+# Exit codes of a process that has exceeded a limit which it watches itself.
+OVERTIME, OUT_OF_MEMORY = 251, 252
 _CALM = 1.0  # seconds during which further signals are ignored
 _PR_SET_PDEATHSIG = 1
 
@@ -29,7 +32,7 @@ def held_back() -> Iterator[None]:
     whose handlers Python did not set (and could not restore) are left alone. Has no effect in threads other
     than the main one, which receive no signals.
     """
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[int] = []
@@ -53,7 +56,7 @@ def held_back() -> Iterator[None]:
 
 def through() -> None:
     """Accept `ENDS` again, in a process that was started while they were deferred."""
-    if hasattr(signal, "pthread_sigmask"):
+    if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
 
 
@@ -88,7 +91,7 @@ def broken_pipes_raise() -> Iterator[None]:
 
     gmsh, in a thread other than the main one, leaves it so.
     """
-    if not hasattr(signal, "sigtimedwait"):
+    if sys.platform == "win32" or sys.platform == "darwin":  # macOS has no `sigtimedwait`
         yield
         return
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
@@ -103,21 +106,28 @@ def broken_pipes_raise() -> Iterator[None]:
 
 def die_with_parent() -> None:
     """Ask the system to end this process when the thread that started it ends, even by ``kill -9``."""
-    if sys.platform.startswith("linux"):
+    if sys.platform == "linux":
         with suppress(Exception):  # best effort: the process works without it
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def limit_processor_time(seconds: float) -> None:
-    """End this process by SIGPROF after some processor time from now on, where the system can."""
-    if hasattr(signal, "setitimer"):
+    """End this process by SIGPROF, or with the code `OVERTIME`, after some processor time from now on."""
+    if sys.platform == "win32":
+        _watch.limit_time(seconds)
+    else:
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
 def limit_memory(more: int) -> None:
-    """Limit this process to so many further bytes, beyond which it gets a `MemoryError`, on Linux."""
-    if sys.platform.startswith("linux"):
+    """Limit this process to so many further bytes.
+
+    Beyond them it gets a `MemoryError` on Linux, and ends with the code `OUT_OF_MEMORY` on Windows.
+    """
+    if sys.platform == "win32":
+        _watch.limit_memory(more)
+    elif sys.platform == "linux":
         import resource  # noqa: PLC0415 - not on Windows
 
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
@@ -129,16 +139,21 @@ def limit_memory(more: int) -> None:
 
 def memory_limit() -> int | None:
     """Return the smallest limit on this process's memory, bytes; None without one."""
-    try:
-        import resource  # noqa: PLC0415 - not on Windows
-    except ImportError:
+    if sys.platform == "win32":
         return None
+    import resource  # noqa: PLC0415 - not on Windows
+
     limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
     return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
 
 
 def peak_memory(*, of_children: bool = False) -> float:
-    """Return the largest resident memory so far, MiB, of this process or of its largest ended child."""
+    """Return the largest resident memory so far, MiB, of this process or of its largest ended child.
+
+    Windows does not keep that of children: NaN.
+    """
+    if sys.platform == "win32":
+        return math.nan if of_children else process_memory()[0] / 2**20
     import resource  # noqa: PLC0415 - not on Windows
 
     usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)
@@ -147,9 +162,20 @@ def peak_memory(*, of_children: bool = False) -> float:
 
 def physical_memory() -> int | None:
     """Return the memory of this machine, bytes; None where it is unknown."""
-    if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
-        return None
+    if sys.platform == "win32":
+        return machine_memory()[0] or None
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def free_memory() -> int | None:
+    """Return how much memory of this machine is not in use, bytes, all of it where only that is known."""
+    if sys.platform == "win32":
+        return machine_memory()[1] or None
+    if sys.platform == "linux":
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1024 * int(line.split()[1])
+    return physical_memory()
 
 
 def usable_processors() -> int:
@@ -157,18 +183,37 @@ def usable_processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-if sys.platform == "win32":  # pragma: no cover - directories cannot be locked
+if sys.platform == "win32":
+    from geometry.windows import DirectoryLock as DirectoryLock  # noqa: PLC0414 - exported
+    from geometry.windows import Watch, machine_memory, process_memory
 
-    def lock(descriptor: int, *, wait: bool) -> None:
-        """Raise OSError."""
-        raise OSError(descriptor, wait)
-
+    _watch = Watch(OVERTIME, OUT_OF_MEMORY)
 else:
     import fcntl
 
-    def lock(descriptor: int, *, wait: bool) -> None:
-        """Lock an open file or raise OSError."""
-        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    class DirectoryLock:
+        """The lock of a directory; the system frees it when the process ends."""
+
+        def __init__(self, directory: Path) -> None:
+            self._directory, self._descriptor = directory, -1
+
+        def take(self, *, wait: bool) -> bool:
+            """Take the lock; False where it is held, or where the file system has none."""
+            try:
+                self._descriptor = os.open(self._directory, os.O_RDONLY)
+            except OSError:
+                return False
+            try:
+                fcntl.flock(self._descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                os.close(self._descriptor)
+                return False
+            return True
+
+        def release(self) -> None:
+            """Give the lock back."""
+            with suppress(OSError):
+                os.close(self._descriptor)
 
 
 AT_FDCWD = -100  # Linux: paths are relative to the working directory
@@ -189,7 +234,7 @@ def exchange(one: Path, other: Path) -> bool:
     OSError
         The system supports it, but refused.
     """
-    if not sys.platform.startswith("linux"):
+    if sys.platform != "linux":
         return False
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)  # since glibc 2.28
     if renameat2 is None:

@@ -11,7 +11,9 @@ import signal
 import subprocess
 import sys
 import threading
+from _thread import interrupt_main
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -22,6 +24,8 @@ from typing import IO, Any, NoReturn, Self, TypeVar
 from geometry.system import (
     CAN_FORK,
     ENDS,
+    OUT_OF_MEMORY,
+    OVERTIME,
     broken_pipes_raise,
     die_with_parent,
     held_back,
@@ -34,6 +38,10 @@ from geometry.system import (
 Result = TypeVar("Result")
 
 _START = "from fea.machine.isolated import serve; serve(patient={patient})"
+# On Windows, where Ctrl-C reaches every process of a console.
+_LEAVE_CTRL_C = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+_STATUS_ERROR, _STATUS_CTRL_C = 0xC0000000, 0xC000013A  # how Windows says that a process has crashed
+_BETWEEN_INTERRUPTS = 0.1  # seconds
 _PATIENCE = 5.0  # seconds that an interrupted process has to clean up
 # What a process sends: a line of progress, its new limit of processor time, and one of the last two.
 _PROGRESS, _LIMIT, _RESULT, _ERROR = range(4)
@@ -71,7 +79,7 @@ def isolated(
     """Return the result of a job from a copy of this process, or raise the error raised there.
 
     Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
-    then. Its result and errors always must, and it must have no other effects.
+    there. Its result and errors always must, and it must have no other effects.
 
     It may take `seconds` of processor time (`allow` changes that) and `memory` bytes beyond what it finds,
     after which it gets a `MemoryError`. The listener is called with what the job passes to `say`.
@@ -187,7 +195,10 @@ class IsolatedProcess:
     def close(self) -> None:
         """End the process; one that is patient and at work may clean up first."""
         if self._pending and self._patient and self.alive:
-            os.kill(self.started.pid, signal.SIGTERM)
+            if CAN_FORK:
+                os.kill(self.started.pid, signal.SIGTERM)
+            else:  # Windows' `kill` waits for nothing; a process without orders interrupts itself
+                self._jobs.close()
             with suppress(subprocess.TimeoutExpired):
                 self.started.wait(_PATIENCE)
         self.started.kill()
@@ -204,7 +215,7 @@ class IsolatedProcess:
         progress, limit = "", 0.0
         try:
             while True:
-                kind, value = pickle.load(self._answers)  # noqa: S301 - our own process wrote it
+                kind, value = _interruptible(partial(pickle.load, self._answers))
                 if kind == _PROGRESS:
                     progress = value
                     if listener:
@@ -275,6 +286,7 @@ def fresh(
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=said or subprocess.DEVNULL,
+            creationflags=_LEAVE_CTRL_C,
         )
         assert started.stdin is not None  # noqa: S101 - for mypy: both are pipes
         assert started.stdout is not None  # noqa: S101
@@ -312,10 +324,12 @@ def _listen(orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
     with suppress(EOFError):
         while True:
             orders.put(pickle.load(sys.stdin.buffer))  # noqa: S301 - from our own process
-    if patient:
+    if not patient:
+        os._exit(0)
+    if CAN_FORK:
         os.kill(os.getpid(), signal.SIGTERM)
     else:
-        os._exit(0)
+        interrupt_main(signal.SIGTERM)
 
 
 def _unpacked(order: bytes) -> object:
@@ -360,14 +374,36 @@ def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
     return process
 
 
+def _interruptible(read: Callable[[], tuple[int, Any]]) -> tuple[int, Any]:
+    """Read from a pipe, which Ctrl-C ends; on Windows it does not, so that another thread reads."""
+    if CAN_FORK:
+        return read()
+    answer: Future[tuple[int, Any]] = Future()
+
+    def work() -> None:
+        try:
+            answer.set_result(read())
+        except Exception as error:  # noqa: BLE001 - it is raised below
+            answer.set_exception(error)
+
+    threading.Thread(target=work, daemon=True).start()
+    while not wait((answer,), _BETWEEN_INTERRUPTS).done:
+        pass
+    return answer.result()
+
+
 def _death(code: int, during: str, limit: float) -> BaseException:
-    """Return the error of a process that ended with a code, negative for a signal."""
+    """Return the error of a process that ended with a code, negative for a signal, on Windows its status."""
+    if code == OUT_OF_MEMORY:
+        return MemoryError()
+    if code == OVERTIME or (limit and code == -getattr(signal, "SIGPROF", 0)):
+        return OvertimeError(f"it did not finish within {limit:.3g} s of processor time{during}")
+    if code == _STATUS_CTRL_C or -code in ENDS:
+        return KeyboardInterrupt()
+    if code >= _STATUS_ERROR:
+        return CrashError(f"it crashed (Windows' status {code:#x}){during}", f"status {code:#x}")
     if code >= 0:
         return CrashError(f"it stopped without a message{during}", f"exit code {code}")
-    if -code in ENDS:
-        return KeyboardInterrupt()
-    if limit and -code == signal.SIGPROF:
-        return OvertimeError(f"it did not finish within {limit:.3g} s of processor time{during}")
     try:
         name = signal.Signals(-code).name
     except ValueError:
@@ -381,7 +417,11 @@ class Copy:
     Signals arrive there only once it has called `through`, if they are held back here.
     """
 
+    pid: int
+
     def __init__(self, work: Callable[[], None]) -> None:
+        if sys.platform == "win32":
+            raise NotImplementedError
         self.returncode: int | None = None
         self.pid = os.fork()
         if not self.pid:
@@ -397,11 +437,13 @@ class Copy:
         finally:
             os._exit(code)
 
-    def poll(self, options: int = os.WNOHANG if CAN_FORK else 0) -> int | None:
+    def poll(self, *, wait: bool = False) -> int | None:
         """Return its code, negative for a signal, None while it lives."""
+        if sys.platform == "win32":
+            raise NotImplementedError
         if self.returncode is None:
             try:
-                pid, status = os.waitpid(self.pid, options)
+                pid, status = os.waitpid(self.pid, 0 if wait else os.WNOHANG)
             except ChildProcessError:  # somebody else has waited for it
                 self.returncode = 1
             else:
@@ -410,9 +452,11 @@ class Copy:
 
     def wait(self, _timeout: float | None = None) -> int:
         """Wait until it ends, and return as `poll`."""
-        return self.poll(0) or 0
+        return self.poll(wait=True) or 0
 
     def kill(self) -> None:
         """End it at once."""
+        if sys.platform == "win32":
+            raise NotImplementedError
         if self.poll() is None:
             os.kill(self.pid, signal.SIGKILL)

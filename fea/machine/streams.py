@@ -19,11 +19,11 @@ def settle_streams() -> None:
     A character that the encoding lacks is written as in JSON (``\u00b1``). If the reader of a pipe has ended
     (``| head``), the rest is dropped. Other errors of stderr are ignored; those of stdout are raised.
     """
-    if os.name != "posix":
-        return
     _open_closed()
     codecs.register_error(_ESCAPED, _escaped)
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
+        if sys.platform == "win32" and os.isatty(descriptor):
+            continue  # Python itself writes any character to a console
         stream = outlet(descriptor, getattr(sys, name), patient=name == "stderr")
         setattr(sys, name, stream)
         setattr(sys, f"__{name}__", stream)
@@ -32,11 +32,12 @@ def settle_streams() -> None:
 def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> TextIO:
     """Return a text stream into a descriptor, which stays open when the stream is closed.
 
-    It has the encoding of the stream that it replaces; None if that was closed. A patient one ignores write
-    errors instead of raising `OSError`.
+    It has the encoding of the stream that it replaces; None if that was closed. On Windows, files and pipes
+    are in UTF-8, as everything that this program writes. A patient one ignores write errors instead of
+    raising `OSError`.
     """
     raw = _Outlet(descriptor, "standard error" if patient else "standard output", patient=patient)
-    encoding = "utf-8" if like is None else like.encoding
+    encoding = "utf-8" if like is None or sys.platform == "win32" else like.encoding
     direct = patient or os.isatty(descriptor)
     return io.TextIOWrapper(io.BufferedWriter(raw), encoding, _ESCAPED, line_buffering=direct)
 

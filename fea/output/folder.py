@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.output.target import OccupiedError, StorageError, near, picture_name
-from geometry.system import exchange, lock
+from geometry.system import DirectoryLock, exchange
 
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
@@ -68,32 +68,18 @@ def _manifest(folder: Path) -> dict[str, Any]:
 @contextmanager
 def held(directory: Path) -> Iterator[None]:
     """Hold the lock of `directory` during the block; on a file system without locks, do nothing."""
-    descriptor = take(directory, wait=True)
+    lock = take(directory, wait=True)
     try:
         yield
     finally:
-        release(descriptor)
+        if lock:
+            lock.release()
 
 
-def take(directory: Path, *, wait: bool = False) -> int | None:
-    """Return a descriptor that holds the lock of `directory`, or None if it cannot be locked."""
-    try:
-        descriptor = os.open(directory, os.O_RDONLY)
-    except OSError:
-        return None
-    try:
-        lock(descriptor, wait=wait)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
-
-
-def release(descriptor: int | None) -> None:
-    """Release a lock; None means that there is none."""
-    if descriptor is not None:
-        with suppress(OSError):
-            os.close(descriptor)
+def take(directory: Path, *, wait: bool = False) -> DirectoryLock | None:
+    """Return the lock of `directory`, or None if it cannot be locked."""
+    lock = DirectoryLock(directory)
+    return lock if lock.take(wait=wait) else None
 
 
 PART, BACKUP = "part", "backup"
@@ -175,7 +161,8 @@ def run_folder(target: Path) -> Iterator[Path]:
         if not done:
             shutil.rmtree(part, ignore_errors=True)
             _unmake_parents(made)
-        release(owned)
+        if owned:
+            owned.release()
 
 
 def _require_room_for_name(target: Path) -> None:
@@ -243,9 +230,9 @@ def _mend(place: Path) -> None:
             backup.rename(place)
     for part in _siblings(place, PART):
         owned = take(part)
-        if owned is not None:
+        if owned:
             shutil.rmtree(part, ignore_errors=True)
-            release(owned)
+            owned.release()
 
 
 def _put(part: Path, place: Path) -> Path | None:
@@ -269,7 +256,7 @@ def _flush(directory: Path) -> None:
     """Flush every file to the disk before the name of the run points to them."""
     for root, _, names in os.walk(directory):
         for name in names:
-            with Path(root, name).open("rb") as file:
+            with Path(root, name).open("r+b") as file:  # Windows flushes only what is open for writing
                 os.fsync(file.fileno())
         _flush_directory(Path(root))
 

@@ -26,7 +26,7 @@ from fea.apps.sweep.sweep_file import Sweep
 from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
 from fea.apps.sweep.work import DEFAULT_MINUTES, Task, program_version
 from fea.machine.clock import progress_line
-from fea.output import folder as lock
+from fea.output.folder import take
 from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
@@ -212,7 +212,7 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
     # What is wrong with the rows is told before anything is written.
     new = None if (folder / JOURNAL).exists() else rows(sweep)
     make_directory(folder)
-    owned = lock.take(folder)
+    owned = take(folder)
     if owned is None:
         raise OccupiedError(f"{near(folder)} is in use by another fea sweep: wait for it, or choose --out.")
     try:
@@ -223,7 +223,7 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
         finally:
             journal.close()
     finally:
-        lock.release(owned)
+        owned.release()
 
 
 def _require_ours(folder: Path) -> None:

@@ -1,7 +1,6 @@
 """The choice among the linear solvers."""
 
 import importlib.util
-import os
 import sys
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from fea.solvers.linear.cholmod import CholmodCholesky
 from fea.solvers.linear.multigrid import Multigrid
 from fea.solvers.linear.solver import LinearSolver, Operator
 from geometry.arrays import Floats
+from geometry.system import free_memory
 from mesh.tetmesh import TetMesh
 
 _PACKAGES = {
@@ -148,18 +148,8 @@ def iterative_bytes(n_dofs: int, slots: int) -> float:
 
 def available_bytes() -> float:
     """Memory still available to this process, on the machine, in its control group and under its ulimit."""
-    limits = [_free_on_machine(), _free_in_group(), _free_under_limit()]
+    limits = [free_memory(), _free_in_group(), _free_under_limit()]
     return min((limit for limit in limits if limit is not None), default=float("inf"))
-
-
-def _free_on_machine() -> float | None:
-    if sys.platform.startswith("linux"):
-        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024.0 * int(line.split()[1])
-    if hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    return None
 
 
 def _free_in_group() -> float | None:
@@ -175,10 +165,10 @@ def _free_in_group() -> float | None:
 
 def _free_under_limit() -> float | None:
     """Address space left under ``ulimit -v``."""
-    try:
-        import resource  # noqa: PLC0415 - not on Windows
-    except ImportError:
+    if sys.platform != "linux":
         return None
+    import resource  # noqa: PLC0415 - not on Windows
+
     soft, _ = resource.getrlimit(resource.RLIMIT_AS)
     if soft == resource.RLIM_INFINITY:
         return None

@@ -1,0 +1,137 @@
+"""Windows' own calls: memory of the machine and of a process, limits of a process, and locks by name."""
+
+import ctypes
+import hashlib
+import os
+import sys
+import threading
+import time
+from ctypes import c_size_t, c_uint32, c_uint64, c_void_p, c_wchar_p
+from pathlib import Path
+
+assert sys.platform == "win32"  # noqa: S101 - for mypy, which then checks this file for Windows only
+
+_KERNEL = ctypes.WinDLL("kernel32", use_last_error=True)
+_FOREVER = 0xFFFFFFFF  # ms
+_FREE, _ABANDONED = 0, 0x80  # what waiting for a lock returns; its process has ended without a release
+_BETWEEN_LOOKS = 0.05  # s
+_locked: set[str] = set()
+
+
+class _MachineMemory(ctypes.Structure):
+    """MEMORYSTATUSEX."""
+
+    _fields_ = (
+        ("length", c_uint32),
+        ("load", c_uint32),
+        ("physical", c_uint64),
+        ("free_physical", c_uint64),
+        ("page_file", c_uint64),
+        ("free_page_file", c_uint64),
+        ("virtual", c_uint64),
+        ("free_virtual", c_uint64),
+        ("free_extended", c_uint64),
+    )
+
+
+class _ProcessMemory(ctypes.Structure):
+    """PROCESS_MEMORY_COUNTERS."""
+
+    _fields_ = (
+        ("size", c_uint32),
+        ("page_faults", c_uint32),
+        ("peak_working_set", c_size_t),
+        ("working_set", c_size_t),
+        ("peak_paged_pool", c_size_t),
+        ("paged_pool", c_size_t),
+        ("peak_nonpaged_pool", c_size_t),
+        ("nonpaged_pool", c_size_t),
+        ("committed", c_size_t),
+        ("peak_committed", c_size_t),
+    )
+
+
+def machine_memory() -> tuple[int, int]:
+    """Return the physical memory of this machine and how much of it is free, bytes; zeros where unknown."""
+    status = _MachineMemory(length=ctypes.sizeof(_MachineMemory))
+    _KERNEL.GlobalMemoryStatusEx(ctypes.byref(status))
+    return int(status.physical), int(status.free_physical)
+
+
+def process_memory() -> tuple[int, int]:
+    """Return the largest resident and the committed memory of this process, bytes; zeros where unknown."""
+    counters = _ProcessMemory(size=ctypes.sizeof(_ProcessMemory))
+    query = _KERNEL.K32GetProcessMemoryInfo
+    query.argtypes = (c_void_p, c_void_p, c_uint32)
+    query(c_void_p(-1), ctypes.byref(counters), counters.size)  # -1: this process
+    return int(counters.peak_working_set), int(counters.committed)
+
+
+class Watch:
+    """Ends this process where it exceeds a limit: Windows has none that a process sets for itself alone.
+
+    It ends with one of the two exit codes.
+    """
+
+    def __init__(self, overtime: int, out_of_memory: int) -> None:
+        self._overtime, self._out_of_memory = overtime, out_of_memory
+        self._until = self._most = float("inf")
+        self._started = False
+
+    def limit_time(self, seconds: float) -> None:
+        """Allow so much processor time from now on."""
+        self._until = time.process_time() + seconds
+        self._start()
+
+    def limit_memory(self, more: int) -> None:
+        """Allow so many further bytes."""
+        self._most = process_memory()[1] + more
+        self._start()
+
+    def _start(self) -> None:
+        if not self._started:
+            self._started = True
+            threading.Thread(target=self._look, daemon=True, name="limits").start()
+
+    def _look(self) -> None:
+        while True:
+            time.sleep(_BETWEEN_LOOKS)
+            if time.process_time() > self._until:
+                os._exit(self._overtime)
+            if process_memory()[1] > self._most:
+                os._exit(self._out_of_memory)
+
+
+class DirectoryLock:
+    """The lock of a directory, by a name that all processes of a session of Windows know.
+
+    The system frees it when the process ends. Windows would give a thread a lock twice, hence the names.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        path = str(directory.resolve()).casefold()
+        self._name = "Local\\conrod-fea-" + hashlib.sha256(path.encode()).hexdigest()
+        self._handle: int | None = None
+
+    def take(self, *, wait: bool) -> bool:
+        """Take the lock; False where it is held."""
+        if self._name in _locked:
+            return False
+        create, wait_for = _KERNEL.CreateMutexW, _KERNEL.WaitForSingleObject
+        create.argtypes, create.restype = (c_void_p, c_uint32, c_wchar_p), c_void_p
+        wait_for.argtypes = (c_void_p, c_uint32)
+        handle = create(None, 0, self._name)
+        if not handle:
+            return False
+        if wait_for(handle, _FOREVER if wait else 0) not in (_FREE, _ABANDONED):
+            _KERNEL.CloseHandle(c_void_p(handle))
+            return False
+        self._handle = handle
+        _locked.add(self._name)
+        return True
+
+    def release(self) -> None:
+        """Give the lock back, in the thread that took it."""
+        _locked.discard(self._name)
+        _KERNEL.ReleaseMutex(c_void_p(self._handle))
+        _KERNEL.CloseHandle(c_void_p(self._handle))
