@@ -184,23 +184,23 @@ def usable_processors() -> int:
 
 
 if sys.platform == "win32":
-    from geometry.windows import DirectoryLock as DirectoryLock  # noqa: PLC0414 - exported
+    from geometry.windows import PathLock as PathLock  # noqa: PLC0414 - exported
     from geometry.windows import Watch, machine_memory, process_memory
 
     _watch = Watch(OVERTIME, OUT_OF_MEMORY)
 else:
     import fcntl
 
-    class DirectoryLock:
-        """The lock of a directory; the system frees it when the process ends."""
+    class PathLock:
+        """The lock of a file or directory; the system frees it when the process ends."""
 
-        def __init__(self, directory: Path) -> None:
-            self._directory, self._descriptor = directory, -1
+        def __init__(self, path: Path) -> None:
+            self._path, self._descriptor = path, -1
 
         def take(self, *, wait: bool) -> bool:
             """Take the lock; False where it is held, or where the file system has none."""
             try:
-                self._descriptor = os.open(self._directory, os.O_RDONLY)
+                self._descriptor = os.open(self._path, os.O_RDONLY)
             except OSError:
                 return False
             try:

@@ -102,15 +102,15 @@ class Watch:
                 os._exit(self._out_of_memory)
 
 
-class DirectoryLock:
-    """The lock of a directory, by a name that all processes of a session of Windows know.
+class PathLock:
+    """The lock of a file or directory, by a name that all processes of a session of Windows know.
 
     The system frees it when the process ends. Windows would give a thread a lock twice, hence the names.
     """
 
-    def __init__(self, directory: Path) -> None:
-        path = str(directory.resolve()).casefold()
-        self._name = "Local\\conrod-fea-" + hashlib.sha256(path.encode()).hexdigest()
+    def __init__(self, path: Path) -> None:
+        name = str(path.resolve()).casefold()
+        self._name = "Local\\conrod-fea-" + hashlib.sha256(name.encode()).hexdigest()
         self._handle: int | None = None
 
     def take(self, *, wait: bool) -> bool:

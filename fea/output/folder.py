@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.output.target import OccupiedError, StorageError, near, picture_name
-from geometry.system import DirectoryLock, exchange
+from geometry.system import PathLock, exchange
 
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
@@ -76,9 +76,9 @@ def held(directory: Path) -> Iterator[None]:
             lock.release()
 
 
-def take(directory: Path, *, wait: bool = False) -> DirectoryLock | None:
-    """Return the lock of `directory`, or None if it cannot be locked."""
-    lock = DirectoryLock(directory)
+def take(path: Path, *, wait: bool = False) -> PathLock | None:
+    """Return the lock of a file or directory, or None if it cannot be locked."""
+    lock = PathLock(path)
     return lock if lock.take(wait=wait) else None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from fea.apps.sweep.base import digest, files_of
 from fea.apps.sweep.work import program_version
-from fea.output import folder as lock
+from fea.output.folder import take
 from fea.output.target import OccupiedError, StorageError, near
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -76,7 +76,7 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-        owned = lock.take(path)
+        owned = take(path)
         if owned is None:
             raise OccupiedError(
                 f"{near(folder)} is in use by another fea optimise: wait for it, or choose --out."
@@ -99,7 +99,7 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
         with suppress(OSError):
             path.unlink()
     finally:
-        lock.release(owned)
+        owned.release()
 
 
 def _lines(content: bytes) -> Iterator[tuple[dict[str, Any], int]]:
