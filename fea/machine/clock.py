@@ -142,7 +142,7 @@ def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
         with Console(stderr=True).status(first) as status:
             yield _lasting(status.update)
     else:
-        yield _lasting(by_the_minute())
+        yield by_the_minute()
 
 
 def _lasting(show: Callable[[str], None]) -> Callable[..., None]:
@@ -164,7 +164,7 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str], None]:
+def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[..., None]:
     """Return what writes a text to stderr if the last one is a minute old."""
     last = clock()
 
@@ -175,4 +175,4 @@ def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[[str]
             sys.stderr.write(f"fea: {text}\n")
             sys.stderr.flush()
 
-    return show
+    return _lasting(show)

@@ -440,6 +440,11 @@ def parse_study(text: str, name: str, folder: Path) -> Study:
                 f"Write {comma[1].replace(',', '.')}: TOML has a decimal point, not a comma ({comma[1]})."
             )
         raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}", remedy) from error
+    return study_of_tables(raw, name, folder)
+
+
+def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
+    """Return a study from the tables of its file; errors as `parse_study`."""
     for key in raw:
         if key not in TABLES:
             raise unknown_key(f"{name}.toml:", key, TABLES)

@@ -2,15 +2,17 @@
 
 import logging
 import threading
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from fea.apps.sweep import cluster, work
+from fea.apps.sweep.base import Base
 from fea.apps.sweep.cluster import ClusterError, Engine
 from fea.apps.sweep.journal import Done, Journal, State
 from fea.apps.sweep.plan import PlannedRow
-from fea.apps.sweep.work import Task, VersionError, program_version
+from fea.apps.sweep.work import Rod, Task, VersionError, program_version
 from geometry.errors import InvalidValue
 
 
@@ -26,13 +28,16 @@ class Client:
     def __init__(self, fates, seconds=0.0):
         self.seconds = seconds
         self.fates, self.status, self.out, self.most = dict(fates), "running", 0, 0
+        self.tasks = []
 
     def nthreads(self):
         return {"one": 1, "two": 2}
 
     def submit(self, _function, task, _compute, *, pure):
         assert not pure
-        fate = self.fates[task.job]
+        fates = [self.fates[rod.job] for rod in task.rods]
+        fate = next((one for one in fates if not isinstance(one, Done)), fates)
+        self.tasks.append(len(task.rods))
         self.out += 1
         self.most = max(self.most, self.out)
         status = fate if isinstance(fate, str) else "error" if isinstance(fate, Exception) else "finished"
@@ -72,8 +77,14 @@ class Hashed:
         return self._future is other._future
 
 
-def task(job):
-    return Task(job, "study", "", "/", 0, program_version())
+def task(jobs, raw=None):
+    base = Base("study", raw or {}, Path("/"), ())
+    return Task(tuple(Rod(job, {}, [None]) for job in jobs), base, 0, program_version())
+
+
+def attempted(raw, compute=None):
+    one = task(["a"], raw)
+    return work.attempt(one, one.rods[0], compute)
 
 
 def journal_of(tmp_path, count):
@@ -92,7 +103,7 @@ def done(n):
 def test_every_rod_is_given_out_once_and_entered(tmp_path):
     journal, counted = journal_of(tmp_path, 20), []
     client = Client({f"job{n}": done(n) for n in range(20)})
-    Engine(journal, client, task).run(lambda count, threads: counted.append((count, threads)))
+    Engine(journal, client, task).run(lambda count, threads, _: counted.append((count, threads)))
     assert journal.counts() == {State.PENDING: 0, State.DONE: 20, State.FAILED: 0}
     assert [entry.figures["factor"] for entry in journal.entries()] == list(range(20))
     assert sum(count for count, _ in counted) == 20
@@ -114,16 +125,19 @@ def test_a_rod_that_kills_its_workers_is_failed_and_the_others_go_on(tmp_path):
     assert "worker" in next(journal.entries(1)).reason
 
 
-def test_a_design_that_breaks_a_rule_fails_again(tmp_path):
-    def refused(job):
-        if job == "job1":
-            raise InvalidValue("rod.web_thickness_mm", 500.0, "is too thick")
-        return task(job)
+def test_a_task_holds_many_quick_rods_and_what_kills_a_worker_goes_alone(tmp_path):
+    journal, fates = journal_of(tmp_path, 3000), {f"job{n}": done(n) for n in range(3000)}
+    client = Client(fates | {"job1500": KilledWorker()})
+    Engine(journal, client, task).run(lambda *_: None)
+    assert max(client.tasks) == 40  # of .1 s
+    assert client.tasks[-1] == 1
+    assert journal.counts() == {State.PENDING: 0, State.DONE: 2999, State.FAILED: 1}
 
-    journal = journal_of(tmp_path, 3)
-    Engine(journal, Client({"job0": done(0), "job2": done(2)}), refused).run(lambda *_: None)
-    assert [entry.state for entry in journal.entries()] == [State.DONE, State.FAILED, State.DONE]
-    assert next(journal.entries(1)).reason == "rod.web_thickness_mm = 500: is too thick."
+
+def test_a_task_holds_one_of_few_rods(tmp_path):
+    few = Client({f"job{n}": done(n) for n in range(12)})
+    Engine(journal_of(tmp_path, 12), few, task).run(lambda *_: None)
+    assert set(few.tasks) == {1}
 
 
 @pytest.mark.parametrize(
@@ -145,21 +159,18 @@ def test_a_cluster_that_is_gone_or_of_another_version_ends_the_sweep(tmp_path, f
 
 def test_a_worker_of_another_version_refuses():
     with pytest.raises(VersionError, match=r"a worker has version .*, and this sweep is of 0\.0\.0"):
-        work.work(task("job0")._replace(version="0.0.0"))
+        work.work(task(["job0"])._replace(version="0.0.0"))
 
 
 def test_reasons_name_the_rule_or_the_internal_error():
-    refused = work.attempt(task("a")._replace(text="[rod]\npreset = 'none'"), None)
+    refused = attempted({"rod": {"preset": "none"}})
     assert refused.reason.startswith("rod.preset = 'none': is not a preset")
-    text = '[rod]\npreset = "leon-2001"\n'
 
     def broken(_study, _frequencies):
         raise ZeroDivisionError("by zero")
 
-    assert (
-        work.attempt(task("a")._replace(text=text), broken).reason
-        == "internal error: ZeroDivisionError: by zero"
-    )
+    said = attempted({"rod": {"preset": "leon-2001"}}, broken).reason
+    assert said == "internal error: ZeroDivisionError: by zero"
 
 
 def test_no_scheduler_answers(monkeypatch):

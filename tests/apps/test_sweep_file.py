@@ -3,7 +3,7 @@ import tomllib
 
 import pytest
 
-from fea.apps.sweep.plan import rows, study_of
+from fea.apps.sweep.plan import rows
 from fea.apps.sweep.sampling import Sampling
 from fea.apps.sweep.sweep_file import load_sweep, parse_sweep
 from geometry.errors import InvalidValue
@@ -79,7 +79,7 @@ def test_a_grid_shares_a_rod_among_its_speeds(tmp_path):
     assert [table[0].job, table[2].job] == [table[1].job, table[3].job]
     assert len({row.job for row in table}) == 2
     assert len({row.key for row in table}) == 4
-    assert study_of(found, table[0].design, [3000.0, 6000.0]).speeds() == (3000, 6000)
+    assert found.base.study(table[0].design, [3000.0, 6000.0]).speeds() == (3000, 6000)
 
 
 def test_speeds_of_the_study_are_rows_of_one_rod(tmp_path):

@@ -37,7 +37,8 @@ def test_elsewhere_than_on_a_terminal_there_is_a_line_a_minute(capsys):
     show = Progress(300, clock).shown_by(by_the_minute(clock))
     for _ in range(300):
         clock.now += 1
-        show(1, 2)
-    said = capsys.readouterr().err.splitlines()
+        show(1, 2, 2.0)
+    cost, *said = capsys.readouterr().err.splitlines()
+    assert cost == "fea: about 5 min for 300 rods of 2 s, 2 at a time"
     assert len(said) == 5
     assert said[0] == "fea: 60 of 300 rods, 1 a second, 4 min left"

@@ -38,8 +38,8 @@ def undisturbed(path, folder):
 
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        tasks = [_task(sweep, journal, 1.0, job) for job in journal.pending()]
-        journal.finish([attempt(task, cheap_sweep.compute) for task in tasks])
+        task = _task(sweep, journal, 1.0, journal.pending())
+        journal.finish([attempt(task, rod, cheap_sweep.compute) for rod in task.rods])
         write_tables(folder, journal.entries())
     return (folder / "sweep.csv").read_bytes()
 
@@ -181,7 +181,8 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
     def inline(journal, _client, task, compute):
         def run(_listener):
             computed.append(journal.pending())
-            journal.finish([attempt(task(job), compute) for job in journal.pending()])
+            some = task(journal.pending())
+            journal.finish([attempt(some, rod, compute) for rod in some.rods])
 
         return type("Inline", (), {"run": staticmethod(run)})
 

@@ -7,27 +7,39 @@ python tests/benchmarks/sweep_campaign.py kill --who scheduler --count 20
 python tests/benchmarks/sweep_campaign.py kill --who rod --count 20
 python tests/benchmarks/sweep_campaign.py same --rods 12 --size 14
 python tests/benchmarks/sweep_campaign.py scale --rods 3000
+python tests/benchmarks/sweep_campaign.py many --rods 20000
 
 `rate` computes the same rods with one worker and with two. `kill` ends the program, the scheduler of a
 cluster, a worker, or the process of a rod at random moments until the sweep is done. Its rods take a tenth of
 a second, and a log tells which were computed twice; the exit code counts faults.
 `same` compares the tables of a local cluster and of a scheduler with two workers over TCP. `scale` tells how
-many rods a second the program can give out and enter, with rods that take no time.
+many rods a second the program can give out and enter, with rods that take no time. `many` does so with 1000
+simulated workers, which return what a rod has at once: tasks and results are pickled as they travel, and
+Dask's scheduler and the network are not there.
 """
 
 import argparse
 import contextlib
 import os
+import pickle
 import re
 import socket
 import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
+import cloudpickle
 import psutil
 from sweep_kills import CHEAP, kill
+
+from fea.apps.sweep.cluster import Engine
+from fea.apps.sweep.journal import Done
+from fea.apps.sweep.run_sweep import _task, journal_of, report_sweep
+from fea.apps.sweep.sweep_file import load_sweep
+from fea.apps.sweep.table import write_tables
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"
@@ -135,10 +147,65 @@ def scale(folder, rods, _size):
     print(f"{size[0] / rods:.0f} bytes a rod in the journal, {size[1] / rods:.0f} in the Parquet file")
 
 
+THREADS = 1000
+FIGURES = {f"figure_{k}": 1.0 + k / 7 for k in range(25)} | {"factor": 1.1, "mass_kg": 0.7, "trusted": True}
+
+
+class AtOnce:
+    """A future that is done, and the client of workers that return at once."""
+
+    cluster, status = None, "running"
+
+    def __init__(self, result=None):
+        self._result = result
+
+    def nthreads(self):
+        return {"all": THREADS}
+
+    def submit(self, function, task, compute, *, pure):
+        assert not pure
+        _, task, _ = pickle.loads(cloudpickle.dumps((function, task, compute)))  # noqa: S301 - our own
+        done = [Done(rod.job, {rod.speeds[0]: FIGURES}, 0.0) for rod in task.rods]
+        future = AtOnce(pickle.loads(pickle.dumps(done)))  # noqa: S301 - as above
+        future.status = "finished"
+        return future
+
+    def add_done_callback(self, call):
+        call(self)
+
+    def exception(self):
+        return None
+
+    def result(self):
+        return self._result
+
+    def release(self):
+        pass
+
+
+def many(folder, rods, _size):
+    """How many rods a second are given out to 1000 simulated workers and entered."""
+    asked, clock = load_sweep(sweep(folder, rods)), time.process_time
+    begin = clock()
+    with journal_of(asked, folder / "out") as journal:
+        print(f"planned: {rods / (clock() - begin):.0f} rods a second")
+        begin = clock()
+        Engine(journal, AtOnce(), partial(_task, asked, journal, 60.0)).run(lambda *_: None)
+        print(f"given out and entered: {rods / (clock() - begin):.0f} rods a second")
+        begin = clock()
+        write_tables(folder / "out", journal.entries())
+        print(f"table: {rods / (clock() - begin):.0f} rows a second")
+        begin = clock()
+        report_sweep(folder / "out" / "report.html", asked, journal)
+        print(
+            f"report: {clock() - begin:.1f} s, {(folder / 'out/report.html').stat().st_size / 2**20:.1f} MiB"
+        )
+
+
 def main():
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("what", choices=("rate", "kill", "same", "scale"))
+    parser.add_argument("what", choices=("rate", "kill", "same", "scale", "many"))
     parser.add_argument("--rods", type=int, default=200)
     parser.add_argument("--size", type=float, default=14.0)
     parser.add_argument("--who", choices=("parent", "scheduler", "worker", "rod"), default="parent")
@@ -149,7 +216,8 @@ def main():
             folder = Path(place)
             sys.exit(kill(folder, asked.who, asked.count, sweep(folder, asked.rods), Scheduler))
         else:
-            {"rate": rate, "same": same, "scale": scale}[asked.what](Path(place), asked.rods, asked.size)
+            jobs = {"rate": rate, "same": same, "scale": scale, "many": many}
+            jobs[asked.what](Path(place), asked.rods, asked.size)
 
 
 if __name__ == "__main__":

@@ -2,18 +2,19 @@
 
 import hashlib
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from fea.study.option_tables import SpeedTable
 from fea.study.paths import is_file
-from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
-from fea.study.tables import hints_of, toml_text, unknown_key
+from fea.study.study import TABLES, Study, load_study, shipped_studies, study_of_tables
+from fea.study.tables import hints_of, unknown_key
 from geometry.errors import InvalidValue, require
 
 
@@ -29,17 +30,18 @@ class Base:
     folder: Path
     files: tuple[Path, ...]
 
-    def study(self, design: Mapping[str, Any]) -> Study:
-        """Return the study with the values of a design.
+    def study(self, design: Mapping[str, Any], speeds: Sequence[float | None] = ()) -> Study:
+        """Return the study with the values of a design, at some speeds, rpm, in place of its own.
 
         Raises
         ------
         InvalidValue
             They break a rule of the study.
         """
-        study = parse_study(toml_text(changed(self.raw, design)), self.name, self.folder)
+        study = study_of_tables(changed(self.raw, design), self.name, self.folder)
         study.require_plausible()
-        return study
+        rpm = tuple(speed for speed in speeds if speed is not None)
+        return study if not rpm else replace(study, speed=SpeedTable(rpm[0] if len(rpm) == 1 else rpm))
 
     def require_presets_alone(self, keys: Mapping[str, Any]) -> None:
         """Refuse to change a preset beside keys that would override each of them.

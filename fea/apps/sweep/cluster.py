@@ -1,10 +1,12 @@
 """Compute the rods of a journal in processes of this machine, or by the workers of a Dask scheduler."""
 
 import json
+import math
 import queue
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -186,31 +188,38 @@ def _replace(processes: Any) -> None:
 
 # Seconds between two looks at the cluster where no rod comes back.
 _WAIT = 0.5
+# Rods of a task: so many take about these seconds, so that giving it out costs little beside computing it,
+# and what an end of the program loses stays small.
+_TASK_SECONDS, _MOST_RODS = 4.0, 100
+# What is left is shared by so many tasks for each thread, so that all end at about the same time.
+_SHARES = 4
 
 
 class Engine:
     """Gives the pending rods of a journal to a Dask client; the only writer of the journal.
 
-    `task` returns the task of a rod by its digest; `compute` replaces the analysis in tests.
+    `task` returns the task of some rods by their digests; `compute` replaces the analysis in tests.
     """
 
     def __init__(
         self,
         journal: Journal,
         client: Any,
-        task: Callable[[str], Task],
+        task: Callable[[Sequence[str]], Task],
         compute: Callable[..., Any] | None = None,
     ) -> None:
         self._journal, self._client, self._task, self._compute = journal, client, task, compute
         self._back: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._out: dict[Any, str] = {}
+        self._out: dict[Any, Sequence[str]] = {}
         self._workers = Workers(client)
+        self._alone: list[str] = []  # rods of which one may have ended its worker
+        self._seconds = math.inf  # of a rod, of late
 
-    def run(self, listener: Callable[[int, int], None]) -> None:
+    def run(self, listener: Callable[[int, int, float], None]) -> None:
         """Compute them all.
 
         `listener` is called about twice a second, and after each entry, with the number of rods that came
-        back and the number of threads.
+        back, the number of threads, and the seconds of a rod of late.
 
         Raises
         ------
@@ -221,28 +230,28 @@ class Engine:
         StorageError
             The journal cannot be written.
         """
-        jobs = iter(self._journal.pending())
+        jobs = deque(self._journal.pending())
         self._give(jobs)
         while self._out:
-            back = self._wait()
+            back = [rod for future in self._wait() for rod in self._result(future)]
             if back:
-                self._journal.finish([self._result(future) for future in back])
+                self._journal.finish(back)
+                self._seconds = sum(rod.seconds for rod in back) / len(back)
             self._give(jobs)
-            listener(len(back), self._workers.threads())
+            listener(len(back), self._workers.threads(), self._seconds)
 
-    def _give(self, jobs: Iterator[str]) -> None:
-        """Keep one rod for each thread given out: none waits on a worker that may die."""
-        while len(self._out) < max(1, self._workers.threads()):
-            job = next(jobs, None)
-            if job is None:
-                return
-            try:
-                task = self._task(job)
-            except InvalidValue as error:  # a design that breaks a rule, tried again
-                self._journal.finish([Done(job, {}, 0.0, str(error))])
-                continue
-            future = self._client.submit(work, task, self._compute, pure=False)
-            self._out[future] = job
+    def _give(self, jobs: deque[str]) -> None:
+        """Keep one task for each thread given out: none waits on a worker that may die."""
+        threads = max(1, self._workers.threads())
+        while len(self._out) < threads and (jobs or self._alone):
+            if self._alone:
+                own = [self._alone.pop()]
+            else:
+                fair = len(jobs) // (_SHARES * threads)
+                count = max(1, min(int(_TASK_SECONDS / max(self._seconds, 1e-3)), _MOST_RODS, fair))
+                own = [jobs.popleft() for _ in range(count)]
+            future = self._client.submit(work, self._task(own), self._compute, pure=False)
+            self._out[future] = own
             future.add_done_callback(self._back.put)
 
     def _wait(self) -> list[Any]:
@@ -257,21 +266,24 @@ class Engine:
                 raise lost(self._client.status) from None
         return futures
 
-    def _result(self, future: Any) -> Done:
-        job = self._out.pop(future)
+    def _result(self, future: Any) -> list[Done]:
+        jobs = self._out.pop(future)
         if future.status == "cancelled":
             raise lost(future.status)
         error = future.exception()  # waits where the worker that held the result has ended meanwhile
         if error is None:
-            done: Done = future.result()
+            done: list[Done] = future.result()
             # As long as it is wanted, Dask computes it again when the worker that holds it ends.
             future.release()
             return done
         if isinstance(error, VersionError):
             raise error
-        if type(error).__name__ == "KilledWorker":
-            return Done(job, {}, 0.0, "the worker that computed it ended, again and again")
-        raise _unready(error) from error
+        if type(error).__name__ != "KilledWorker":
+            raise _unready(error) from error
+        if len(jobs) > 1:
+            self._alone += jobs
+            return []
+        return [Done(jobs[0], {}, 0.0, "the worker that computed it ended, again and again")]
 
 
 def _unready(error: BaseException) -> VersionError:

@@ -2,15 +2,13 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from fea.apps.sweep.base import digest, files_of
 from fea.apps.sweep.sampling import Design
 from fea.apps.sweep.sweep_file import Sweep
-from fea.study.option_tables import SpeedTable
-from fea.study.study import Study
 from geometry.errors import InvalidValue, require
 
 SPEED = "speed.rpm"
@@ -65,13 +63,6 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
     ]
 
 
-def study_of(sweep: Sweep, design: Mapping[str, Any], speeds: Sequence[float | None]) -> Study:
-    """Return the study of a design at some speeds."""
-    rpm = tuple(speed for speed in speeds if speed is not None)
-    study = sweep.base.study(design)
-    return study if not rpm else replace(study, speed=SpeedTable(rpm[0] if len(rpm) == 1 else rpm))
-
-
 def study_text(sweep: Sweep, number: int) -> str:
     """Return the study of a row as a file that ``fea run`` takes.
 
@@ -83,7 +74,7 @@ def study_text(sweep: Sweep, number: int) -> str:
     planned = rows(sweep)
     require(0 <= number < len(planned), "--study", number, f"must be a row, 0 to {len(planned) - 1}")
     row = planned[number]
-    return study_of(sweep, row.design, [row.rpm]).text()
+    return sweep.base.study(row.design, [row.rpm]).text()
 
 
 def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, str]]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fea.apps.sweep.cluster import Engine, cluster
 from fea.apps.sweep.journal import SCHEMA, Journal, State
-from fea.apps.sweep.plan import PlannedRow, rows, study_of
+from fea.apps.sweep.plan import PlannedRow, rows
 from fea.apps.sweep.statistics import (
     MASS,
     Influence,
@@ -24,7 +24,7 @@ from fea.apps.sweep.statistics import (
 )
 from fea.apps.sweep.sweep_file import Sweep
 from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
-from fea.apps.sweep.work import DEFAULT_MINUTES, Task, program_version
+from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task, program_version
 from fea.machine.clock import progress_line
 from fea.output.folder import take
 from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
@@ -107,7 +107,7 @@ def _front(samples: Samples) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
 
 def _study(sweep: Sweep, journal: Journal, row: int) -> str:
     entry = next(journal.entries(row))
-    return study_of(sweep, entry.design, [entry.rpm]).text()
+    return sweep.base.study(entry.design, [entry.rpm]).text()
 
 
 def _influenced(one: Sensitivity) -> Influenced:
@@ -259,10 +259,10 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
     journal.extend(asked, wanted[len(known) :])
 
 
-def _task(sweep: Sweep, journal: Journal, minutes: float, job: str) -> Task:
-    study = study_of(sweep, *journal.asked(job))
-    folder, version = str(study.folder), program_version()
-    return Task(job, study.name, study.text(), folder, sweep.frequencies, version, 60 * minutes)
+def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
+    """Several rods to compute: the study travels once, and their designs."""
+    rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
+    return Task(rods, sweep.base, sweep.frequencies, program_version(), 60 * minutes)
 
 
 def _report(folder: Path, journal: Journal, computed: int, figures: Statistics) -> SweepReport:

@@ -116,11 +116,19 @@ class Progress:
         left = (self.total - self.done) / rate
         return f"{share}, {_rate(rate)}, {duration(left)} left"
 
-    def shown_by(self, show: Callable[[str], None]) -> Callable[[int, int], None]:
-        """Return a listener that counts rods that came back and shows a line; it takes the threads, too."""
+    def shown_by(self, show: Callable[..., None]) -> Callable[[int, int, float], None]:
+        """Return a listener that counts rods that came back and shows a line; arguments as of `Engine.run`.
 
-        def listener(count: int, threads: int) -> None:
+        After the first ones it says what the sweep will cost.
+        """
+
+        def listener(count: int, threads: int, seconds: float) -> None:
+            first = count > 0 and self.done == 0
             self.add(count)
+            if first and threads and self.done < self.total:
+                about = duration(seconds * (self.total - self.done) / min(threads, self.total))
+                said = f"about {about} for {self.total} rods of {seconds:.2g} s, {threads} at a time"
+                show(said, lasting=True)
             show(self.text(threads))
 
         return listener

@@ -3,11 +3,11 @@
 import pickle
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any, NamedTuple
 
+from fea.apps.sweep.base import Base
 from fea.apps.sweep.journal import Done
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 
@@ -21,16 +21,22 @@ _OURS = ("fea", "geometry", "loads", "mesh")
 _of_thread = threading.local()
 
 
-class Task(NamedTuple):
-    """A rod to compute: its digest, its study as a file, where paths start, and what is asked beside.
-
-    `seconds` are those that it may take.
-    """
+class Rod(NamedTuple):
+    """A rod to compute: its digest, the values of the varied keys, and its speeds."""
 
     job: str
-    name: str
-    text: str
-    folder: str
+    design: Mapping[str, Any]
+    speeds: Sequence[float | None]
+
+
+class Task(NamedTuple):
+    """Some rods to compute, the study that they are of, and what is asked beside.
+
+    `seconds` are those that each of them may take.
+    """
+
+    rods: tuple[Rod, ...]
+    base: Base
     frequencies: int
     version: str
     seconds: float = 60 * DEFAULT_MINUTES
@@ -45,8 +51,8 @@ def program_version() -> str:
     return version("conrod-fea")
 
 
-def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
-    """Compute a rod in a process of its own; its errors, its crash and its time limit are reasons.
+def work(task: Task, compute: Callable[..., Any] | None = None) -> list[Done]:
+    """Compute rods in a process of their own; an error, a crash and the time limit of one are its reasons.
 
     `compute` replaces `fea.apps.sweep.evaluate.evaluate` in tests.
 
@@ -60,11 +66,15 @@ def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
             f"a worker has version {program_version()} of conrod-fea, and this sweep is of {task.version}: "
             "start its workers with the same version."
         )
+    return [_worked(task, rod, compute) for rod in task.rods]
+
+
+def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     start = time.perf_counter()
     ends: list[str] = []
     while len(ends) < _TRIES:
         try:
-            return in_own_process(attempt, task, compute, seconds=task.seconds)
+            return in_own_process(attempt, task, rod, compute, seconds=task.seconds)
         except OvertimeError:
             reason = (
                 f"took longer than {task.seconds / 60:g} min and was ended: allow more with --limit-minutes, "
@@ -74,7 +84,7 @@ def work(task: Task, compute: Callable[..., Any] | None = None) -> Done:
         except CrashError as error:
             ends.append(error.cause)
             reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(ends))}){_cause(ends)}"
-    return Done(task.job, {}, time.perf_counter() - start, reason)
+    return Done(rod.job, {}, time.perf_counter() - start, reason)
 
 
 def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) -> Done:
@@ -102,17 +112,18 @@ def _unpacked(order: bytes) -> Any:
     return job(*arguments)
 
 
-def attempt(task: Task, compute: Callable[..., Any] | None) -> Done:
-    """Compute a rod in this process; arguments as `work`."""
+def attempt(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
+    """Compute a rod of a task in this process; arguments as `work`."""
     from fea.study.study import parse_study  # noqa: PLC0415 - a scheduler imports this module, too
 
     start = time.perf_counter()
     try:
-        study = parse_study(task.text, task.name, Path(task.folder))
+        asked = task.base.study(rod.design, rod.speeds)
+        study = parse_study(asked.text(), asked.name, task.base.folder)  # as `fea sweep --study` prints it
         figures = (compute or _analysis())(study, task.frequencies)
     except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
-        return Done(task.job, {}, time.perf_counter() - start, reason_of(error))
-    return Done(task.job, figures, time.perf_counter() - start)
+        return Done(rod.job, {}, time.perf_counter() - start, reason_of(error))
+    return Done(rod.job, figures, time.perf_counter() - start)
 
 
 def _cause(ends: list[str]) -> str:
