@@ -48,6 +48,11 @@ class Interface(ABC):
         """Which unknowns (size,) reverse under reflection about y = 0 where they lie on it."""
         return np.zeros(self.size, dtype=bool)
 
+    @property
+    def nodes(self) -> Ints:
+        """Node (size,) of the cell at which each unknown acts; −1 where it acts at many."""
+        return np.full(self.size, -1)
+
     def initial(self) -> Floats:
         """Moments (size,) of the gap as made."""
         return np.zeros(self.size)
@@ -83,6 +88,11 @@ class PinInBore(Interface):
     def on_y(self) -> Mask:
         """Which of them (size,) are at places on y = 0."""
         return self.multipliers.on_y
+
+    @property
+    def nodes(self) -> Ints:
+        """Vertices (size,) of the bore."""
+        return self.multipliers.nodes
 
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit pressures, N."""
@@ -258,6 +268,11 @@ class MatingFaces(Interface):
     def on_y(self) -> Mask:
         """Which unknowns (size,) are at places on y = 0."""
         return np.concatenate([self.pressing.on_y[vertices] for _, vertices in self.kinds])
+
+    @property
+    def nodes(self) -> Ints:
+        """Vertices (size,) of the first side."""
+        return np.concatenate([self.pressing.nodes[vertices] for _, vertices in self.kinds])
 
     @property
     def across(self) -> Mask:

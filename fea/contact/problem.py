@@ -43,6 +43,8 @@ class ContactProblem:
     ----------
     forces
         (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell.
+    nodes
+        (n_cell,) node of the cell at which each of them acts; −1 for bolts.
     unfolding
         Leads from the cell to all unknowns.
     cell_compliance
@@ -75,6 +77,7 @@ class ContactProblem:
             (2 if self.cut_y else 1) * (2 if self.cut_z else 1),
             np.concatenate([interface.across for interface in self._interfaces]),
         )
+        self.nodes = np.concatenate([interface.nodes for interface in self._interfaces])
         columns = [interface.forces(len(mesh.points)) for interface in self._interfaces]
         self.forces = sparse.csr_array(sparse.hstack(columns))
         self.starts = np.cumsum([0, *(interface.size for interface in self._interfaces)])

@@ -305,7 +305,7 @@ class _Span(NamedTuple):
 class AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
-    path_dependent = True
+    path_dependent, kept = True, 3
 
     def __init__(self, pins: AssemblyPins, cycles: Sequence[CrankCycle]) -> None:
         super().__init__(pins)

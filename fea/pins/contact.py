@@ -114,6 +114,14 @@ class BoreContact:
         self._vertices = np.concatenate([mesh.points[nodes], images])
         self._owner = np.concatenate([owner, owner[off]])
 
+    def pressing(self, counts: Mask) -> Floats:
+        """Largest pressure (n_cell,) on nodes that count (n_nodes,) of a unit of each unknown, MPa."""
+        problem = self.problem
+        pressing = np.append(counts, True)[problem.nodes].astype(float)
+        for number, bolt in enumerate(problem.bolts, len(problem.bores) + len(problem.faces)):
+            pressing[problem.own(number)] = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
+        return pressing
+
     def tilted(self, motion: Floats) -> Floats | None:
         """Moments (2, …) that the pins must have on a rod that may tilt."""
         return None if self._tilting is None else -self._tilting @ motion
@@ -318,7 +326,16 @@ class ContactFields:
 
 
 class ContactUnits(UnitLoads):
-    """Patterns of the unknowns of the contact problem, and inertia."""
+    """Patterns of the unknowns of the contact problem, and inertia.
+
+    Attributes
+    ----------
+    kept
+        How many of the unit loads, the last ones, are no patterns of unit work: inertia, and the state in
+        which separate parts were put together.
+    """
+
+    kept = 2
 
     def __init__(self, pins: ContactPins) -> None:
         self.pins, self.contact = pins, pins.contact

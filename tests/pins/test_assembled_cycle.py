@@ -34,17 +34,22 @@ def result(rod):
 
 
 @pytest.fixture(scope="module")
+def exact(rod, result, instants):
+    return rod.full_cycle.at(instants[1], tuple(result.cases.values()))
+
+
+@pytest.fixture(scope="module")
 def instants(rod):
     cycle = rod.crank_cycle(SPEED)
     return cycle.degrees, cycle
 
 
-def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
-    contact, loads = rod.pins.assembly, rod.cycle.loads
+def test_the_unit_loads_span_the_state_at_every_instant(rod, exact, instants):
+    contact, loads = rod.pins.assembly, rod.full_cycle.loads
     states = np.stack([state.values for state in rod.pins.states(*instants)], axis=1)
     parts = {
         parity: fields.patterns @ own
-        for parity, fields, own in zip(Parity, loads.fields(), result.cycle.weights, strict=True)
+        for parity, fields, own in zip(Parity, loads.fields(), exact.weights, strict=True)
     }
     off = np.abs(contact.problem.unfolding.unfolded(parts) - states)
     bolts = contact.assembled.bolts
@@ -55,8 +60,21 @@ def test_the_unit_loads_span_the_state_at_every_instant(rod, result, instants):
     error = contact.problem.rigid.T @ contact.problem.unfolding.unfolded(parts) - forces
     assert np.abs(error).max() < 1e-9 * np.abs(forces).max()
     assert sum(fields.count for fields in loads.fields()) < len(states)
-    assert result.checks["superposition"].passed
-    assert result.checks["superposition_of_parts"].passed
+    assert all(check.passed for check in exact.checks().values())
+
+
+def test_the_smallest_factors_of_a_small_basis_are_those_of_all_unit_loads(rod, result, exact):
+    found, counts = result.cycle, exact.counts
+    assert found.unit_solutions < 0.9 * exact.unit_solutions
+    for name in ("safety_factor", "fatigue_factor", "crossland_factor"):
+        own, known = (getattr(of.envelope, name)[counts] for of in (found, exact))
+        assert np.nanmin(own) == pytest.approx(np.nanmin(known), rel=1e-4)
+        assert known[np.nanargmin(own)] == pytest.approx(np.nanmin(known), rel=1e-4)  # the place is the same
+    largest = exact.envelope.von_mises[counts].max()
+    apart = np.abs(found.envelope.von_mises - exact.envelope.von_mises)[counts].max()
+    assert 1e-8 * largest < apart < found.superposition * largest
+    assert {"superposition", "superposition_of_parts"} <= result.checks.keys()
+    assert all(check.passed for check in found.checks().values())
 
 
 @pytest.mark.parametrize("n_states", [60, 200])

@@ -127,7 +127,6 @@ def test_the_smallest_factors_of_a_small_basis_are_exact(rod, exact, known, monk
     """Also where bores govern, and from a basis whose fields are much too coarse."""
     if coarse:
         monkeypatch.setattr(small_basis, "ACCURACY", 0.05)
-        monkeypatch.setattr(small_basis, "_LEFT_OUT", 0.05)
     masked, known = known
     loads, cycle = rod.full_cycle.loads, rod.crank_cycle(6000.0)
     solve = partial(rod.solved_units, single=True)
