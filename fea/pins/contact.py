@@ -117,10 +117,10 @@ class BoreContact:
     def pressing(self, counts: Mask) -> Floats:
         """Largest pressure (n_cell,) on nodes that count (n_nodes,) of a unit of each unknown, MPa."""
         problem = self.problem
-        pressing = np.append(counts, True)[problem.nodes].astype(float)
+        pressing = np.where(np.append(counts, True)[problem.nodes], 1.0, 0.0)
         for number, bolt in enumerate(problem.bolts, len(problem.bores) + len(problem.faces)):
             pressing[problem.own(number)] = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
-        return pressing
+        return np.asarray(pressing)
 
     def tilted(self, motion: Floats) -> Floats | None:
         """Moments (2, …) that the pins must have on a rod that may tilt."""

@@ -49,8 +49,9 @@ _REMEMBERED = 5
 
 def spanned(loads: UnitLoads, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> Basis:
     """Return a small basis where pins are in contact, and else all unit loads; see `SmallBasis`."""
-    small = isinstance(loads, ContactUnits)
-    return SmallBasis(loads, solve, counts, cycles) if small else FullBasis(loads, solve)
+    if isinstance(loads, ContactUnits):
+        return SmallBasis(loads, solve, counts, cycles)
+    return FullBasis(loads, solve)
 
 
 class _States(NamedTuple):
