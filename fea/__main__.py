@@ -110,9 +110,10 @@ def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
         from fea.machine.exit_codes import MACHINE
-        from geometry.system import interrupt_once
+        from geometry.system import end_in_time, interrupt_once
 
         interrupt_once(afresh=True)
+        end_in_time(_INTERRUPTED)
         program()
     except KeyboardInterrupt:
         sys.stderr.write(_SAID)
@@ -164,15 +165,15 @@ def _shown_default(value: object) -> Any:
 def call(arguments: Sequence[str]) -> int:
     """Run the program and return its exit code."""
     from fea.machine.exit_codes import INTERRUPTED, MACHINE
-    from geometry.system import interrupt_once
+    from geometry.system import AtInterrupt, interrupt_once
 
     interrupt_once()
     if os.environ.get("FEA_DEBUG") == "1":
         return _dispatch(arguments)
     try:
         return _dispatch(arguments)
-    except KeyboardInterrupt as error:
-        _say(str(error) or "interrupted; no incomplete result was left behind")
+    except KeyboardInterrupt:
+        _say(AtInterrupt.message)
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
         code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++: out of memory

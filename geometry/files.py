@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from geometry.system import incomplete
+
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
@@ -25,10 +27,11 @@ def replaced(path: Path) -> Iterator[Path]:
             return
         target = path.resolve()  # a link stays a link
         part = target.with_name(f".{secrets.token_hex(4)}.part")
-        try:
-            yield part
-            part.replace(target)
-        finally:
-            part.unlink(missing_ok=True)
+        with incomplete(part):
+            try:
+                yield part
+                part.replace(target)
+            finally:
+                part.unlink(missing_ok=True)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from error

@@ -3,10 +3,12 @@
 It stands with the geometry because gmsh's session needs it.
 """
 
+import atexit
 import ctypes
 import errno
 import math
 import os
+import shutil
 import signal
 import sys
 import threading
@@ -14,6 +16,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import ClassVar
 
 # Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
 ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -21,6 +24,8 @@ CAN_FORK = hasattr(os, "fork")
 # Exit codes of a process that has exceeded a limit which it watches itself.
 OVERTIME, OUT_OF_MEMORY = 251, 252
 _CALM = 1.0  # seconds during which further signals are ignored
+# Seconds after which an interrupted program has ended, and those of them that it may remove files in.
+_LONGEST, _CLEANING = 1.5, 0.3
 _PR_SET_PDEATHSIG = 1
 
 
@@ -83,6 +88,74 @@ def interrupt_once(*, afresh: bool = False) -> None:
         ours = handler in (signal.default_int_handler, signal.SIG_DFL)
         if ours or (afresh and handler is not signal.SIG_IGN):
             signal.signal(number, interrupt)
+
+
+class AtInterrupt:
+    """What the program says of an interrupt, and the files and folders that are incomplete meanwhile."""
+
+    message = "interrupted; no incomplete result was left behind"
+    incomplete: ClassVar[set[Path]] = set()
+
+
+@contextmanager
+def saying(message: str) -> Iterator[None]:
+    """Let an interrupt within the block say something else."""
+    usual, AtInterrupt.message = AtInterrupt.message, message
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
+        AtInterrupt.message = usual
+        raise
+    AtInterrupt.message = usual
+
+
+@contextmanager
+def incomplete(path: Path) -> Iterator[None]:
+    """Let an interrupt remove a file or folder that is written in the block, where the program cannot."""
+    AtInterrupt.incomplete.add(path)
+    try:
+        yield
+    finally:
+        AtInterrupt.incomplete.discard(path)
+
+
+def end_in_time(code: int) -> None:
+    """End this process with `code` at most `_LONGEST` seconds after one of `ENDS`, even within a library.
+
+    Python raises an interrupt once a call of a library returns, which takes a while for a mesh or a factor of
+    a large matrix. A thread then removes what is incomplete, and ends the process. For a program's own
+    process: copies of it have no such thread, nor has Windows.
+    """
+    if sys.platform == "win32":
+        return
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    signal.set_wakeup_fd(write, warn_on_full_buffer=False)
+    os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
+    threading.Thread(target=_end_in_time, args=(read, code), daemon=True).start()
+
+
+def _end_in_time(read: int, code: int) -> None:
+    while os.read(read, 1)[0] not in ENDS:
+        pass
+    time.sleep(_LONGEST - _CLEANING)
+    last = threading.Thread(target=_clean, daemon=True)
+    last.start()
+    last.join(_CLEANING)
+    with suppress(OSError):
+        os.write(2, f"fea: {AtInterrupt.message}\n".encode())
+    os._exit(code)
+
+
+def _clean() -> None:
+    for path in tuple(AtInterrupt.incomplete):
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+    atexit._run_exitfuncs()  # noqa: SLF001 - temporary directories go
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.output.target import OccupiedError, StorageError, near, picture_name
-from geometry.system import PathLock, exchange
+from geometry.system import PathLock, exchange, incomplete
 
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
@@ -147,7 +147,8 @@ def run_folder(target: Path) -> Iterator[Path]:
             raise
     done = False
     try:
-        yield part
+        with incomplete(part):
+            yield part
         with _reported(target):
             _flush(part)
             with held(place.parent):

@@ -117,3 +117,31 @@ def test_kill_9_takes_the_work_along(tmp_path, patient):
         except ProcessLookupError:
             return
     pytest.fail("it is still at work")
+
+
+WITHIN = """
+import hashlib, sys
+from pathlib import Path
+from geometry.system import end_in_time, incomplete, interrupt_once
+interrupt_once(afresh=True)
+end_in_time(130)
+part = Path(sys.argv[1])
+(part / "file").mkdir(parents=True)
+with incomplete(part):
+    print("begun", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 10**9)  # minutes within a library
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such thread")
+def test_an_interrupt_within_a_long_call_ends_the_program_in_time(tmp_path):
+    command = [sys.executable, "-c", WITHIN, tmp_path / "part"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "begun\n"
+        time.sleep(0.5)  # until the call has begun
+        sent = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=60)[1]
+        assert time.monotonic() - sent < 4.0  # 1.5 on a quiet machine
+    assert (process.returncode, said) == (130, "fea: interrupted; no incomplete result was left behind\n")
+    assert not (tmp_path / "part").exists()

@@ -14,6 +14,7 @@ from fea.output.folder import take
 from fea.output.target import OccupiedError, StorageError, near
 from fea.study.study import Study
 from geometry.arrays import Floats
+from geometry.system import saying
 
 SUFFIX = ".unfinished"
 
@@ -21,7 +22,8 @@ SUFFIX = ".unfinished"
 class Record:
     """The designs that a search asked for, in order: the same search asks for the same ones again.
 
-    `count` is the number of designs that are known from an interrupted search.
+    `count` is the number of designs that are known from an interrupted search; `empty` says that there is
+    none at all yet.
     """
 
     def __init__(self, path: Path, identity: str) -> None:
@@ -33,6 +35,7 @@ class Record:
         self.count = len(self._known)
         if not ours:
             self.add({"search": identity})
+        self.empty = not self.count
 
     def next(self, kind: str, asked: Floats) -> dict[str, Any] | None:
         """Return the next design if it is the one that is asked for (n,); else None, and forget the rest."""
@@ -53,7 +56,7 @@ class Record:
             self._file.flush()
         except OSError as error:
             raise _refused(self.path, error) from error
-        self._end = self._file.tell()
+        self._end, self.empty = self._file.tell(), False
 
     def close(self) -> None:
         """Close the file."""
@@ -84,21 +87,16 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
         kept = Record(path, _identity(study))
     except OSError as error:
         raise _refused(path, error) from error
+    done = False
     try:
-        yield kept
-    except KeyboardInterrupt:
-        kept.close()
-        raise KeyboardInterrupt(
-            f"interrupted; the designs tried are in {near(path)}, and the same command goes on from there"
-        ) from None
-    except BaseException:
-        kept.close()
-        raise
-    else:
-        kept.close()
-        with suppress(OSError):
-            path.unlink()
+        with saying(f"interrupted; the same command goes on from the designs in {near(path)}"):
+            yield kept
+        done = True
     finally:
+        kept.close()
+        if done or kept.empty:
+            with suppress(OSError):
+                path.unlink()
         owned.release()
 
 

@@ -4,6 +4,7 @@ import json
 import math
 import queue
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -69,6 +70,8 @@ def _local(workers: int) -> Iterator[Any]:
     from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
 
     _quiet()
+    # Python's tracker of semaphores, a process that inherits this, removes those of an interrupted sweep.
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
         processes = LocalCluster(
             n_workers=workers,

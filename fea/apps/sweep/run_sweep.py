@@ -31,6 +31,7 @@ from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
 from geometry.errors import require
+from geometry.system import saying
 
 FACTOR = "factor"
 # Designs that the page holds; beyond, evenly chosen ones.
@@ -186,7 +187,8 @@ def run_sweep(
     """
     rule = f"must be above 0 and at most {_A_YEAR}"
     require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)
-    with journal_of(sweep, folder) as journal:
+    going_on = f"interrupted; the same command goes on with the rods that are not in {near(folder / JOURNAL)}"
+    with journal_of(sweep, folder) as journal, saying(going_on):
         if retry_failed:
             journal.retry()
         progress = Progress(len(journal.pending()))
