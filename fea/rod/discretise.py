@@ -1,6 +1,6 @@
 """Draw and mesh the rod of a study, or move the mesh of another."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -131,11 +131,11 @@ class _Drawing:
         return drawn
 
     def _apart(self, request: MeshRequest, clock: Clock) -> Drawn:
-        what, job = f"read and mesh {self.rod.cad.path}", partial(_mesh_opened, request)  # type: ignore[union-attr]
+        what = f"read and mesh {self.rod.cad.path}"  # type: ignore[union-attr]
+        job = partial(_mesh_opened, _Drawing(self.rod, self.materials, self.assembly), request)
         if self.process is None or not self.process.alive:
             self.close()
-            opened = partial(_opened, _Drawing(self.rod, self.materials, self.assembly))
-            self.process = kept_process(partial(_then, opened, job))
+            self.process = kept_process(job)
         else:
             self.process.begin(job)
         process = self.process
@@ -214,19 +214,14 @@ class _Model:
 _sessions, _models = ExitStack(), list[_Model]()
 
 
-def _opened(drawing: _Drawing) -> None:
-    """Draw a rod in this process, whose session stays open until it ends."""
-    log = _sessions.enter_context(session())
-    _models.append(_Model(drawing, log, Clock(say)))
-
-
-def _mesh_opened(request: MeshRequest) -> Drawn:
+def _mesh_opened(drawing: _Drawing, request: MeshRequest) -> Drawn:
+    """Mesh a rod that is drawn in this process when it is first asked for."""
+    if not _models:
+        with ExitStack() as opening:
+            log = opening.enter_context(session())
+            _models.append(_Model(drawing, log, Clock(say)))
+            _sessions.enter_context(opening.pop_all())
     return _models[-1].meshed(request, Clock(say))
-
-
-def _then(first: Callable[[], None], job: Callable[[], Drawn]) -> Drawn:
-    first()
-    return job()
 
 
 def _movable(mesh: TetMesh) -> "MovableMesh":
