@@ -2,9 +2,9 @@
 
     python tests/benchmarks/cad_rods.py --cad FOLDER [--before CHECKOUT] --report results/cad-rods.md
 
-Each is a default `fea run`, in this checkout and in another one in turn, where that is given. FOLDER holds the
-files by the names in `CAD_RODS` of `first_answers.py` and below; those that are not there are left out. Seconds
-of wall time depend on what else the machine does: those of the processors stand beside them.
+Each is a default `fea run`, in this checkout and in another one in turn, where that is given. FOLDER holds
+the files by the names in `CAD_RODS` of `first_answers.py` and below; those that are not there are left out.
+Seconds of wall time depend on what else the machine does: those of the processors stand beside them.
 """
 
 import argparse
