@@ -33,7 +33,7 @@ def test_a_registered_model_loads_cases_and_the_whole_cycle(registered, symmetry
 
 
 def test_a_report_tells_what_a_registered_model_assumes(registered, tmp_path):
-    run("leon-2001", pressure="even", size=20, report=True, out=tmp_path / "run")
+    run(plain_study(), pressure="even", size=20, report=True, out=tmp_path / "run")
     assert "The traction is the same everywhere." in (tmp_path / "run" / "report.html").read_text("utf-8")
 
 
