@@ -85,7 +85,7 @@ def test_the_keys_of_a_rod_from_cad_are_what_the_readme_says(tmp_path):
     (table,) = (block for block in blocks("toml") if "cad = " in block)
     (tmp_path / "crank-drive.step").touch()
     study = parse_study(table.replace("\n# ", "\n"), "readme", tmp_path)
-    assert study.rod.as_dict().keys() == {"step", "solids", "unit", "cap", "big_end_bore_mm"}
+    assert study.rod.as_dict().keys() == {"step", "solids", "unit", "cap", "big_end_bore_mm", "swap_ends"}
 
 
 def test_the_assembly_of_the_readme_is_the_shipped_one(tmp_path):

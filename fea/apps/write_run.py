@@ -16,6 +16,7 @@ from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
 from fea.apps.places import Place, target_of
 from fea.apps.result import Result, result_of
 from fea.machine.clock import Clock
+from fea.output.columns_csv import write_columns
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.text import write_text
@@ -85,11 +86,11 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     write_text(above / CASE_MAP, text.getvalue())
     found = speed_map(summaries)
     if found is not None:
-        from fea.output.plots.forces import plot_speed_map, write_speed_map  # noqa: PLC0415 - only a sweep
+        from fea.output.plots.forces import plot_speed_map  # noqa: PLC0415 - only a sweep
 
         with clock("plot"):
             table, plot = CYCLE_MAP
-            write_speed_map(above / table, found)
+            write_columns(above / table, found.columns)
             plot_speed_map(above / plot, study.name, found)
     return reports
 

@@ -1,7 +1,5 @@
 """Plots of the crank cycle for a report."""
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,6 @@ import numpy.typing as npt
 from fea.analysis.forces import ForceReport
 from fea.analysis.speed_map import MODES, SpeedMap, rounded
 from fea.output.plots.figure import new_figure, save
-from fea.output.text import write_text
 
 # Column, title, unit, and factor from the column's unit to that unit.
 _PANELS: tuple[tuple[str, str, str, float], ...] = (
@@ -135,22 +132,6 @@ def _decorate(panel: Any, heading: str, unit: str) -> None:
 
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}
 _HIGHEST = 5.0  # upper end of the plot: larger factors are safe
-
-
-def write_speed_map(path: Path, speeds: SpeedMap) -> None:
-    """Write one row per speed; unknown values are blank.
-
-    Raises
-    ------
-    StorageError
-        The file could not be written.
-    """
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(speeds.columns)
-    for row in zip(*speeds.columns.values(), strict=True):
-        writer.writerow(["" if np.isnan(value) else f"{value + 0.0:.7g}" for value in row])
-    write_text(path, text.getvalue())
 
 
 def plot_speed_map(path: Path, study: str, speeds: SpeedMap) -> None:
