@@ -75,7 +75,9 @@ def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):
     # What is said of the mesh and of the loads is what holds at that speed.
     said = {rpm: {item["what"] for item in summary["left_out"]} for rpm, summary in summaries.items()}
     assert {rpm for rpm, what in said.items() if "inertia of the rod" in what} == {0}
-    assert set(solved["notes"]) <= set(summaries[5500]["notes"])
+    # Error bars are those of what is solved.
+    alike = {note for note in solved["notes"] if not note.startswith("cannot govern")}
+    assert alike <= set(summaries[5500]["notes"])
     assert all(
         any("times the default" in note for note in figures["notes"]) for figures in summaries.values()
     )
