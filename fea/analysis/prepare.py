@@ -389,12 +389,13 @@ def _largest_pin_force(
 
 def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
     """The model of the pins: the one asked for, or contact, or what takes its place where it cannot be."""
-    pins = structure.pins()
-    if options.pressure is not None:
-        return structure, pins, pins.notes
-    why = pins.excluded_because or contact_excluded_because(options.support, options.solver)
+    chosen = options.pressure is not None
+    why = "" if chosen else contact_excluded_because(options.support, options.solver)
     if not why:
-        return structure, pins, pins.notes
+        pins = structure.pins()
+        why = "" if chosen else pins.excluded_because
+        if not why:
+            return structure, pins, pins.notes
     structure = replace(structure, pressure=PRESCRIBED)
     pins = structure.pins()
     instead = assumption(f"{PRESCRIBED} takes the place of contact, which {why}", "pins")

@@ -9,7 +9,7 @@ from fea.base.material import Material
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.parity import Parity
 from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
-from fea.stress.singular import mask_radius, near_rims, nodes_near, rim_masks, singular_nodes
+from fea.stress.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 
@@ -47,11 +47,10 @@ class CaseErrors:
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.mirrored
         creases = mesh.cell_creases
-        radius = mask_radius(mesh.cell)
         on_edges = singular_nodes(mesh.cell, (), creases)
         places = singular_nodes(mesh.cell, clamped, creases) if clamped else on_edges
-        self.rims = rim_masks(mesh.cell, radius)
-        self.masked = nodes_near(mesh.cell, places, radius) | near_rims(mesh.cell, self.rims)
+        self.rims = rim_masks(mesh.cell, mask_radius(mesh.cell))
+        self.masked = masked_nodes(mesh.cell, places, self.rims)
         free = mesh.cell.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
         self._causes = {rim.name: rim.nodes for rim in self.rims} | {
             f"{surface.replace('_end_', '-end ')}'s edge": np.intersect1d(mesh.cell.facets[surface], free)

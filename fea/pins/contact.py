@@ -47,7 +47,7 @@ from loads.instants import Instants
 
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 # Every so many instants of a sampled cycle are solved at first.
-KNOTS = 5
+KNOTS = 10
 # Patterns of either parity that are bounded each by itself.
 SMOOTH = 10
 # Of the resultants of the patterns: below it, they have none.

@@ -123,16 +123,10 @@ def _is_flat(mesh: TetMesh) -> bool:
     return bool((np.linalg.norm(off, axis=-1) < _STRAIGHT * length).all())
 
 
-def masked_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Mask:
+def masked_nodes(mesh: TetMesh, singular: Ints, rims: Sequence[RimMask] = ()) -> Mask:
     """Whether each node (n_nodes,) is near a singular place or a rim of parts that touch."""
-    near = nodes_near(mesh, singular_nodes(mesh, held, creases), mask_radius(mesh))
-    return near | near_rims(mesh, rim_masks(mesh, mask_radius(mesh)))
-
-
-def near_rims(mesh: TetMesh, masks: Sequence[RimMask]) -> Mask:
-    """Whether each node (n_nodes,) is near a rim of parts that touch."""
-    near = np.zeros(len(mesh.points), dtype=bool)
-    for rim in masks:
+    near = nodes_near(mesh, singular, mask_radius(mesh))
+    for rim in rims:
         near |= nodes_near(mesh, rim.nodes, rim.radius)
     return near
 

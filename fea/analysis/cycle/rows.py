@@ -1,0 +1,155 @@
+"""The places of a part, with their stresses over cycles, and bounds on these that need few instants."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.analysis.cycle.path import Path, norms, path
+from fea.analysis.cycle.screened import Block, product, superposed
+from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.base.choices import Region
+from fea.judge.fatigue import fatigue_factor
+from fea.judge.history import deviator_norm, deviatoric
+from fea.pins.model import Weights
+from geometry.arrays import Floats, Ints, Reals
+
+# Number of nodes for which bounds are computed at once.
+_NODES = 2000
+# Relative allowance for rounding in the bounds, in single precision.
+ROUNDING = 1e-6
+# That for what rounding takes from differences of sums of squares.
+_CANCELLED = 1e-6
+# Number of sectors of the cycle with bounds of their own.
+_SECTORS = 24
+
+
+class PartRows:
+    """The nodes of a part, then their images across y = 0: rows, with their stresses and bounds on them.
+
+    Nodes near a singular place are left out.
+    """
+
+    def __init__(self, analysis: CycleAnalysis, number: int) -> None:
+        own, self._sides = analysis.units.parts[number], analysis.units.sides
+        counts = analysis.counts[own.nodes]
+        if not counts.any():  # a part has a worst place
+            counts[:] = True
+        self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
+        self.joint = own.joint
+        self._norms = [
+            norms(units, joint)[0] for units, joint in zip((self._even, self._odd), own.joint, strict=True)
+        ]
+        self.material = analysis.materials[number]
+        self._criterion, self.regions = analysis.fatigue, analysis.regions.at(own.nodes[counts])
+        self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
+        points = analysis.mesh.cell.points[own.nodes[counts]]
+        self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
+
+        self.apart, self.pressed = self._of_errors(analysis.loads.balanced())
+
+    def _of_errors(self, balanced: Weights | None) -> tuple[Floats, Floats]:
+        """Largest von Mises and mean stress (n_rows,) that errors of weights of unit length can cause."""
+        largest, pressed = np.zeros((2, len(self._sides), len(self._even)))
+        if balanced is not None:
+            units = [(q, z.astype(q.dtype)) for q, z in zip((self._even, self._odd), balanced, strict=True)]
+            for start in range(0, len(self._even), _NODES):
+                rows = slice(start, start + _NODES)
+                own = [(q[rows, :, : len(z)], z) for q, z in units]
+                every = sum(q @ q.swapaxes(1, 2) for q, _ in own)
+                even, odd = (q @ z for q, z in own)
+                for number, side in enumerate(self._sides):
+                    free = even + side * odd
+                    squares = every - free @ free.swapaxes(1, 2)
+                    rounding = _CANCELLED * np.trace(every, axis1=1, axis2=2)
+                    largest[number, rows] = np.linalg.eigvalsh(squares[:, :5, :5])[:, -1] + rounding
+                    pressed[number, rows] = squares[:, 5, 5] + rounding
+        return np.sqrt(largest.ravel()), np.sqrt(pressed.ravel())
+
+    def stress(self, weights: Weights, rows: Ints) -> Floats:
+        """Stress (n, 6, n_instants) of some rows."""
+        image, node = np.divmod(rows, len(self._even))
+        side = np.asarray(self._sides)[image, None, None]
+        return product(self._even[node], weights.even) + side * product(self._odd[node], weights.odd)
+
+    def errors(self, rows: Ints | slice, error: Floats, most: Floats) -> Floats:
+        """Bounds (n, n_instants) of the errors of von Mises stress of some rows, at `most` (n,).
+
+        `error` (n_instants,): that of the weights.
+        """
+        return np.minimum(self.apart[rows][:, None] * error, most[:, None])
+
+    def block(self, along: Path, rows: Ints) -> Block:
+        """Return some rows over a path."""
+        image, node = np.divmod(rows, len(self._even))
+        side = np.asarray(self._sides)[image, None, None]
+        return Block(self._even[node], side * self._odd[node], along, (1,), principals=False)
+
+    def every(self, weights: Weights) -> Floats:
+        """Stress (n_rows, 6, n_instants) of every row."""
+        return np.asarray(superposed(self._even, self._odd, self._sides, weights), np.float64)
+
+    def strayed(self, strays: Weights, rows: Ints | None = None) -> Floats:
+        """Upper bound (n, n_chords) of the von Mises stress of rows for weights of at most these sizes."""
+        even, odd = self._norms
+        node = slice(None) if rows is None else rows % len(self._even)
+        bound = even[node] @ strays.even + odd[node] @ strays.odd
+        return np.concatenate([bound] * len(self._sides)) if rows is None else bound
+
+    def bound(self, weights: Weights) -> Reals:
+        """Upper bound of the largest von Mises stress (n_rows, n_sectors) over each sector."""
+        along = path(weights, self.joint)
+        strays, ends, first = self.strayed(along.strays), along.at_ends(), first_chords(along)
+        largest = np.empty((len(self.points), len(first)), np.float32)
+        for start in range(0, len(largest), _NODES):
+            rows = np.arange(start, min(start + _NODES, len(largest)))
+            at_ends = deviator_norm(self.stress(ends, rows))
+            chords = np.maximum(at_ends[:, :-1], at_ends[:, 1:]) + strays[rows]
+            largest[rows] = (1 + ROUNDING) * np.maximum.reduceat(chords, first, axis=1)
+        return largest
+
+    def yielding_bound(self, largest: Floats) -> Floats:
+        """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`."""
+        return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
+
+    def yielding_factor(self, highest: Floats, lowest: Floats, rows: Ints) -> Floats:  # noqa: ARG002
+        """Factors (n,) against yielding of the extremes of the signed equivalent stress of some rows."""
+        return self.yielding_bound(np.maximum(np.abs(highest), np.abs(lowest)))
+
+    def fatigue_factor(self, highest: Floats, lowest: Floats, rows: Ints) -> Floats:
+        """Factors (n,) against fatigue of the extremes of the signed equivalent stress of some rows."""
+        return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2, self._surface[rows])
+
+    def _fatigue(self, mean: Floats, amplitude: Floats, surface: Floats) -> Floats:
+        """Factors against fatigue; infinite if the strengths are not known."""
+        factors = fatigue_factor(self._criterion, mean, amplitude, self.material, surface)
+        return np.full(len(mean), np.inf) if factors is None else factors
+
+    def fatigue_bound(self, largest: Floats) -> Floats:
+        """Lower bound (n_rows,) of the fatigue factors where the von Mises stress is at most `largest`."""
+        none, surface = np.zeros_like(largest), self._surface
+        return np.minimum(self._fatigue(none, largest, surface), self._fatigue(largest, none, surface))
+
+    def surface(self, row: int) -> tuple[float, Region | None]:
+        """Return the factor of the surface of a row, and its region; None inside the solid."""
+        node = row % len(self._even)
+        return float(self._surface[row]), self.regions.region(node, self.material)
+
+
+def first_chords(along: Path) -> Ints:
+    """Numbers of the chords with which sectors of a path begin."""
+    count = len(along.ends) - 1
+    return np.arange(0, count, -(-count // _SECTORS))
+
+
+class Mode(NamedTuple):
+    """A mode of failure."""
+
+    #: Lower bounds of the factors of all rows of a part by their largest von Mises stress
+    bound: Callable[[PartRows, Floats], Floats]
+    #: Factors of some rows by the highest and lowest signed equivalent stress
+    factor: Callable[[PartRows, Floats, Floats, Ints], Floats]
+
+
+YIELDING = Mode(PartRows.yielding_bound, PartRows.yielding_factor)
+FATIGUE = Mode(PartRows.fatigue_bound, PartRows.fatigue_factor)
