@@ -80,6 +80,7 @@ def _read(file: MeshFile) -> GivenMesh:
                 (file.big_end_bore, file.small_end_bore),
                 file.unit,
                 swap_ends=file.swap_ends,
+                cap=file.cap,
             ),
             f"read {file.path}",
             who="the mesh reader",

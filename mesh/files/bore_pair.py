@@ -20,6 +20,10 @@ from mesh.files.round_hole import MeshHole, fitted_axes, round_holes, straightes
 from mesh.files.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
+ADD_CAP = (
+    'Give its file as rod.cap (--cap FILE), or rod.cap = "assumed" (--cap assumed) for a ring of the section '
+    "at the joint"
+)
 # Relative tolerance of diameters that the user gives, and of radii that count as the same.
 _SAME = 5e-3
 # Tolerances, over the radius, with which walls are searched: wide while the direction is a guess.
@@ -51,7 +55,7 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
     every = sorted((hole for holes in walls for hole in holes), key=lambda hole: -hole.radius)
     if not pairs:
         raise MeshError(
-            f"no two parallel round bores were found on its surface. {_listed(every)}. {NAME_BORES}"
+            f"no two parallel round bores were found on its surface. {_listed(every)}. {_or_cap(every)}"
         )
     best = _straightened(surface, _largest(pairs))
     _require_only(best, every, diameters)
@@ -60,6 +64,24 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
         _require_between(best, surface)
     alike = best[0].same_radius(best[1].radius, _SAME) and not any(diameters)
     return heavier_first(best, surface.center) if alike else best
+
+
+def open_wall(surface: SurfaceMesh) -> MeshHole | None:
+    """Find the wall of a bore that lacks its cap: the largest one, if it is half open."""
+    walls = [
+        hole
+        for direction in _aligned(surface, _directions(surface))
+        for hole in round_holes(surface, direction, _CLOSE)
+        if hole.turn >= _HALF
+    ]
+    largest = max(walls, key=lambda hole: (round(hole.radius, 6), hole.area), default=None)
+    return None if largest is None or largest.closed else largest
+
+
+def _or_cap(holes: Sequence[MeshHole]) -> str:
+    """What to do where there is no pair of bores: the largest hole may lack its cap."""
+    largest = max((hole for hole in holes if hole.turn >= _HALF), key=lambda hole: hole.radius, default=None)
+    return NAME_BORES if largest is None or largest.closed else f"Is the cap missing? {ADD_CAP}"
 
 
 def _largest(pairs: Sequence[Pair]) -> Pair:
@@ -161,7 +183,7 @@ def _require_largest(pair: Pair, holes: Sequence[MeshHole]) -> None:
         unused = all(_beside(hole, bore) for bore in pair)
         rounded_pocket = not hole.closed and not hole.through
         if unused and hole.turn >= _HALF and hole.radius > 1.005 * small and not rounded_pocket:
-            missing = "" if hole.closed else ": is the cap missing?"
+            missing = "" if hole.closed else f": is the cap missing? {ADD_CAP}"
             raise MeshError(
                 f"the two largest through-holes cannot be the bores, because there is a larger one that is "
                 f"{'blind' if hole.closed else 'half open'}{missing}. {_listed(holes)}. {NAME_BORES}"

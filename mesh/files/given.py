@@ -9,10 +9,12 @@ import numpy as np
 from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
 from geometry.holes import EQUAL_BORES, UNKNOWN, Diameters, place_text, rod_frame
-from geometry.imports import UNITS, BoreLocation, ImportReport, plausible_unit
+from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
-from mesh.files.reading import read_tets
+from mesh.files.cap import GAPS, shells, with_assumed_cap, with_cap
+from mesh.files.fill import filled, require_closed
+from mesh.files.reading import read_tets, stl_surface
 from mesh.files.round_hole import Axes, fitted_axes
 from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import Mended, mended
@@ -25,6 +27,8 @@ from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 _ROUGHEST = 0.01
 _SAME_BORE = 5e-3  # relative difference up to which radii count as equal
 _ROUGH = 1e-3  # from here on a note says so
+_BONDED = "rod and cap are bonded at the joint"
+_ASSUMED_CAP = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
 # Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
 
@@ -41,12 +45,18 @@ class GivenMesh:
 
 
 def given_mesh(
-    path: Path, diameters: Diameters = UNKNOWN, unit: str | None = None, *, swap_ends: bool = False
+    path: Path,
+    diameters: Diameters = UNKNOWN,
+    unit: str | None = None,
+    *,
+    swap_ends: bool = False,
+    cap: MissingCap | Path = MissingCap.REFUSED,
 ) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
     `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
-    length. `swap_ends`: whether the other bore is the big end's.
+    length. `swap_ends`: whether the other bore is the big end's; `cap`: what to do about a missing cap,
+    or its own file.
 
     Raises
     ------
@@ -55,9 +65,9 @@ def given_mesh(
     OSError, ImportError
         See `mesh.files.reading.read_tets`.
     """
-    file = read_tets(path)
+    said: tuple[str, ...] = ()
     try:
-        sound = mended(file)
+        sound, said = _read(path, cap, diameters)
         extent = float(np.ptp(sound.mesh.points, axis=0).max())
         scale = unit or ("m" if extent < _LEAST_EXTENT else "mm")
         given = _measured(sound, scale, diameters, swap_ends=swap_ends)
@@ -66,11 +76,55 @@ def given_mesh(
             given = _measured(sound, usual, diameters, swap_ends=swap_ends)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
-    if unit is not None or usual == "mm":
-        return given
-    note = f"the mesh is taken to be in {usual}, because in mm the rod would be of no usual length (rod.unit)"
-    imported = replace(given.imported, assumed=(note, *given.imported.assumed))
-    return replace(given, imported=imported)
+    if unit is None and usual != "mm":
+        why = "because in mm the rod would be of no usual length (rod.unit)"
+        said = (f"the mesh is taken to be in {usual}, {why}", *said)
+    return replace(given, imported=replace(given.imported, assumed=(*said, *given.imported.assumed)))
+
+
+def _read(path: Path, cap: MissingCap | Path, diameters: Diameters) -> tuple[Mended, tuple[str, ...]]:
+    """Read the rod, with its cap where it has one of its own or one is to be assumed; and what was done."""
+    if cap is MissingCap.REFUSED and path.suffix.lower() != ".stl":
+        return mended(read_tets(path)), ()
+    surface, sound = _surface(path)
+    bodies = [part for part in shells(surface) if part.volume > 0]
+    if isinstance(cap, Path):
+        return _joined(surface, _surface(cap)[0]), (_BONDED,)
+    if len(bodies) == 2:
+        return _joined(*bodies), (_BONDED,)
+    if len(bodies) > 2:
+        places = ", ".join(place_text(body.center) for body in bodies[:3])
+        raise MeshError(
+            f"it holds {len(bodies)} separate bodies, the largest around {places}: at most a rod and its cap "
+            "can be joined. Export the rod alone, and the cap to another file (rod.cap)"
+        )
+    completed = with_assumed_cap(surface) if cap is MissingCap.ASSUMED else None
+    if completed is None:
+        if not any(diameters):
+            find_bore_pair(surface)  # refused before its inside is meshed
+        return sound or mended(filled(surface)), ()
+    require_closed(completed)
+    return mended(filled(completed)), (_ASSUMED_CAP,)
+
+
+def _joined(rod: SurfaceMesh, cap: SurfaceMesh) -> Mended:
+    """Mesh rod and cap as one body; where gmsh cannot follow a narrow band between them, a wider one."""
+    for gap in GAPS:
+        completed = with_cap(rod, cap, gap)
+        require_closed(completed)
+        try:
+            return mended(filled(completed))
+        except MeshError as error:
+            failed = error
+    raise failed
+
+
+def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
+    """The surface of a file, and its mesh if that is one of tetrahedra."""
+    if path.suffix.lower() == ".stl":
+        return stl_surface(path), None
+    sound = mended(read_tets(path))
+    return SurfaceMesh(sound.mesh.points, boundary_facets(sound.mesh.tets)[:, :3]), sound
 
 
 def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool) -> GivenMesh:

@@ -1,7 +1,6 @@
 """Read the tetrahedra of a file, through meshio or, for Abaqus and CalculiX, from the deck itself."""
 
 import io
-import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
@@ -14,8 +13,10 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.session import session
+from mesh.files.fill import filled, require_closed, tets_of_model
+from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import FORMATS, TetFile, tet_file
-from mesh.tetmesh import FROM_GMSH, MeshError
+from mesh.tetmesh import MeshError
 
 # The shape of solid elements by the number in their name (C3D10M, C3D20R; DC3D10 for heat).
 _SOLIDS = {
@@ -133,16 +134,6 @@ def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, In
     return kind, rows, table[:, 0]
 
 
-# Kinds of solid elements, by gmsh's numbers.
-_KINDS = {
-    4: "tetra",
-    11: "tetra10",
-    5: "hexahedron",
-    12: "hexahedron27",
-    17: "hexahedron20",
-    6: "wedge",
-    7: "pyramid",
-}
 _HEAD = b"$MeshFormat"
 
 
@@ -159,74 +150,37 @@ def read_msh(path: Path) -> TetFile:
         return tets_of_model()
 
 
-def tets_of_model() -> TetFile:
-    """Nodes and tetrahedra of the open model; `MeshError` if there are none, or other solid elements too."""
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    order = np.argsort(tags)
-    ids = tags[order].astype(np.int64)
-    blocks = []
-    for number, kind in _KINDS.items():
-        elements, nodes = gmsh.model.mesh.getElementsByType(number)
-        if len(elements):
-            rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(elements), -1)
-            ours = rows[:, FROM_GMSH[2]] if kind == "tetra10" else rows
-            blocks.append((kind, ours, elements.astype(np.int64)))
-    return tet_file(coordinates.reshape(-1, 3)[order], blocks)
-
-
-# Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller
-# elements would follow those rather than the solid.
-PER_LENGTH = 70
-# Angle at which the surface is divided into faces.
-_FACE_ANGLE = math.radians(35.0)
-
-
-def read_stl(path: Path) -> TetFile:
-    """Mesh the volume inside a surface with straight-sided ten-node tetrahedra, in a gmsh session of its own.
+def stl_surface(path: Path) -> SurfaceMesh:
+    """Read the closed surface of an STL file, in a gmsh session of its own.
 
     Raises
     ------
     MeshError
-        The surface does not close a volume that gmsh can mesh.
+        It is not closed.
     """
     with session():
-        try:
-            gmsh.merge(str(path))
-            gmsh.model.mesh.removeDuplicateNodes()
-            _require_closed()
-            gmsh.model.mesh.classifySurfaces(_FACE_ANGLE, True, True, math.pi)  # noqa: FBT003 - gmsh's order
-            gmsh.model.mesh.createGeometry()
-            faces = [tag for _, tag in gmsh.model.getEntities(2)]
-            gmsh.model.geo.addVolume([gmsh.model.geo.addSurfaceLoop(faces)])
-            gmsh.model.geo.synchronize()
-            box = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
-            size = float(np.ptp(box, axis=0).max()) / PER_LENGTH
-            for name in ("MeshSizeMin", "MeshSizeMax"):
-                gmsh.option.setNumber(f"Mesh.{name}", size)
-            gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
-            gmsh.model.mesh.generate(3)
-            gmsh.model.mesh.setOrder(2)
-        except MeshError:
-            raise
-        except Exception as error:  # gmsh raises nothing more specific
-            message = f"its surface could not be meshed ({error}). Export the rod as STEP"
-            raise MeshError(message) from error
-        return tets_of_model()
-
-
-def _require_closed() -> None:
-    _, nodes = gmsh.model.mesh.getElementsByType(2)
-    corners = nodes.reshape(-1, 3).astype(np.int64)
-    sides = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, uses = np.unique(sides, axis=0, return_counts=True)
-    if not len(corners):
+        gmsh.merge(str(path))
+        gmsh.model.mesh.removeDuplicateNodes()
+        tags, coordinates, _ = gmsh.model.mesh.getNodes()
+        _, nodes = gmsh.model.mesh.getElementsByType(2)
+    order = np.argsort(tags)
+    facets = np.searchsorted(tags[order], nodes).reshape(-1, 3).astype(np.int64)
+    surface = SurfaceMesh(coordinates.reshape(-1, 3)[order], _without_pairs(facets))
+    if not len(facets):
         raise MeshError("it holds no triangles. Export the rod as STEP")
-    if (uses != 2).any():
-        open_sides = int((uses != 2).sum())
-        raise MeshError(
-            f"its surface is not closed: {open_sides} sides do not belong to exactly two triangles. Export "
-            "the rod as STEP, or repair the surface"
-        )
+    require_closed(surface)
+    return surface if surface.volume > 0 else SurfaceMesh(surface.points, surface.facets[:, ::-1])
+
+
+def _without_pairs(facets: Ints) -> Ints:
+    """Leave out facets that lie on each other, as those of a joint between two bodies of one file do."""
+    _, which, counts = np.unique(np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(facets[counts[which.ravel()] != 2])
+
+
+def read_stl(path: Path) -> TetFile:
+    """Mesh the volume inside a surface: see `stl_surface` and `mesh.files.fill.filled`."""
+    return filled(stl_surface(path))
 
 
 def read_tets(path: Path) -> TetFile:

@@ -1,0 +1,113 @@
+"""A rod without its cap, as a surface of triangles: closed by a cap of its own or an assumed one."""
+
+from dataclasses import replace
+
+import gmsh
+import numpy as np
+import pytest
+
+from geometry.imports import MissingCap
+from geometry.presets import LEON_2001
+from geometry.session import session
+from geometry.solid import build
+from geometry.surfaces import Mirror
+from mesh.files import fill
+from mesh.files.cap import with_assumed_cap, with_cap
+from mesh.files.fill import crossings, require_closed
+from mesh.files.given import given_mesh
+from mesh.files.reading import stl_surface
+from mesh.files.surface_mesh import SurfaceMesh
+from mesh.tetmesh import MeshError
+
+BOLTED = replace(
+    LEON_2001,
+    shank_section="rectangular",
+    cap_bolt=9.0,
+    cap_bolt_spacing=72.6,
+    cap_boss_length=40.0,
+    cap_boss_fillet=4.0,
+)
+
+
+def part(path, rod, low, high, around):
+    """Write the part of a rod between two x as STL; return its volume."""
+    with session():
+        build(rod, Mirror.NONE)
+        box = gmsh.model.occ.addBox(low, -100, -100, high - low, 200, 200)
+        made, _ = gmsh.model.occ.intersect(gmsh.model.getEntities(3)[:1], [(3, box)])
+        gmsh.model.occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 12)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
+        gmsh.model.mesh.generate(2)
+        gmsh.write(str(path))
+        return gmsh.model.occ.getMass(*made[0])
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory):
+    """Files of rod and cap with their volumes, the cap also with other triangles, and a rod without bolts."""
+    folder = tmp_path_factory.mktemp("halves")
+    plain = replace(LEON_2001, shank_section="rectangular")
+    sizes = {
+        "rod": part(folder / "rod.stl", BOLTED, 0, 300, 20),
+        "cap": part(folder / "cap.stl", BOLTED, -100, 0, 20),
+        "finer": part(folder / "finer.stl", BOLTED, -100, 0, 32),
+        "plain": part(folder / "plain.stl", plain, 0, 300, 20),
+        "ring": part(folder / "ring.stl", plain, -100, 0, 20),
+    }
+    return folder, sizes
+
+
+@pytest.mark.parametrize("cap", ["cap", "finer"])
+def test_a_cap_of_its_own_is_joined_whatever_its_triangles_are(parts, cap):
+    folder, sizes = parts
+    joined = with_cap(stl_surface(folder / "rod.stl"), stl_surface(folder / f"{cap}.stl"))
+    require_closed(joined)
+    # Chords of 18° lie within the arcs of the bore and of the ring.
+    assert joined.volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.01)
+    assert not len(crossings(joined))
+
+
+def test_an_assumed_cap_is_a_ring_of_the_section_at_the_joint(parts):
+    folder, sizes = parts
+    closed = with_assumed_cap(stl_surface(folder / "plain.stl"))
+    require_closed(closed)
+    assert closed.volume == pytest.approx(sizes["plain"] + sizes["ring"], rel=0.01)
+    assert with_assumed_cap(closed) is None
+    bolted = with_assumed_cap(stl_surface(folder / "rod.stl"))
+    require_closed(bolted)  # its bolt holes end at the joint
+    assert bolted.volume > closed.volume
+
+
+def test_two_files_are_one_rod(parts, monkeypatch):
+    monkeypatch.setattr(fill, "PER_LENGTH", 30)
+    folder, sizes = parts
+    given = given_mesh(folder / "rod.stl", cap=folder / "cap.stl")
+    assert given.bores[1].x == pytest.approx(141, rel=1e-3)
+    assert "bonded at the joint" in given.imported.assumed[0]
+    corners = given.mesh.points[given.mesh.tets[:, :4]]
+    volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
+    assert volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.01)
+
+
+def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):
+    folder, _ = parts
+    rod, cap = (stl_surface(folder / f"{name}.stl") for name in ("rod", "cap"))
+    with pytest.raises(MeshError, match=r"faces the same way. Export both in the coordinates"):
+        with_cap(rod, rod)
+    away = SurfaceMesh(cap.points - [8.0, 0.0, 0.0], cap.facets)
+    with pytest.raises(MeshError, match=r"plane faces, not 2.*--cap|is 8 away from it"):
+        with_cap(rod, away)
+    closed = with_cap(rod, cap)
+    with pytest.raises(MeshError, match=r"closed: leave rod\.cap out"):
+        with_cap(closed, cap)
+    with pytest.raises(MeshError, match=r'is the cap missing\? .*--cap FILE.*"assumed"'):
+        given_mesh(folder / "rod.stl", cap=MissingCap.REFUSED)
+
+
+def test_triangles_that_cross_are_counted():
+    flat = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    upright = np.array([[1.0, 1, -1], [1, 1, 1], [9, 9, 1]])
+    aside = upright + np.array([20.0, 0, 0])
+    surface = SurfaceMesh(np.concatenate([flat, upright, aside]), np.arange(9).reshape(3, 3))
+    assert crossings(surface).tolist() == [[0, 1]]
