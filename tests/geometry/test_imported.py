@@ -7,6 +7,7 @@ from geometry.cad.formats import export_step
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
+from geometry.holes import EQUAL_BORES
 from geometry.imports import CadFile
 from geometry.presets import LEON_2001
 from geometry.rod import proportioned
@@ -124,7 +125,9 @@ def test_the_unit_of_the_file_is_respected_if_it_can_be(tmp_path, leon, declared
         solid = import_cad(CadFile(path, unit=given), Mirror.NONE)
     assert solid.bores[1].x == pytest.approx(141 * scale)
     assert solid.mass.mass == pytest.approx(101968.5 * scale**3, rel=1e-5)
-    assert any("taken to be in mm" in text for text in solid.imported.assumed) == (scale == 1)
+    said = " ".join(solid.imported.assumed)
+    assert ("taken to be in mm" in said) == (scale == 1)
+    assert ("though the file declares" in said) == (given is not None)
 
 
 def test_several_solids_stay_parts_that_share_their_faces(tmp_path):
@@ -222,7 +225,13 @@ def test_of_two_bores_alike_the_big_ends_is_nearer_to_the_centre_of_gravity(tmp_
 
     path = write(tmp_path / "alike.step", drawn)
     with session():
-        assert import_cad(CadFile(path)).mass.center[0] < 40
+        found = import_cad(CadFile(path))
+        assert found.mass.center[0] < 40
+        assert EQUAL_BORES in found.imported.assumed
+    with session():
+        other = import_cad(CadFile(path, swap_ends=True))
+        assert other.mass.center[0] > 60
+        assert EQUAL_BORES not in other.imported.assumed
 
 
 def test_bores_that_cannot_be_told_are_listed_with_the_keys_that_name_them(tmp_path):

@@ -7,8 +7,10 @@ from rich.console import Console
 from written_figures import load, result, summary
 
 from fea.analysis.figures import PassFigures
+from fea.analysis.rod_report import SolidFigures
 from fea.base.checks import Check
-from fea.base.note import assumption, by_consequence, doubt, omission, remark, warning
+from fea.base.note import UNITS, assumption, by_consequence, doubt, omission, remark, warning
+from fea.output.terminal.rod import solid_lines
 from fea.output.terminal.run import print_runs
 from fea.output.terminal.run_lines import kilo
 from fea.output.text import gathered
@@ -119,8 +121,13 @@ def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
             files=FILES if rpm < 9000 else ("summary.json",),
         )
         runs.append((folder / f"{rpm}rpm", found))
-    last = said(*runs).splitlines()[-1]
-    assert last == f"Next: fea view {folder.name}/6000rpm/tension.vtu"
+    lines = said(*reversed(runs)).splitlines()
+    assert lines[-1] == f"Next: fea view {folder.name}/6000rpm/tension.vtu"
+    assert [words[0] for line in lines if (words := line.split()) and words[0].isdigit()] == [
+        "3000",
+        "6000",
+        "9000",
+    ]
     runs[0] = (runs[0][0], replace(runs[0][1], shared_files=("map.csv", "cycle_map.png")))
     assert said(*runs).splitlines()[-2:] == [
         f"Next: look at {folder.name}/cycle_map.png",
@@ -239,3 +246,22 @@ def test_ten_lines_follow_the_table_and_verbose_says_everything(folder, monkeypa
     text = said((folder, full), verbose=True)
     assert max(map(len, text.splitlines())) <= 80
     assert all(f"- {note}" in flowing(text) for note in (*notes, *left_out))
+
+
+def test_values_that_engines_do_not_have_stand_below_the_headline(folder):
+    odd = [doubt(f"engine.key_{number} = 1: it is odd", UNITS) for number in range(3)]
+    lines = said((folder, replace(SUMMARY, notes=tuple(odd)))).splitlines()
+    assert lines[1].startswith("Check the units: engine.key_0 = 1: it is odd; engine.key_1 = 1")
+    assert "Unusual, too: 1 more values (--verbose)." in " ".join(lines[1:4])
+
+
+def test_few_of_the_solids_that_are_left_out_are_listed_the_largest_first():
+    kept = [SolidFigures(name="rod", role="rod", kept=True, mass_kg=0.5, size_mm=(1.0, 2.0, 3.0))]
+    left = [
+        SolidFigures(name=f"bolt {n}", role="bolt", kept=False, mass_kg=n / 100, size_mm=(1.0, 2.0, 3.0))
+        for n in range(1, 28)
+    ]
+    lines = [line.strip() for line in solid_lines([*left, *kept])]
+    assert [line.split(":")[0] for line in lines[:4]] == ["rod", "bolt 27", "bolt 26", "bolt 25"]
+    assert lines[4] == "and 24 smaller solids, left out (--json lists them)"
+    assert len(lines) == 5

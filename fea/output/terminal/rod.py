@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.modes import ModesFigures
-from fea.analysis.rod_report import RodReport, SectionFigures
+from fea.analysis.rod_report import RodReport, SectionFigures, SolidFigures
 from fea.base.note import UNITS
 from fea.output.terminal.prose import print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
@@ -49,18 +49,24 @@ def _found(figures: RodReport) -> list[str]:
         place = f" at ({x:.4g}, {y:.4g}, {z:.4g}) mm in the file" if bore.at_mm else ""
         lines.append(f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}")
     if figures.solids is not None and len(figures.solids) > 1:
-        lines.append(f"solids of the file, which is in {figures.unit}:")
-        ordered = sorted(figures.solids, key=lambda solid: (not solid.kept, -solid.mass_kg))
-        left = len([solid for solid in ordered if not solid.kept])
-        for solid in ordered[: len(ordered) - left + _MOST_LEFT_OUT]:
-            size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
-            kept = "" if solid.kept else ", left out"
-            lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
-        if left > _MOST_LEFT_OUT:
-            lines.append(f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)")
+        lines += [f"solids of the file, which is in {figures.unit}:", *solid_lines(figures.solids)]
     if figures.assembly:
         lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
     return [*lines, *(str(note) for note in figures.assumed if note.topic != UNITS)]
+
+
+def solid_lines(solids: Sequence[SolidFigures]) -> list[str]:
+    """Return a line for each solid of a file: those that are kept, and the largest of the others."""
+    ordered = sorted(solids, key=lambda solid: (not solid.kept, -solid.mass_kg))
+    left = sum(not solid.kept for solid in ordered)
+    lines = []
+    for solid in ordered[: len(ordered) - left + _MOST_LEFT_OUT]:
+        size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
+        kept = "" if solid.kept else ", left out"
+        lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
+    if left > _MOST_LEFT_OUT:
+        lines.append(f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)")
+    return lines
 
 
 def _column(figures: RodReport) -> list[str]:
