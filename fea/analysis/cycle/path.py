@@ -17,7 +17,7 @@ from fea.pins.model import NOT_JOINT, JointBounds, Weights
 from geometry.arrays import Floats, Ints, Reals
 
 # Instants from one end of a chord to the other, also where many unit loads make the bounds wide.
-CHORD, SHORT, MANY = 15, 8, 200
+CHORD, SHORT, MANY = 15, 11, 150
 # Allowance for rounding in the bounds on what many unit loads can do together, in single precision.
 _ROUNDING = 1e-3
 

@@ -189,8 +189,11 @@ class Block:
             if rows.size and weights.even.size:
                 image, node = np.divmod(rows, len(self._even))
                 side = np.asarray(self._sides, self._even.dtype)[image, None, None]
-                even, odd = product(self._even[node], weights.even), product(self._odd[node], weights.odd)
-                yield rows, instants.start, even + side * odd
+                nodes, place = np.unique(node, return_inverse=True)  # both images share the products
+                even, odd = product(self._even[nodes], weights.even), product(self._odd[nodes], weights.odd)
+                stress = side * odd[place]
+                stress += even[place]
+                yield rows, instants.start, stress
 
 
 def superposed(even: Reals, odd: Reals, sides: tuple[int, ...], weights: Weights) -> Reals:

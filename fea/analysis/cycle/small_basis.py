@@ -36,7 +36,7 @@ ACCURACY = 5e-3
 # and where parts rub against each other too.
 _PRESSED, _RUBBED = 0.75, 1.0
 # Patterns of either parity with which the largest stress is worked out, and those that are added at a time.
-_FIRST, _MORE = 16, 8
+_FIRST, _MORE = 16, 4
 # The largest stress is looked for at every so many instants.
 _EVERY = 15
 # At how many instants the error is measured, and how many instants lie between them at least.
@@ -214,7 +214,7 @@ class SmallBasis(Basis):
         left, grown, nothing = self.left(full), [own[:, :0] for own in self._columns], self._nothing(full)
         with one_blas_thread():
             while (pressure := self.pressure(left)).max() > allowed:
-                worse = (pressure / pressure.max()) ** 2
+                worse = (pressure / pressure.max()) ** 3  # of the powers tried, it needs the fewest
                 more = [_leading(own * worse, _MORE, nothing) for own in left]
                 if not any(own.shape[1] for own in more):
                     break
