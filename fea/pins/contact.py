@@ -24,7 +24,7 @@ from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
 from fea.machine.threads import one_blas_thread
-from fea.pins.fits import Fits
+from fea.pins.fits import Fits, led_in_notes
 from fea.pins.model import (
     Contacts,
     JointBounds,
@@ -38,6 +38,7 @@ from fea.pins.model import (
 )
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
+from fea.stress.boundary import BoundarySurface
 from fea.study.pin_models import contact_excluded_because
 from geometry.arrays import Floats, Ints, Mask
 from geometry.errors import require
@@ -224,6 +225,33 @@ def _widening(structure: Structure) -> float:
     return float(radius[off > 0.9].mean() - radius[off < 1 / 3].mean())
 
 
+# Least part of the normal beside the end of a bore that points to its axis, where a round or chamfer begins.
+_LEADING_IN = 0.2
+
+
+def _led_in(structure: Structure, fits: Fits) -> tuple[Surface, ...]:
+    """Bores whose ends lead into a round or a chamfer, which the pin is not looked for on.
+
+    Its pressure ends amid a surface then, or at an obtuse edge, where the exact stress is infinite; at the
+    right angle of a plane end face it is finite. A relief that is given or drawn keeps the pin off the ends.
+    """
+    mesh, found = structure.mesh, []
+    ends = {Surface.BIG_END_BORE: 0.0, Surface.SMALL_END_BORE: structure.bores.rod_length}
+    if structure.contact.small_end_relief_mm is not None or fits.drawn_relief:
+        del ends[Surface.SMALL_END_BORE]
+    for bore, x in ends.items():
+        body = BoundarySurface.of(mesh, [bore, Surface.FREE])
+        facet, label = body.edges.facet, body.label[body.edges.facet]
+        border = label[:, 0] != label[:, 1]
+        beyond = np.where(label[border, 0] == 1, facet[border, 0], facet[border, 1])
+        away = body.points[body.facets[beyond, :3]].mean(axis=1)[:, :2] - [x, 0.0]
+        radial = away / np.linalg.norm(away, axis=1, keepdims=True)
+        inwards = -(body.normals[beyond].mean(axis=1)[:, :2] * radial).sum(axis=1)
+        if beyond.size and np.median(inwards) > _LEADING_IN:
+            found.append(bore)
+    return tuple(found)
+
+
 class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
@@ -236,7 +264,9 @@ class ContactPins(PinModel):
             structure.largest_pin_force(),
             _widening(structure),
         )
-        self.singular_surfaces, self.notes = self.fits.sharp, self.fits.notes
+        led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
+        self.singular_surfaces = (*self.fits.sharp, *led_in)
+        self.notes = (*self.fits.notes, *led_in_notes(led_in))
 
     @classmethod
     def of(cls, structure: Structure) -> Self:

@@ -11,7 +11,7 @@ by as much as the pin bends under its largest force, so that it then presses eve
 this program, not a figure of those patents.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fea.base.choices import PinBody
@@ -148,6 +148,19 @@ class Fits:
             relief=relief,
             drawn_relief=drawn and relief is None,
         )
+
+
+def led_in_notes(bores: Sequence[Surface]) -> tuple[Note, ...]:
+    """Say that the ends of bores are left out because they lead into rounds or chamfers."""
+    if not bores:
+        return ()
+    ends = " and ".join(surface.value.replace("_", " ") for surface in bores)
+    text = (
+        f"rounds or chamfers end the {ends}, and the pin is not looked for on them: where its pressure ends "
+        "the exact stress is infinite, and the figures leave out the places near it "
+        "(contact.small_end_relief_mm keeps the pin off the ends of the small end)"
+    )
+    return (warning(text, SINGULAR),)
 
 
 def _clearance(key: str, clearance: float, radius: float) -> float:

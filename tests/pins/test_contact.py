@@ -247,6 +247,21 @@ def test_relief_keeps_the_pin_off_the_ends_of_its_bore(quarter, solved):
     assert not any(result.singular_verdict for result in quarter.summary.results.values())
 
 
+def test_where_a_bore_leads_into_a_chamfer_the_pressure_ends_at_a_singular_place(rod):
+    mesh, length = rod.mesh.cell, rod.mesh.bores.rod_length
+    points = mesh.points.copy()
+    # End faces as flat cones that open outwards, as chamfers do.
+    away = np.minimum(*(np.hypot(points[:, 0] - x, points[:, 1]) for x in (0.0, length)))
+    points[:, 2] *= 1 + 0.02 * away
+    coned = dataclasses.replace(rod.mesh, cell=dataclasses.replace(mesh, points=points))
+    assert rod.pins.singular_surfaces == ()
+    found = prepare(study(), mesh=coned).pins
+    assert set(found.singular_surfaces) == {Surface.BIG_END_BORE, Surface.SMALL_END_BORE}
+    assert any("rounds or chamfers end the big end bore and small end bore" in n.text for n in found.notes)
+    relieved = prepare(study(small_end_relief_mm=(5.0, 0.05)), mesh=coned).pins
+    assert relieved.singular_surfaces == (Surface.BIG_END_BORE,)
+
+
 def test_a_bore_that_is_drawn_with_a_relief_is_as_one_that_is_given_it(rod, quarter):
     mesh = rod.mesh.cell
     nodes = np.unique(mesh.facets[Surface.SMALL_END_BORE])
