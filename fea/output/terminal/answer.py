@@ -236,7 +236,7 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
     yield f"Joint: {', '.join(said)}."
     fits = [_fit(name, fit) for name, fit in found.fits.items()]
     if fits:
-        yield f"Fits: {'; '.join(fits)}."
+        yield f"Fits, micro-slip: {'; '.join(fits)}."
 
 
 def _fit(name: str, fit: FitFigures) -> str:
@@ -244,7 +244,7 @@ def _fit(name: str, fit: FitFigures) -> str:
     pressures = [face.mean_pressure_MPa for face in faces]
     slips, opens = max(face.slipping_percent for face in faces), max(face.open_percent for face in faces)
     lifted = f", lifts {opens:.0f} %" if opens >= 1 else ""
-    return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, micro-slip on {slips:.0f} %{lifted}"
+    return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, {slips:.0f} %{lifted}"
 
 
 def _buckling(summary: Summary) -> list[str]:
