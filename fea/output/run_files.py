@@ -17,7 +17,7 @@ from fea.output.folder import REPORT
 from fea.output.seats import write_seats
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
-from fea.output.vtu import write_pvd, write_vtu
+from fea.output.vtu import write_pvd, write_result
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 CASES, CYCLE = "cases.pvd", "cycle.pvd"
@@ -47,7 +47,8 @@ def _case_fields(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _write_case(run: RunResult, case: CaseResult, path: Path) -> None:
-    write_vtu(path, run.mesh, case.point_data(), case.cell_data(run.materials))
+    exact = case is next(iter(run.cases.values()))
+    write_result(path, run.mesh, case.point_data(), case.cell_data(run.materials), exact=exact)
 
 
 def _seats(run: RunResult) -> Iterator[RunFiles]:
@@ -76,7 +77,7 @@ def _instants(run: RunResult) -> Iterator[RunFiles]:
 
         def write(folder: Path) -> None:
             for name, data in zip(times, instants.fields(), strict=True):
-                write_vtu(folder / name, run.mesh, data)
+                write_result(folder / name, run.mesh, data, exact=False)
 
         yield RunFiles(tuple(times), write)
         yield _one(CYCLE, lambda path: write_pvd(path, times))
@@ -95,13 +96,13 @@ def _forces(run: RunResult) -> Iterator[RunFiles]:
 def _envelope(run: RunResult) -> Iterator[RunFiles]:
     data = run.envelope
     if data is not None:
-        yield _one(ENVELOPE, lambda path: write_vtu(path, run.mesh, data))
+        yield _one(ENVELOPE, lambda path: write_result(path, run.mesh, data, exact=False))
 
 
 def _buckling_shapes(run: RunResult) -> Iterator[RunFiles]:
     if run.buckling is not None and run.buckling.shapes:
         shapes = run.buckling.shapes
-        yield _one(BUCKLING, lambda path: write_vtu(path, run.mesh, shapes))
+        yield _one(BUCKLING, lambda path: write_result(path, run.mesh, shapes, exact=False))
 
 
 def _stress_history(run: RunResult) -> Iterator[RunFiles]:

@@ -29,8 +29,7 @@ def write_vtu(
     """Write a mesh and its results; the same input gives the same bytes.
 
     Point data are (n_nodes,) or (n_nodes, n_components), cell data likewise of the elements; each array keeps
-    its precision. They are written raw and uncompressed: zlib makes a result file only a quarter smaller and
-    writing it ten to twenty times slower, and meshio cannot read LZ4.
+    its precision. They are compressed by zlib, as meshio cannot read LZ4.
 
     Raises
     ------
@@ -40,6 +39,54 @@ def write_vtu(
         The file could not be written.
     """
     write_cells(path, mesh.points, mesh.tets, point_data, cell_data or {})
+
+
+# Bits of single precision that go: stresses are known to a per cent or so, and keep 2.4e-4 of a value.
+_BITS = 12
+# Displacements are in equilibrium with the loads to 1e-6 if they keep this part of the largest one; what is
+# left out are zero bits, which compress.
+_OF_LARGEST = 2.0**-34
+# What coordinates are rounded to, mm.
+_EXACT, _DRAWN = 2.0**-30, 2.0**-14
+
+
+def write_result(
+    path: Path,
+    mesh: TetMesh,
+    point_data: Mapping[str, Array],
+    cell_data: Mapping[str, Array] | None = None,
+    *,
+    exact: bool,
+) -> None:
+    """Write a result as small as its error bars allow: stresses to 2.4e-4 of a value, displacements exactly.
+
+    Elements come in the order of their first nodes, which compresses better. Coordinates are `exact`, to
+    1e-9 mm, in one file of a run, from which it is read again, and to 6e-5 mm in the others. Otherwise as
+    `write_vtu`.
+    """
+    order = np.argsort(mesh.tets.min(axis=1), kind="stable")
+    write_cells(
+        path,
+        _to(_EXACT, mesh.points) if exact else _to(_DRAWN, mesh.points).astype(np.float32),
+        mesh.tets[order],
+        {name: _rounded(name, values) for name, values in point_data.items()},
+        {name: _rounded(name, values[order]) for name, values in (cell_data or {}).items()},
+    )
+
+
+def _to(step: float, values: Array) -> Array:
+    return np.asarray(np.round(values / step) * step)
+
+
+def _rounded(name: str, values: Array) -> Array:
+    """Return numbers of double precision rounded to what is known of them, in single precision mostly."""
+    if values.dtype != np.float64:
+        return values
+    if name == "displacement":
+        largest = float(np.abs(values).max(initial=0.0))
+        return _to(2.0 ** np.ceil(np.log2(largest)) * _OF_LARGEST, values) if largest else values
+    half, kept = np.uint32(1 << (_BITS - 1)), np.uint32(2**32 - (1 << _BITS))
+    return ((np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) + half) & kept).view(np.float32)
 
 
 def write_cells(
@@ -61,7 +108,7 @@ def write_cells(
     writer.SetInputData(grid)
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
-    writer.SetCompressorTypeToNone()
+    writer.SetCompressorTypeToZLib()
     writer.SetHeaderTypeToUInt64()  # arrays beyond 4 GiB
     if not writer.Write() or errors or writer.GetErrorCode():
         raise StorageError(f"{path} could not be written. Check the free disk space and the permissions.")

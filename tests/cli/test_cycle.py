@@ -2,6 +2,7 @@ import csv
 import json
 
 import meshio
+import numpy as np
 import pytest
 from printed import flowing, require_brief
 from program import fea
@@ -25,9 +26,9 @@ def test_cycle_leaves_an_envelope_a_history_and_a_map(sweep):
         envelope
     )
     figures = json.loads((fast / "summary.json").read_text())["envelope"]
-    assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor"].min(), rel=1e-5)
+    assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor"].min(), rel=2.5e-4)
     assert figures["min_fatigue_safety_factor"] == pytest.approx(
-        envelope["fatigue_safety_factor"].min(), rel=1e-5
+        envelope["fatigue_safety_factor"].min(), rel=2.5e-4
     )
     assert len(figures["spots"]) == 5
     assert len(figures["spots"][0]["history_MPa"]) == 721
@@ -147,9 +148,10 @@ analysis = { cycle = true, pressure = "cosine-180" }
     worst = envelope["fatigue"]
     assert (worst["surface_region"], worst["endurance_MPa"]) == ("rest", regions["rest"]["endurance_MPa"])
     fields = meshio.read(tmp_path / "o" / "envelope.vtu").point_data
-    limits = {round(float(limit), 1) for limit in fields["endurance_limit"]}
-    assert limits == {103.3, 253.2, 344.3}  # the last inside, where there is no surface
-    assert fields["fatigue_safety_factor"].min() == pytest.approx(worst["fatigue_safety_factor"], rel=1e-5)
+    limits = np.unique(fields["endurance_limit"])
+    of_regions_and_inside = [103.3, 253.2, 344.3]
+    assert limits == pytest.approx(of_regions_and_inside, rel=5e-4)
+    assert fields["fatigue_safety_factor"].min() == pytest.approx(worst["fatigue_safety_factor"], rel=2.5e-4)
     weakest = fields["fatigue_safety_factor"].argmin()
     utilised = fields["amplitude"] / fields["endurance_limit"] + fields["mean"].clip(min=0) / 938
     assert utilised[weakest] == pytest.approx(1 / worst["fatigue_safety_factor"], rel=1e-4)

@@ -28,7 +28,7 @@ def test_a_duty_runs_its_speeds_and_leaves_the_life(run):
     assert low < life["hours"] < high
     fields = meshio.read(out / "6000rpm" / "envelope.vtu")
     damage = fields.point_data["damage_per_hour"]
-    assert damage.max() == pytest.approx(life["damage_per_hour"], rel=1e-5)
+    assert damage.max() == pytest.approx(life["damage_per_hour"], rel=2.5e-4)
     away = np.linalg.norm(fields.points - life["at_mm"], axis=1)
     assert damage[away.argmin()] == damage.max()
     require_brief(done.stdout)

@@ -29,7 +29,7 @@ def test_the_cases_stand_at_their_crank_angles(written):
     assert reader.time_values == pytest.approx(angles)
     reader.set_active_time_value(reader.time_values[0])
     (mesh,) = reader.read()
-    assert mesh["von_mises"].max() == pytest.approx(result.cases["tension"].von_mises.max())
+    assert mesh["von_mises"].max() == pytest.approx(result.cases["tension"].von_mises.max(), rel=2.5e-4)
 
 
 def test_the_cycle_holds_what_is_solved_at_each_angle(written):

@@ -7,7 +7,7 @@ import pyvista
 from vtkmodules.vtkCommonDataModel import vtkQuadraticTetra
 
 from fea.output.target import StorageError
-from fea.output.vtu import write_vtu
+from fea.output.vtu import write_result, write_vtu
 from mesh.tetmesh import EDGES, TetMesh
 
 LENGTHS = np.array([3.0, 2.0, 1.0])
@@ -114,6 +114,28 @@ def test_meshio_and_pyvista_read_everything_back(tmp_path, order, kind):
         np.testing.assert_array_equal(by_pyvista.point_data[name], values)
     np.testing.assert_array_equal(by_meshio.cell_data["safety_factor"][0], cell_data["safety_factor"])
     np.testing.assert_array_equal(by_pyvista.cell_data["safety_factor"], cell_data["safety_factor"])
+
+
+@pytest.mark.parametrize(("exact", "most"), [(True, 1e-9), (False, 6.2e-5)])
+def test_a_result_is_a_third_as_large_and_right_within_its_error_bars(tmp_path, exact, most):
+    mesh = bent(box(8, order=2))
+    points, cells = results(mesh)
+    points["displacement"] = mesh.points @ np.array([[1e-4, 2e-4, -3e-4], [0.0, 1e-4, 0.0], [1e-5, 0, 2e-4]])
+    write_result(tmp_path / "small.vtu", mesh, points, cells, exact=exact)
+    read, grid = meshio.read(tmp_path / "small.vtu"), pyvista.read(tmp_path / "small.vtu")
+    raw = sum(array.nbytes for array in (mesh.points, *points.values(), *cells.values())) + mesh.tets.size * 4
+    assert (tmp_path / "small.vtu").stat().st_size < (0.5 if exact else 0.42) * raw  # of random stresses
+    np.testing.assert_allclose(read.points, mesh.points, rtol=0, atol=most)
+    np.testing.assert_array_equal(read.points, grid.points)
+    order = np.argsort(mesh.tets.min(axis=1), kind="stable")
+    np.testing.assert_array_equal(read.cells[0].data, mesh.tets[order])
+    np.testing.assert_allclose(
+        read.point_data["displacement"], points["displacement"], rtol=1.1e-6, atol=1e-18
+    )
+    for name in ("stress", "von_mises"):
+        np.testing.assert_allclose(read.point_data[name], points[name], rtol=2.5e-4)
+        np.testing.assert_array_equal(read.point_data[name], grid.point_data[name])
+    np.testing.assert_allclose(read.cell_data["safety_factor"][0], cells["safety_factor"][order], rtol=2.5e-4)
 
 
 def test_the_same_results_give_the_same_bytes(mesh, tmp_path):

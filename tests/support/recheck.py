@@ -164,7 +164,7 @@ def recheck(folder, told):
     found, body = Errors(), None
     for name, load in figures["loads"].items():
         written = meshio.read(folder / f"{name}.vtu")
-        if body is None or not np.array_equal(body.points, written.points):
+        if body is None:  # the first file has exact coordinates
             body = Body.of(written, told)
         pin = load["pin_axial_N"], load["pin_transverse_N"]
         crank = -load["crank_axial_N"], load["crank_transverse_N"]
