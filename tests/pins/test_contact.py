@@ -14,14 +14,15 @@ from studies import plain_study
 from fea import analyse
 from fea.analysis.cycle import small_basis
 from fea.analysis.cycle.small_basis import ACCURACY
-from fea.analysis.prepare import prepare
+from fea.analysis.prepare import _pins, prepare
 from fea.analysis.speed import solve_speed
-from fea.base.choices import CONTACT
+from fea.base.choices import CONTACT, Support
 from fea.output.json_file import read_summary
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import ContactTable, ForcesTable
+from fea.study.option_tables import AnalysisTable, ContactTable, ForcesTable
+from fea.study.pin_models import PRESCRIBED
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
@@ -312,3 +313,26 @@ def test_the_study_that_a_run_leaves_has_its_pins(tmp_path):
     file.write_text(asked.text(), encoding="utf-8")
     assert load_study(file).contact == asked.contact
     assert "contact" not in plain_study().as_dict()
+
+
+@dataclasses.dataclass(frozen=True)
+class CountedPins:
+    """A structure that counts the pin models that are built for it."""
+
+    built: list = dataclasses.field(default_factory=list)
+    pressure: str = CONTACT
+    excluded_because: str = ""
+    notes: tuple = ()
+
+    def pins(self):
+        self.built.append(self.pressure)
+        return self
+
+
+@pytest.mark.parametrize(
+    ("support", "model"), [(Support.CLAMPED, PRESCRIBED), (Support.INERTIA_RELIEF, CONTACT)]
+)
+def test_one_pin_model_is_built_where_the_study_itself_excludes_contact(support, model):
+    structure, pins, notes = _pins(CountedPins(), AnalysisTable(support=support))
+    assert pins.built == [structure.pressure] == [model]
+    assert any("clamped" in note.text for note in notes) == (support is Support.CLAMPED)
