@@ -64,7 +64,8 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, An
         Those of ``fea run`` by their Python names: ``rpm`` (a number, a list or text), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``tolerance``, ``min_safety``,
         ``matrix_assembly``, ``material``, ``engine``, ``screenshot``, ``report``, ``pvd_step``, ``cycle``,
-        ``fatigue``, ``buckling``, ``animate``, ``out``.
+        ``fatigue``, ``buckling``, ``animate``, ``out``, ``unusual``; of a rod from a file ``unit``,
+        ``solids``, ``cap``, ``big_end_bore``, ``small_end_bore``, ``swap_ends``.
 
     Returns
     -------

@@ -140,7 +140,9 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
     **flags
         Those of ``fea run`` that ask for figures, by their Python names: ``rpm`` (a number), ``size``,
         ``element``, ``support``, ``symmetry``, ``pressure``, ``solver``, ``matrix_assembly``,
-        ``cycle``, ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``, ``material``, ``engine``; and
+        ``cycle``, ``fatigue``, ``buckling``, ``tolerance``, ``min_safety``, ``material``, ``engine``,
+        ``unusual``; of a rod from a file ``unit``, ``solids``, ``cap``, ``big_end_bore``,
+        ``small_end_bore``, ``swap_ends``; and
         ``report``, which keeps what a report needs to show every crank angle.
 
     Raises

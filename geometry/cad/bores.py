@@ -101,8 +101,9 @@ class HalfOpenError(GeometryError):
         self.wall = wall
         super().__init__(
             f"the largest bore is half open: its wall, {wall.text()}, covers only {360 * wall.turn:.0f}°. Is "
-            'the cap missing? Add it to the file, or set rod.cap = "assumed" for a ring of the section at '
-            "the joint. If another hole is the bore, give its diameter as rod.big_end_bore_mm"
+            'the cap missing? Give its file as rod.cap (--cap FILE), or rod.cap = "assumed" (--cap assumed) '
+            "for a ring of the section at the joint. If another hole is the bore, give its diameter as "
+            "rod.big_end_bore_mm"
         )
 
     def __reduce__(self) -> tuple[type["HalfOpenError"], tuple[CadHole]]:

@@ -12,7 +12,7 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
 from mesh.files import fill
-from mesh.files.cap import with_assumed_cap, with_cap
+from mesh.files.cap import shells, with_assumed_cap, with_cap
 from mesh.files.fill import crossings, require_closed
 from mesh.files.given import given_mesh
 from mesh.files.reading import stl_surface
@@ -88,6 +88,19 @@ def test_two_files_are_one_rod(parts, monkeypatch):
     corners = given.mesh.points[given.mesh.tets[:, :4]]
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])).sum() / 6
     assert volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.02)
+
+
+def test_two_bodies_of_one_file_are_one_rod_or_the_way_out_is_said(parts, tmp_path):
+    folder, sizes = parts
+    rod, cap = (stl_surface(folder / f"{name}.stl") for name in ("cap", "rod"))
+    facets = np.concatenate([rod.facets, len(rod.points) + cap.facets])
+    both = SurfaceMesh(np.concatenate([rod.points, cap.points]), facets)
+    assert with_cap(*shells(both)).volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.01)
+    texts = [(folder / f"{name}.stl").read_text() for name in ("rod", "cap")]
+    merged = texts[0][: texts[0].rindex("endsolid")] + texts[1][texts[1].index("\n") + 1 :]
+    (tmp_path / "both.stl").write_text(merged)  # where the bodies have sides in common
+    with pytest.raises(MeshError, match=r"bodies touch .* to a file each \(rod\.cap\)"):
+        stl_surface(tmp_path / "both.stl")
 
 
 def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):
