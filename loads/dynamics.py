@@ -135,12 +135,12 @@ def _pin_force(
 
 @dataclass(frozen=True)
 class WholeEngine:
-    """All cylinders of an in-line engine over the crank angle of the first."""
+    """All cylinders of an engine over the crank angle of the first."""
 
     cylinders: tuple[EngineInstants, ...]  #: one cycle per cylinder, all evaluated at the same instants
     torque: Floats  #: on the crank, N·mm
-    #: shaking_x, shaking_y: force of the mechanism on the frame, N. Moments between cylinders are not
-    #: included: they depend on the distances of the cylinders.
+    #: shaking_x, shaking_y: force of the mechanism on the frame, N, in the axes of the first cylinder.
+    #: Moments between cylinders are not included: they depend on the distances of the cylinders.
     shaking_x: Floats
     shaking_y: Floats
 
@@ -148,7 +148,9 @@ class WholeEngine:
 def whole_engine(
     engine: Engine, rod: MassProperties, gas: GasModel, speed: npt.ArrayLike, crank_angle: npt.ArrayLike
 ) -> WholeEngine:
-    """Compute every cylinder of an engine; cylinder k is at the crank angle θ − k·phase.
+    """Compute every cylinder of an engine; cylinder k is at the crank angle θ − k·phase from its own axis.
+
+    Its force on the frame is turned from its axis to that of the first.
 
     `speed`: rad/s, broadcast against `crank_angle` (rad, of the first cylinder).
 
@@ -159,9 +161,14 @@ def whole_engine(
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
     cycles = tuple(cycle(engine, rod, gas, speed, theta - k * engine.phase) for k in range(engine.cylinders))
+    axes = engine.axes or (0.0,) * engine.cylinders
+    shaking = [
+        to_engine_axes(Vector(c.shaking_x, c.shaking_y), np.asarray(-axis))
+        for c, axis in zip(cycles, axes, strict=True)
+    ]
     return WholeEngine(
         cylinders=cycles,
         torque=np.sum([c.torque for c in cycles], axis=0),
-        shaking_x=np.sum([c.shaking_x for c in cycles], axis=0),
-        shaking_y=np.sum([c.shaking_y for c in cycles], axis=0),
+        shaking_x=np.sum([force.x for force in shaking], axis=0),
+        shaking_y=np.sum([force.y for force in shaking], axis=0),
     )

@@ -29,6 +29,8 @@ class Engine:
     friction: float = 0.0  #: coulomb coefficient between piston and wall
     cylinders: int = 1  #: how many; cylinder k fires `phase`·k after the first
     phase: float = 0.0  #: crank angle between consecutive cylinders, rad
+    #: axis of each cylinder from that of the first in the sense of rotation, rad; empty for an in-line engine
+    axes: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive("engine.stroke_mm", self.crank_radius)

@@ -10,7 +10,7 @@ from fea.base.note import Note, assumptions, warning
 from fea.base.units import BAR, DEG, KG
 from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
-from fea.study.tables import key
+from fea.study.tables import key, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
@@ -90,6 +90,15 @@ class EngineTable(
         "crank angle between the firing of successive cylinders",
         None,
         Plausible(24.0, 720.0, "even firing of 30 cylinders, and of one"),
+    )
+    bank_angle_deg: float | None = key(
+        "90.0",
+        "between the banks of a V engine, in the sense of rotation from the bank of the first cylinder; 180: "
+        "flat. Default: in line",
+        within(0.0, 360.0, " degrees"),
+    )
+    banks: str | None = key(
+        '"ABAB"', "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately"
     )
     pin_offset_mm: float = key(
         "0.0",
@@ -171,7 +180,20 @@ class EngineTable(
             friction=self.friction,
             cylinders=self.cylinders,
             phase=phase * DEG,
+            axes=self._axes(),
         )
+
+    def _axes(self) -> tuple[float, ...]:
+        """Axis of each cylinder from that of the first, rad; empty for an in-line engine."""
+        rule = "needs bank_angle_deg, the angle between the banks"
+        require(self.banks is None or self.bank_angle_deg is not None, "engine.banks", self.banks, rule)
+        if self.bank_angle_deg is None:
+            return ()
+        banks = self.banks or ("AB" * self.cylinders)[: self.cylinders]
+        rule = f"must name the bank of each of {self.cylinders} cylinders, A or B, beginning with A"
+        valid = len(banks) == self.cylinders and set(banks) <= {"A", "B"} and banks[:1] == "A"
+        require(valid, "engine.banks", banks, rule)
+        return tuple(self.bank_angle_deg * DEG * (bank == "B") for bank in banks)
 
     def gas_model(self, engine: Engine) -> GasModel:
         """Return the cylinder pressure.
@@ -270,11 +292,12 @@ def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note
 def layout_notes(table: EngineTable) -> list[Note]:
     """Return what the sums over all cylinders leave out if the engine is not an in-line one."""
     preset = table.library()
-    if preset is None or preset.layout == "in-line" or table.cylinders == 1:
+    in_line = preset is None or preset.layout == "in-line" or table.cylinders == 1
+    if preset is None or in_line or table.bank_angle_deg is not None:
         return []
     summed = f"the shaking forces of the whole engine are those of {table.cylinders} cylinders in line"
     real = f"the {preset.name} engine is of {preset.layout} layout"
-    return [warning(f"{summed}, but {real}; the torque does not depend on the layout")]
+    return [warning(f"{summed}, but {real} (set engine.bank_angle_deg); the torque does not depend on it")]
 
 
 def _assumed(table: EngineTable, preset: EnginePreset) -> list[str]:

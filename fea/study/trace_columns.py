@@ -12,7 +12,7 @@ from fea.base.choices import PressureReference, PressureUnit
 from fea.study.tables import Table, key, keys_of, within
 from fea.study.trace_table import TraceTable
 from geometry.arrays import Floats
-from geometry.errors import InvalidValue, require
+from geometry.errors import InvalidValue, require, require_positive
 
 _ANGLES = {
     *(
@@ -132,6 +132,7 @@ def _split_unit(word: str) -> tuple[PressureUnit | None, str]:
 # A crank turns by this in a whole four-stroke cycle; smoothing over more than a few degrees flattens a peak.
 _CYCLE_DEG = 720.0
 _WIDEST_SMOOTHING = 10.0
+_REVOLUTION_DEG = 360.0
 
 
 def _two_or_four(name: str, value: object) -> None:
@@ -148,6 +149,13 @@ class TraceKeys(Table, table="engine"):
         above="For a file: what its headings do not say is found out, and the run tells what it assumed. "
         "These keys decide:",
     )
+    time_column: str | int | None = key(
+        "1", "of a recording over time with a trigger: its times, in any unit; default: equal steps"
+    )
+    trigger_column: str | int | None = key(
+        "3", "name or number of the column of a trigger or encoder, whose rises through its middle count"
+    )
+    trigger_pulses: int | None = key("1", "of it in a revolution of the crank", within(1, 7200))
     angle_offset_deg: float | None = key(
         "360.0",
         "added to the angles of the file, so that firing TDC is at 360",
@@ -156,6 +164,12 @@ class TraceKeys(Table, table="engine"):
     pressure_column: str | int | None = key(
         "2", 'name or number of the column of pressures; or "2-61", cycles to be averaged'
     )
+    gain_bar_V: float | None = key(
+        "20.0",
+        "of the sensor with its amplifier, where the column of pressures holds volts",
+        require_positive,
+    )
+    offset_V: float | None = key("0.5", "at pressure 0, with gain_bar_V; default: 0")
     pressure_unit: PressureUnit | None = key('"bar"', "of the pressures in the file; or kPa, MPa, Pa, psi")
     pressure_reference: PressureReference | None = key(
         '"absolute"', 'of those pressures, less atmosphere_bar; or "gauge"'
@@ -201,18 +215,67 @@ def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     InvalidValue
         A key names no column, or several columns may be meant.
     """
+    _require_consistent(keys)
     chosen: dict[str, str | int] = {}
+    trigger = _given(table, "trigger_column", keys.trigger_column)
+    time = _given(table, "time_column", keys.time_column)
     angle = _given(table, "angle_column", keys.angle_column)
-    if not angle:
+    if not angle and not trigger:
         angle = [_angle(table)]
         chosen |= _choice("angle_column", table, angle)
     pressure = _given(table, "pressure_column", keys.pressure_column)
     if not pressure:
-        pressure = _pressure(table, angle[0])
+        pressure = _pressure(table, {*angle, *trigger, *time})
         chosen |= _choice("pressure_column", table, pressure)
     pressures = np.stack([table.column(i) for i in pressure], axis=1)
-    names = table.names[angle[0]], table.names[pressure[0]]
-    return Columns(table.column(angle[0]), pressures, *names, chosen)
+    name = table.names[pressure[0]]
+    if keys.gain_bar_V is not None:
+        pressures, name = keys.gain_bar_V * (pressures - (keys.offset_V or 0.0)), "pressure [bar]"
+    if not trigger:
+        return Columns(table.column(angle[0]), pressures, table.names[angle[0]], name, chosen)
+    times = table.column(time[0]) if time else np.arange(len(pressures), dtype=np.float64)
+    turned = _turned(times, table.column(trigger[0]), keys.trigger_pulses or 1, table.source)
+    return Columns(*_at_equal_steps(turned, pressures), "", name, chosen)
+
+
+def _require_consistent(keys: TraceKeys) -> None:
+    triggered = keys.trigger_column is not None
+    rule, remedy = "cannot be combined with trigger_column, which tells the angles", "Remove one of them."
+    require(
+        not triggered or keys.angle_column is None, "engine.angle_column", keys.angle_column, rule, remedy
+    )
+    rule, remedy = "needs trigger_column: times alone tell no crank angle", "Name the column of the trigger."
+    for name in ("time_column", "trigger_pulses"):
+        value = getattr(keys, name)
+        require(triggered or value is None, f"engine.{name}", value, rule, remedy)
+    rule = "needs gain_bar_V, which turns volts into pressures"
+    require(keys.gain_bar_V is not None or keys.offset_V is None, "engine.offset_V", keys.offset_V, rule)
+    rule, unit = "cannot be combined with gain_bar_V, which gives bar", keys.pressure_unit
+    require(keys.gain_bar_V is None or unit in (None, PressureUnit.BAR), "engine.pressure_unit", unit, rule)
+
+
+def _turned(times: Floats, signal: Floats, pulses: int, source: str) -> Floats:
+    """Crank angles (n,) of times by the rises of a trigger, NaN before the first and after the last one."""
+    require(bool((np.diff(times) > 0).all()), "engine.time_column", source, "must increase from line to line")
+    middle = (signal.min() + signal.max()) / 2
+    before = np.flatnonzero((signal[:-1] < middle) & (signal[1:] >= middle))
+    rule = f"has {len(before)} pulses in its trigger column: a revolution takes {pulses + 1}"
+    remedy = "Choose the column with trigger_column, and the pulses of a revolution with trigger_pulses."
+    require(len(before) > pulses, "engine.gas", source, rule, remedy)
+    share = (middle - signal[before]) / (signal[before + 1] - signal[before])
+    rises = times[before] + share * (times[before + 1] - times[before])
+    angles = np.arange(len(rises)) * (_REVOLUTION_DEG / pulses)
+    return np.asarray(np.interp(times, rises, angles, left=np.nan, right=np.nan), dtype=np.float64)
+
+
+def _at_equal_steps(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
+    """Angles from 0 on, in equal steps that divide a revolution, and the pressures (m, k) there."""
+    known = np.isfinite(angles)
+    angles, pressures = angles[known], pressures[known]
+    places = np.ceil(_REVOLUTION_DEG / np.median(np.diff(angles)))
+    count = round(float(angles[-1]) * places / _REVOLUTION_DEG)
+    at = np.arange(count) * (_REVOLUTION_DEG / places)
+    return at, np.stack([np.interp(at, angles, column) for column in pressures.T], axis=1)
 
 
 def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
@@ -259,7 +322,10 @@ def _angle(table: TraceTable) -> int:
         f"has no column that rises like a crank angle in degrees (column {table.numbers[0] + 1} runs from "
         f"{first.min():g} to {first.max():g})"
     )
-    remedy = "Give the pressure over the crank angle, not over time; engine.angle_column names the column."
+    remedy = (
+        "Give the pressure over the crank angle (engine.angle_column names the column), or over time with a "
+        "trigger (engine.trigger_column)."
+    )
     raise InvalidValue("engine.gas", table.source, rule, remedy)
 
 
@@ -270,9 +336,9 @@ def _turns(values: Floats) -> bool:
     return bool(rising and np.ptp(values) >= _LEAST_TURN)
 
 
-def _pressure(table: TraceTable, angle: int) -> list[int]:
+def _pressure(table: TraceTable, others: set[int]) -> list[int]:
     """The column named as a pressure, the only one left, or all where they are cycles of one engine."""
-    rest = [i for i in table.numbers if i != angle]
+    rest = [i for i in table.numbers if i not in others]
     named = [i for i in rest if is_pressure(table.names[i])]
     candidates = named or rest
     if len(candidates) == 1 or (not named and _are_cycles(table, candidates)):

@@ -43,3 +43,25 @@ def test_mean_torque_of_the_engine_is_that_of_a_cylinder_times_their_number():
     whole = whole_engine(engine, rod, Boyle(engine, 5.2), 3200 * RPM, ANGLES)
     assert whole.torque.mean() == pytest.approx(3 * whole.cylinders[0].torque.mean(), rel=1e-9)
     assert whole.torque.mean() < 0  # friction alone is left: Boyle's gas gives back what it takes
+
+
+@pytest.mark.parametrize(("banks", "phase"), [("AB", 360.0), ("AABB", 180.0)])
+def test_the_forces_of_a_boxer_cancel(banks, phase):
+    """Opposed pistons move as mirror images of each other: the frame feels no force."""
+    axes = tuple(math.pi * (bank == "B") for bank in banks)
+    engine = dataclasses.replace(LEON, cylinders=len(banks), phase=math.radians(phase), axes=axes)
+    whole = whole_engine(engine, LEON_ROD, NoGas(), 6000 * RPM, ANGLES)
+    largest = np.abs(whole.cylinders[0].shaking_x).max()
+    np.testing.assert_allclose(whole.shaking_x, 0.0, atol=1e-9 * largest)
+    np.testing.assert_allclose(whole.shaking_y, 0.0, atol=1e-9 * largest)
+
+
+def test_the_first_order_of_a_right_angled_twin_turns_with_the_crank():
+    """Both rods on one crank pin: the first orders add up to a force of constant size (den Hartog 1956)."""
+    engine = dataclasses.replace(LEON, cylinders=2, phase=math.pi / 2, axes=(0.0, math.pi / 2))
+    turn = np.arange(0.0, 2 * np.pi, 2 * np.pi / 360)
+    whole = whole_engine(engine, LEON_ROD, NoGas(), 6000 * RPM, turn)
+    force = whole.shaking_x + 1j * whole.shaking_y
+    forwards, backwards = (abs(np.mean(force * np.exp(-1j * k * turn))) for k in (1, -1))
+    assert forwards > 0
+    assert backwards < 1e-3 * forwards

@@ -68,6 +68,42 @@ def test_any_convention_reads_back(form):
     assert again.trace.remarks == ()
 
 
+def triggered(pulses):
+    """A recording in volts over uneven times of an engine that slows down; a trigger rises at BDC + 20°."""
+    angles = np.arange(-1000.0, 2500.0, 0.37)
+    times = 12.0 + angles / 36000 + (angles / 36000) ** 2 * 0.4
+    trigger = 5.0 * (np.mod(angles - 200.0, 360.0 / pulses) < 180.0 / pulses) + 0.01
+    volts = absolute(angles) / 20.0 + 0.5
+    rows = [f"{t:.9f},{v:.6f},{p:.2f}" for t, v, p in zip(times, volts, trigger, strict=True)]
+    return "\n".join(["time [s],cylinder [V],TDC", *rows, ""])
+
+
+@pytest.mark.parametrize(("pulses", "error"), [(1, 0.02), (60, 0.005)])
+def test_volts_over_time_with_a_trigger_read_back(pulses, error):
+    """The engine slows down by 0.8 % in a revolution, which one pulse in it cannot tell."""
+    keys = TraceKeys(
+        time_column=1, trigger_column="TDC", trigger_pulses=pulses, gain_bar_V=20.0, offset_V=0.5,
+        pressure_reference=PressureReference.ABSOLUTE, smoothing_deg=0.0,
+        angle_offset_deg={1: 200.0, 60: 86.0}[pulses],  # of the first rise, 880 or 994 before firing TDC
+    )  # fmt: skip
+    file = triggered(pulses)
+    found = parse_trace(file, "t.csv", keys)
+    peak = gauge(DEGREES).max()
+    assert np.abs(bar(found) - gauge(DEGREES)).max() < error * peak
+
+
+def test_what_a_trigger_cannot_tell_is_refused():
+    for keys, why in (
+        ({"time_column": 1}, "needs trigger_column"),
+        ({"offset_V": 0.5}, "needs gain_bar_V"),
+        ({"trigger_column": 3, "angle_column": 1}, "cannot be combined with trigger_column"),
+        ({"trigger_column": 3, "pressure_column": 2, "trigger_pulses": 4000}, "a revolution takes 4001"),
+        ({"trigger_column": 3, "gain_bar_V": 20.0, "pressure_unit": PressureUnit.PSI}, "gives bar"),
+    ):
+        with pytest.raises(InvalidValue, match=why):
+            parse_trace(triggered(1), "t.csv", TraceKeys(**keys))
+
+
 def test_what_was_assumed_is_told_in_one_line():
     (told,) = parse_trace(text(), "bench.csv").trace.remarks
     assert "bench.csv: peak" in told
