@@ -10,12 +10,14 @@ from fea.analysis.meshing import mesh_study
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
+from fea.judge.case_result import bore_ends
 from fea.judge.fatigue_fields import amplitude
 from fea.judge.governing import Governing
 from fea.machine.clock import Clock
 from fea.study.option_tables import AnalysisTable, MeshTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
+from geometry.surfaces import Surface
 
 
 def study(tolerance, size=None, **options):
@@ -112,6 +114,14 @@ def test_what_the_last_pass_solved_is_not_solved_again(two_speeds, monkeypatch):
     assert list(few.results) == [3000.0]
     again, kept = (found.at(6000.0).cases["tension"] for found in (few, two_speeds))
     assert again.max_von_mises == pytest.approx(kept.max_von_mises, rel=1e-9)
+
+
+def test_no_bar_at_the_end_of_a_bore_is_below_what_meshes_scatter_by(two_speeds):
+    mesh, case = two_speeds.rod.mesh.whole, two_speeds.at(6000.0).cases["tension"]
+    ends = np.intersect1d(mesh.facets[Surface.SMALL_END_BORE], mesh.facets[Surface.FREE])
+    assert bore_ends(mesh)[ends].all()
+    assert bore_ends(mesh).mean() < 0.3
+    assert (case.von_mises_error[ends] >= 0.015 * case.von_mises[ends]).all()
 
 
 def test_elements_shrink_where_an_estimate_is_small_by_chance(two_speeds):
