@@ -235,9 +235,9 @@ def test_ten_lines_follow_the_table_and_verbose_says_everything(folder, monkeypa
     require_brief(short)
     order = (
         "NOT TO BE TRUSTED",
+        "Governs: yielding",
         "Strains are too large",
         "Not converged",
-        "Governs: yielding",
         "12 assumptions",
     )
     places = [short.index(text) for text in order]

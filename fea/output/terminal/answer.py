@@ -39,13 +39,13 @@ _REMEDIES = {
 
 
 def statements(summary: Summary) -> Iterator[str]:
-    """Yield the statements by consequence: what is wrong, what governs, what would change it, the rest."""
+    """Yield the statements by consequence: failed checks, what governs, doubts, what would change it, the rest."""
     yield from failed_checks(summary)
+    yield governs(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
     yield from singular(summary)
     yield from life(summary.life)
-    yield governs(summary)
     yield from levers(summary)
     yield from _cycle(summary)
     yield from _edges(summary)
