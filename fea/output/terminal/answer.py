@@ -39,7 +39,7 @@ _REMEDIES = {
 
 
 def statements(summary: Summary) -> Iterator[str]:
-    """Yield the statements by consequence: failed checks, what governs, doubts, what would change it, the rest."""
+    """Yield the statements by consequence: failed checks, what governs, doubts, remedies, the rest."""
     yield from failed_checks(summary)
     yield governs(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
