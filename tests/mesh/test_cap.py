@@ -70,9 +70,11 @@ def test_a_cap_of_its_own_is_joined_whatever_its_triangles_are(parts, cap):
 
 def test_an_assumed_cap_is_a_ring_of_the_section_at_the_joint(parts):
     folder, sizes = parts
-    closed = with_assumed_cap(stl_surface(folder / "plain.stl"))
-    require_closed(closed)
-    assert closed.volume == pytest.approx(sizes["plain"] + sizes["ring"], rel=0.01)
+    rod = stl_surface(folder / "plain.stl")
+    for turn in ([1, -1, -1], [1, 1, 1]):
+        closed = with_assumed_cap(SurfaceMesh(rod.points * np.array(turn), rod.facets))
+        require_closed(closed)
+        assert closed.volume == pytest.approx(sizes["plain"] + sizes["ring"], rel=0.01)
     assert with_assumed_cap(closed) is None
     bolted = with_assumed_cap(stl_surface(folder / "rod.stl"))
     require_closed(bolted)  # its bolt holes end at the joint
