@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, NonlinearConstraint, minimize
+from scipy.optimize import Bounds, NonlinearConstraint, linprog, minimize
 
 from fea.apps.optimise.designs import Design, Designs
 from geometry.arrays import Floats
@@ -173,15 +173,15 @@ def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: in
     """
     reserve, radius, waited = 0.0, _NEXT, 0
     while True:
-        about = min(remeshed, key=_merit)
-        if waited >= _PATIENT and about.margin >= 0:
+        about, holds = min(remeshed, key=_merit), any(design.margin >= 0 for design in remeshed)
+        if waited >= _PATIENT and holds:
             return f"further designs saved less than {100 * _SETTLED:g} % of the mass"
         if designs.count + mesh_cost > most:
             return f"the {most} evaluations are used up"
         x = _lightest(designs, about, reserve, radius)
         if any(np.abs(x - other.x).max() < _SAME for other in remeshed):
             if about.margin >= 0 or waited >= _PATIENT:
-                return f"none {'lighter' if about.margin >= 0 else 'that holds'} was found near the best one"
+                return f"none {'lighter' if holds else 'that holds'} was found near the best one"
             reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
             continue
         design = designs.begin(x)
@@ -257,8 +257,21 @@ def _round(
 
 
 def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, radius: float) -> Floats:
-    """The lightest design (n,) near another by a model of mass and logarithms of stresses (1 + k,)."""
+    """The lightest design (n,) near another by a model of mass and logarithms of stresses (1 + k,).
+
+    A linear programme, unless a rule of the dimensions forbids its solution.
+    """
     low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+    programme = linprog(
+        [*slopes[0], _LACKING * figures[0]],  # the last unknown: what the worst limit lacks
+        A_ub=np.hstack([slopes[1:], -np.ones((len(slopes) - 1, 1))]),
+        b_ub=-figures[1:],
+        bounds=[*zip(low - about.x, high - about.x, strict=True), (0.0, None)],
+    )
+    if programme.success:
+        x = np.clip(about.x + programme.x[:-1], low, high)
+        if np.abs(designs.nearest(x, about.x) - x).max() < _SAME:
+            return np.asarray(x)
 
     def model(x: Floats) -> tuple[float, Floats]:
         mass, *used = figures + slopes @ (np.clip(x, low, high) - about.x)
