@@ -47,6 +47,11 @@ class Design:
         return min(limit.margin for limit in self.limits)
 
     @property
+    def lacking(self) -> float:
+        """What it lacks of all limits together, 0 where it holds."""
+        return -sum(min(0.0, limit.margin) for limit in self.limits)
+
+    @property
     def governing(self) -> Limit:
         """The limit with the least margin."""
         return min(self.limits, key=lambda limit: limit.margin)

@@ -208,7 +208,7 @@ def _lightest(designs: Designs, about: Design, reserve: float, radius: float) ->
 
 def _merit(design: Design) -> float:
     """Mass of a design, more where it does not hold."""
-    return design.mass_kg * (1 + _LACKING * max(0.0, -design.margin))
+    return design.mass_kg * (1 + _LACKING * design.lacking)
 
 
 def _round(
@@ -249,10 +249,9 @@ def _round(
             break
         design = designs.at(x)
         slopes = corrected(slopes, about, design)
-        if _merit(design) < _merit(about) * (1 - _SETTLED):
-            about = design
-        else:
-            radius *= _SHORTER
+        settled = _merit(design) > _merit(about) * (1 - _SETTLED)
+        about = min(about, design, key=_merit)
+        radius *= _SHORTER if settled else 1.0
     return about.x, slopes
 
 
@@ -278,7 +277,22 @@ def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, r
         away = np.linalg.norm(x - designs.nearest(np.clip(x, low, high), about.x))
         return float(mass), np.append(1 - np.exp(used), -away)
 
-    x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
+    def margins(x: Floats) -> Floats:
+        return np.asarray(1 - np.exp(figures[1:] + slopes[1:] @ (x - about.x)))
+
+    smooth = minimize(
+        lambda x: figures[0] + slopes[0] @ (x - about.x),
+        about.x,
+        jac=lambda _x: slopes[0],
+        method="SLSQP",
+        bounds=Bounds(low, high),
+        constraints={
+            "type": "ineq", "fun": margins, "jac": lambda x: (margins(x) - 1)[:, None] * slopes[1:],
+        },
+    )  # fmt: skip
+    x = np.clip(smooth.x, low, high)
+    if not smooth.success or not np.array_equal(designs.nearest(x, about.x), x):  # no margins, or no room
+        x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
     return designs.nearest(x, about.x)
 
 
@@ -317,4 +331,4 @@ def _best(some: Sequence[Design]) -> Design:
     holding = [design for design in some if design.margin >= 0]
     if holding:
         return min(holding, key=lambda design: design.mass_kg)
-    return max(some, key=lambda design: design.margin)
+    return min(some, key=lambda design: design.lacking)
