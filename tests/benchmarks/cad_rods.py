@@ -33,6 +33,10 @@ MORE_RODS = (
     ),
 )
 SHIPPED = ("leon-2001", "columba-2022", "molina-2024", "leon-2001-bolted")
+_TOLD = (
+    "Seconds are of wall time and, in brackets, of the processors; nodes are those of each pass; the factor "
+    "is the smallest of the run, with its error bar."
+)
 _TICK = os.sysconf("SC_CLK_TCK")
 
 
@@ -127,8 +131,15 @@ def main() -> None:
     here = Path(__file__).parents[2]
     checkouts = [*([arguments.before.resolve()] if arguments.before else []), here]
     kinds = [*(["before"] if arguments.before else []), "after"]
+    command = " ".join(["python tests/benchmarks/cad_rods.py", *sys.argv[1:]])
     heads = [f"{kind}: {head}" for kind in kinds for head in ("draft s", "end s", "nodes", "factor ± bar")]
-    lines = [f"| rod | {' | '.join(heads)} |", f"|{' --- |' * (len(heads) + 1)}"]
+    lines = [
+        "# What a default run costs on rods that other people drew",
+        "",
+        f"Made by `{command}`. {_TOLD}",
+        "",
+    ]
+    lines += [f"| rod | {' | '.join(heads)} |", f"|{' --- |' * (len(heads) + 1)}"]
     with TemporaryDirectory() as written:
         for name, study in studies(arguments.cad, Path(written)):
             if arguments.only and name not in arguments.only:
