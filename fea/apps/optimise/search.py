@@ -261,14 +261,15 @@ def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, r
     A linear programme, unless a rule of the dimensions forbids its solution.
     """
     low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+    limits = len(figures) - 1
     programme = linprog(
-        [*slopes[0], _LACKING * figures[0]],  # the last unknown: what the worst limit lacks
-        A_ub=np.hstack([slopes[1:], -np.ones((len(slopes) - 1, 1))]),
+        [*slopes[0], *[_LACKING * figures[0]] * limits],  # a step, and what each limit lacks there
+        A_ub=np.hstack([slopes[1:], -np.eye(limits)]),
         b_ub=-figures[1:],
-        bounds=[*zip(low - about.x, high - about.x, strict=True), (0.0, None)],
+        bounds=[*zip(low - about.x, high - about.x, strict=True), *[(0.0, None)] * limits],
     )
     if programme.success:
-        x = np.clip(about.x + programme.x[:-1], low, high)
+        x = np.clip(about.x + programme.x[: len(low)], low, high)
         if np.abs(designs.nearest(x, about.x) - x).max() < _SAME:
             return np.asarray(x)
 
@@ -277,22 +278,7 @@ def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, r
         away = np.linalg.norm(x - designs.nearest(np.clip(x, low, high), about.x))
         return float(mass), np.append(1 - np.exp(used), -away)
 
-    def margins(x: Floats) -> Floats:
-        return np.asarray(1 - np.exp(figures[1:] + slopes[1:] @ (x - about.x)))
-
-    smooth = minimize(
-        lambda x: figures[0] + slopes[0] @ (x - about.x),
-        about.x,
-        jac=lambda _x: slopes[0],
-        method="SLSQP",
-        bounds=Bounds(low, high),
-        constraints={
-            "type": "ineq", "fun": margins, "jac": lambda x: (margins(x) - 1)[:, None] * slopes[1:],
-        },
-    )  # fmt: skip
-    x = np.clip(smooth.x, low, high)
-    if not smooth.success or not np.array_equal(designs.nearest(x, about.x), x):  # no margins, or no room
-        x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
+    x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
     return designs.nearest(x, about.x)
 
 
