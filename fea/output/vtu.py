@@ -109,6 +109,7 @@ def write_cells(
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
     writer.SetCompressorTypeToZLib()
+    writer.SetCompressionLevel(1)  # higher ones take two to five times as long and save 4 %
     writer.SetHeaderTypeToUInt64()  # arrays beyond 4 GiB
     if not writer.Write() or errors or writer.GetErrorCode():
         raise StorageError(f"{path} could not be written. Check the free disk space and the permissions.")
