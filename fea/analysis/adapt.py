@@ -24,7 +24,9 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.study.study import Study
 from geometry.arrays import Floats
+from geometry.errors import GeometryError
 from mesh.sizing import SizeField, Sizing
+from mesh.tetmesh import MeshError
 
 # Of many speeds this many, evenly spread, decide on the mesh: between them the shape of the stress changes
 # little.
@@ -79,7 +81,7 @@ def adapt_mesh(
     Raises
     ------
     GeometryError, MeshError, InvalidValue, …
-        See `fea.analysis.prepare.prepare`.
+        See `fea.analysis.prepare.prepare`. Where a finer mesh cannot be made, the last one gives the answer.
     """
     mesh = adaptive_mesh(study, clock, movable=movable) if mesh is None else mesh
     tolerance = study.tolerance_percent
@@ -98,12 +100,18 @@ def adapt_mesh(
             listener(passes[-1].text(len(passes)))
             if len(passes) == 1 and wanted is not None and not (met or obstacle):
                 elements = _predicted(rod, wanted)
-                listener(f"draft: safety factor {draft.text}; refining, to about {elements:.2g} elements")
+                listener(
+                    f"draft: safety factor {draft.text}; refining, to about {_rounded(elements)} elements"
+                )
         if met or wanted is None or obstacle:
             break
         fields.append(wanted)
-        del rod, results  # their memory is the next mesh's
-        mesh = adaptive_mesh(study, clock, fields, movable=movable)
+        try:
+            mesh = adaptive_mesh(study, clock, fields, movable=movable)
+        except (GeometryError, MeshError) as error:
+            obstacle = f"no finer mesh could be made. {error}"
+            break
+        del rod, results  # their memory is that of the next ones
     unmet = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {obstacle}"
     shortfall = doubt(unmet) if obstacle else None
     return Adapted(rod, tuple(passes), shortfall, results)
@@ -205,8 +213,13 @@ def _obstacle(rod: PreparedRod, wanted: SizeField | None, n_passes: int) -> str:
         return f"{meshes} tried; start from a smaller --size"
     elements = _predicted(rod, wanted)
     if elements > MAX_ELEMENTS:
-        return f"it would take {elements:.2g} elements, and the limit is {MAX_ELEMENTS}"
+        return f"it would take {_rounded(elements)} elements, and the limit is {MAX_ELEMENTS}"
     return ""
+
+
+def _rounded(number: float) -> int:
+    """Return a number to two digits."""
+    return int(float(f"{number:.2g}"))
 
 
 def _predicted(rod: PreparedRod, wanted: SizeField) -> float:

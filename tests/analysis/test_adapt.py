@@ -18,6 +18,7 @@ from fea.study.option_tables import AnalysisTable, MeshTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
+from mesh.tetmesh import MeshError
 
 
 def study(tolerance, size=None, **options):
@@ -154,6 +155,16 @@ def test_a_tolerance_out_of_reach_is_said(monkeypatch):
         r"tolerance of 0\.01 % is not met \(±\S+ % in \w+, because of \(\S+, \S+, \S+\) mm\): 1 mesh", note
     )
     monkeypatch.setattr(adapt, "MAX_PASSES", 3)
+
+    def fails(*_arguments, **_options):
+        raise MeshError("overlapping facets")
+
+    first = mesh_study(study(0.01, size=14.0))
+    with monkeypatch.context() as patched:
+        patched.setattr(adapt, "adaptive_mesh", fails)
+        kept = adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock(), mesh=first)
+    assert len(kept.passes) == len(kept.results) == 1
+    assert "no finer mesh could be made. overlapping facets" in kept.shortfall.text
     monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
     assert "the limit is 1000" in adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
 
