@@ -148,10 +148,11 @@ def _solved(
     most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
     factors: list[Factor] = []
+    regions = SurfaceRegions.of(mesh, rod.mesh.bores) if rod.options.cycle else None
     for rpm in speeds:
         result = solve_speed(rod, rpm)
         cases = tuple(result.cases.values())
-        fatigue = _fatigue(rod, cases)
+        fatigue = _fatigue(rod, cases, regions)
         used = [peak(*field, cases[0].error.masked) for field in fatigue[:-1]]
         widest = max(widest, *_bars(cases, used, all_cases=all_cases))
         factors += _factors(cases, used)
@@ -162,13 +163,11 @@ def _solved(
     return widest, ratio, results, min(factors, key=lambda factor: factor.low)
 
 
-def _fatigue(rod: PreparedRod, cases: Sequence[CaseResult]) -> list[Judged]:
+def _fatigue(rod: PreparedRod, cases: Sequence[CaseResult], regions: SurfaceRegions | None) -> list[Judged]:
     """Where a cycle is asked for, what the cases tell of fatigue: utilisation, if known, and amplitude."""
-    if not rod.options.cycle or len(cases) < 2:
+    if regions is None or len(cases) < 2:
         return []
-    mesh = rod.mesh.whole
-    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
-    used = usage(cases, mesh, rod.materials, regions, rod.options.fatigue)
+    used = usage(cases, rod.mesh.whole, rod.materials, regions, rod.options.fatigue)
     return [*([] if used is None else [used]), amplitude(cases)]
 
 

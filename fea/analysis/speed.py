@@ -11,7 +11,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.material import Material
 from fea.base.note import SINGULAR, Note, omission, remark, warning
-from fea.judge.case_result import CaseResult, case_result
+from fea.judge.case_result import CaseResult, bore_ends, case_result
 from fea.judge.fatigue import check_notes
 from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
@@ -164,6 +164,7 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
 
 def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
     """Recover the stresses of load cases in equilibrium and judge them, by the name of the case."""
+    rims = bore_ends(rod.mesh.whole)
     return {
         case.name: case_result(
             case,
@@ -171,6 +172,7 @@ def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
             fields,
             stresses,
             materials=rod.materials,
+            rims=rims,
             bore_datum=rod.bore_datum,
             sharp=rod.sharp_places,
         )

@@ -235,8 +235,9 @@ def case_figures(
     A case is judged by itself, or where another one is `governing` by whether it could govern as well.
     """
     length, tolerance = rod.mesh.bores.rod_length, rod.options.tolerance_percent or CONVERGED_PERCENT
-    verdict = case.verdict(tolerance)
-    if governing is not None and not rod.options.all_cases:
+    if governing is None or rod.options.all_cases:
+        verdict = case.verdict(tolerance)
+    else:
         verdict = governing.verdict(case, tolerance)
     return figures(
         CaseFigures,

@@ -197,10 +197,14 @@ def case_result(
     stresses: Sequence[Floats],
     *,
     materials: Sequence[Material],
+    rims: Mask,
     bore_datum: Floats | None = None,
     sharp: SharpPlaces | None = None,
 ) -> CaseResult:
-    """Return the result of a case from its fields and each part's stress (n_nodes, 6), NaN outside it."""
+    """Return the result of a case from its fields and each part's stress (n_nodes, 6), NaN outside it.
+
+    `rims` (n_nodes,) are the `bore_ends` of the mesh, the same for all of its cases.
+    """
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
     factors = [
@@ -215,7 +219,6 @@ def case_result(
         equivalent = np.where(worse, its_equivalent, equivalent)
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
-    rims = bore_ends(mesh)
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
     result = CaseResult(
         **vars(fields),

@@ -147,11 +147,7 @@ def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
 
 def _lasting(show: Callable[[str], None]) -> Callable[..., None]:
     def shown(text: str, *, lasting: bool = False) -> None:
-        if not lasting:
-            show(text)
-            return
-        sys.stderr.write(f"fea: {text}\n")
-        sys.stderr.flush()
+        (_line if lasting else show)(text)
 
     return shown
 
@@ -172,7 +168,6 @@ def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[..., 
         nonlocal last
         if clock() - last >= _MINUTE:
             last = clock()
-            sys.stderr.write(f"fea: {text}\n")
-            sys.stderr.flush()
+            _line(text)
 
     return _lasting(show)

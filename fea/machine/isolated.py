@@ -89,9 +89,20 @@ def isolated(
     CrashError, OvertimeError
         The process ended without a result, or took too much time.
     """
-    limited = partial(within, job, seconds, memory)
-    with copied(limited) if CAN_FORK else fresh() as process:
-        return process.result(listener) if CAN_FORK else process.run(limited, listener=listener)
+    with begun(job, seconds=seconds, memory=memory) as process:
+        return process.result(listener)  # type: ignore[no-any-return]
+
+
+def begun(
+    job: Callable[[], object], *, seconds: float | None = None, memory: int | None = None
+) -> "IsolatedProcess":
+    """Return a process that does a job, and then those it is given; arguments as `isolated`."""
+    limited = partial(_within, job, seconds, memory)
+    if CAN_FORK:
+        return copied(limited)
+    process = fresh()
+    process.begin(limited)
+    return process
 
 
 def say(progress: str) -> None:
@@ -351,8 +362,7 @@ def _send(kind: int, value: object) -> None:
         _Inside.answers.flush()
 
 
-def within(job: Callable[[], Result], seconds: float | None, memory: int | None) -> Result:
-    """In an isolated process: do a job within limits of processor time, s, and memory, bytes."""
+def _within(job: Callable[[], Result], seconds: float | None, memory: int | None) -> Result:
     if seconds is not None:
         _Inside.limited = True
         allow(seconds)

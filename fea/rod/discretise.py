@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
-from fea.machine.isolated import IsolatedProcess, allow, say
+from fea.machine.isolated import IsolatedProcess, allow, begun, say
 from fea.rod.flaws import MaterialsOf, mesh_flaws
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, put_together
-from fea.rod.reading import kept_process, reading_errors
+from fea.rod.reading import SECONDS, reading_errors
 from fea.study.rod_table import RodTable
 from geometry.assembly import Assembly
 from geometry.errors import require
@@ -135,7 +135,7 @@ class _Drawing:
         job = partial(_mesh_opened, _Drawing(self.rod, self.materials, self.assembly), request)
         if self.process is None or not self.process.alive:
             self.close()
-            self.process = kept_process(job)
+            self.process = begun(job, seconds=SECONDS)
         else:
             self.process.begin(job)
         process = self.process

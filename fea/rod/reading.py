@@ -5,20 +5,10 @@ solids: a damaged file makes it access invalid memory or run forever.
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import TypeVar
 
-from fea.machine.isolated import (
-    CrashError,
-    IsolatedProcess,
-    OvertimeError,
-    copied,
-    fresh,
-    isolated,
-    within,
-)
+from fea.machine.isolated import CrashError, OvertimeError, isolated
 from geometry.errors import GeometryError
-from geometry.system import CAN_FORK
 
 Result = TypeVar("Result")
 
@@ -45,16 +35,6 @@ def read_isolated(
     return reading_errors(
         lambda: isolated(job, seconds=seconds or SECONDS, memory=memory, listener=listener), what, who
     )
-
-
-def kept_process(job: Callable[[], object]) -> IsolatedProcess:
-    """Start a process that does a job and then others, within the same time as `read_isolated`."""
-    limited = partial(within, job, SECONDS, None)
-    if CAN_FORK:
-        return copied(limited)
-    process = fresh()
-    process.begin(limited)
-    return process
 
 
 def reading_errors(asked: Callable[[], Result], what: str, who: str = "the CAD kernel") -> Result:

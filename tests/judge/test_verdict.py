@@ -57,9 +57,8 @@ def test_where_hardly_any_stress_is_the_safety_factors_cap_hides_no_error_in_it(
     stress[:, 0] = [200.0, 1e-9, 0.0]
     error = CaseError((np.array([10.0, 300.0, 50.0]),), np.zeros(1), np.zeros(3, dtype=bool))
     mesh = TetMesh(np.zeros((3, 3)), np.zeros((0, 4), dtype=int))
-    found = case_result(
-        given(1.0), mesh, CaseFields(displacement=np.zeros((3, 3)), error=error), [stress], materials=[STEEL]
-    )
+    fields = CaseFields(displacement=np.zeros((3, 3)), error=error)
+    found = case_result(given(1.0), mesh, fields, [stress], materials=[STEEL], rims=np.zeros(3, dtype=bool))
     assert found.worst.value == pytest.approx(200 / 400)
     assert found.worst.error_percent == pytest.approx(5.0)
     assert found.error_percent == pytest.approx(50.0)  # of the stress: 300 MPa may be hidden in the second
