@@ -115,6 +115,7 @@ class RunResult:
     motion: Motion | None = None
     without_motion: str = ""
     instants: InstantFields | None = None  #: fields over the crank cycle, where they were asked for
+    pictured: bool = False  #: whether pictures are drawn where it is written
     life: Life | None = None  #: over the duty of the study, where it has one
 
     @property

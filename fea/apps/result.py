@@ -11,10 +11,11 @@ from fea.analysis.figures import Summary
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.prepare import prepare as prepared
 from fea.analysis.result import RunResult, run_result
+from fea.base.note import omission
 from fea.machine.clock import Clock
 from fea.output.folder import SUMMARY, run_folder
 from fea.output.json_file import as_dict, json_text
-from fea.output.run_files import write_files
+from fea.output.run_files import pays_to_draw, write_files
 from fea.output.target import PictureError
 from fea.output.text import write_text
 from fea.output.vtu import vtk_grid, write_vtu
@@ -94,11 +95,17 @@ class Result(RunResult):
         """Write all files of the run into a directory that exists, the summary last.
 
         Of one speed of several, the shared files are those beside its folder. Returned are the summary that
-        was written, and why a picture is missing (empty where none is).
+        was written, and why a picture that was asked for is missing (empty where none is).
         """
-        names, without_pictures = write_files(place, self, clock)
+        asked = self.study.output.screenshot
+        pictured = shared_files is None and pays_to_draw(self, clock) if asked is None else asked
+        names, without_pictures = write_files(place, replace(self, pictured=pictured), clock)
+        left_out = self.summary.left_out
+        if without_pictures and not (asked or self.study.output.report):
+            left_out, without_pictures = (*left_out, omission("pictures", without_pictures)), ""
         summary = replace(
             self.summary,
+            left_out=left_out,
             timings_s=self.summary.timings_s | dict(clock.seconds),
             total_s=max(clock.total, self.summary.total_s),
             files=tuple(sorted([*names, SUMMARY])),

@@ -39,7 +39,7 @@ def run_study(
     """
     places = places_of(study)
     clock = Clock(listener)
-    with ready_to_draw(wanted=study.output.screenshot or study.output.report), drawn_once():
+    with ready_to_draw(wanted=bool(study.output.screenshot or study.output.report)), drawn_once():
         with imported_meanwhile(() if study.rod.from_file else ahead):  # a file is read in a fork
             mesh = adaptive_mesh(study, clock)
         from fea.apps.write_run import write_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes

@@ -70,7 +70,7 @@ def write_runs(
 
 
 def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
-    shown = study.output.screenshot or study.analysis.buckling or any(place.film for place in places)
+    shown = bool(study.output.screenshot) or study.analysis.buckling or any(place.film for place in places)
     sweep = None
     if study.analysis.cycle:
         with clock("map"):

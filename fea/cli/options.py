@@ -45,7 +45,8 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
     for name in (*names, *helps, "unusual") if names or helps else known:
         flag = known[name]
         hint, alias = flag.kind if flag.kind is bool else flag.kind | None, flag.declared.alias
-        told = Parameter(help=helps.get(name, flag.help))
+        negative = f"--no-{name}" if flag.may_be_false else ""
+        told = Parameter(help=helps.get(name, flag.help), negative=negative)
         fields.append((name, Annotated[hint, told], field(default=None)))
         if alias:
             fields.append((alias, Annotated[hint, Parameter(show=False)], field(default=None)))

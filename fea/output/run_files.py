@@ -113,7 +113,7 @@ def _stress_history(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _bores(run: RunResult) -> Iterator[RunFiles]:
-    if run.study.output.screenshot and any(case.touch for case in run.cases.values()):
+    if run.pictured and any(case.touch for case in run.cases.values()):
         from fea.output.plots.joint import plot_bores  # noqa: PLC0415 - only a plot needs it
 
         length = run.summary.rod.length_mm
@@ -135,7 +135,7 @@ def _contact_history(run: RunResult) -> Iterator[RunFiles]:
 
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
-    if run.study.output.screenshot and run.speed is not None:
+    if run.pictured and run.speed is not None:
         from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
 
         results = [f"{name}.vtu" for name in run.cases]
@@ -168,6 +168,15 @@ WRITERS = (
     Writer("picture", _pictures),
     Writer("report", _report),
 )
+
+
+def pays_to_draw(run: RunResult, clock: Clock) -> bool:
+    """Whether pictures that nobody asked for would add at most a quarter to the time of a run until now.
+
+    Starting the process that draws takes about 2.5 s, and a picture .25 s and 2 µs a node.
+    """
+    drawing = 2.5 + len(run.cases) * (0.25 + 2e-6 * run.summary.model.nodes)
+    return clock.total > 4 * drawing
 
 
 def write_files(folder: Path, run: RunResult, clock: Clock) -> tuple[list[str], str]:

@@ -23,6 +23,11 @@ class Override(NamedTuple):
         return hints_of(TABLES[self.table])[self.key]
 
     @property
+    def may_be_false(self) -> bool:
+        """Whether False says something other than no value."""
+        return bool(self.hint == bool | None)
+
+    @property
     def kind(self) -> Any:
         """The type of the flag's value."""
         return self.declared.kind or self.hint
@@ -56,7 +61,7 @@ def overrides() -> dict[str, Override]:
 
 
 class Flags:
-    """Values of flags by their names; None and False leave the study as it is.
+    """Values of flags by their names; None leaves the study as it is, and False mostly does.
 
     Values come from the command line or Python: numbers and lists for ``rpm``, text for choices and paths.
     """
@@ -74,7 +79,11 @@ class Flags:
         """
         known, changes = overrides(), dict[str, dict[str, Any]]()
         aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
-        given = {name: value for name, value in vars(self).items() if not (value is None or value is False)}
+        given = {
+            name: value
+            for name, value in vars(self).items()
+            if value is not None and (value is not False or (name in known and known[name].may_be_false))
+        }
         for name, value in given.items():
             flag = known.get(name) or aliases.get(name)
             if flag is None:

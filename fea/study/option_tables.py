@@ -249,11 +249,10 @@ class AnalysisTable(Table, table="analysis"):
 class OutputTable(Table, table="output"):
     """[output]."""
 
-    screenshot: bool = key(
+    screenshot: bool | None = key(
         "false",
-        "save a .png picture of each load case next to its .vtu file",
-        default=False,
-        stated=True,
+        "save a .png picture of each load case next to its .vtu file, or none; default: if a run of one "
+        "speed takes at least four times as long as its pictures do",
         flag="screenshot",
         writes=True,
     )

@@ -1,5 +1,6 @@
 """What a machine, a file system and an impatient user do to a run: its exit code, one message, no remains."""
 
+import json
 import os
 import resource
 import signal
@@ -245,6 +246,17 @@ def test_without_a_renderer_the_figures_stay(tmp_path):
         one_line(done, 7, "libegl1")
     assert (tmp_path / "r" / "summary.json").exists()
     assert names(tmp_path) == {"r"}
+
+
+def test_pictures_that_nobody_asked_for_may_be_missing(tmp_path, monkeypatch):
+    """A long run is drawn by default, unless it shall not be; a failure to draw is said and ends nothing."""
+    monkeypatch.setattr("fea.apps.result.pays_to_draw", lambda _run, _clock: True)
+    monkeypatch.setattr("fea.output.pictures.picture.run_drawing", lambda *_, **_more: "no OpenGL here")
+    for flags, omitted in (([], [True]), (["--no-screenshot"], [])):
+        done = fea("run", *PLAIN, "--tolerance", 0, *flags, "--out", "r", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        left_out = json.loads((tmp_path / "r" / "summary.json").read_text())["left_out"]
+        assert ["no OpenGL here" in note["why"] for note in left_out if note["what"] == "pictures"] == omitted
 
 
 @pytest.mark.parametrize(
