@@ -19,6 +19,9 @@ LIBRARIES = ("vtkmodules.vtkIOXML", "vtkmodules.util.numpy_support")
 # Names of the components, for arrays that have them; VTK's own order for a symmetric tensor.
 COMPONENTS = {"stress": ("XX", "YY", "ZZ", "XY", "YZ", "XZ")}
 
+# What is rounded by the von Mises stress at its node.
+SCALED = ("stress", "principal_1", "principal_2", "principal_3")
+
 
 def write_vtu(
     path: Path,
@@ -41,8 +44,11 @@ def write_vtu(
     write_cells(path, mesh.points, mesh.tets, point_data, cell_data or {})
 
 
-# Bits of single precision that go: stresses are known to a per cent or so, and keep 2.4e-4 of a value.
-_BITS = 12
+# Bits of single precision that go: stresses are known to a per cent or so, and keep 2.4e-4 of a value, their
+# components and principal values of the von Mises stress at the node; error bars keep .4 % of themselves.
+_BITS = {"error_percent": 16}
+_MOST_BITS = 12
+_OF_VON_MISES = 2.0**-11
 # Displacements are in equilibrium with the loads to 1e-6 if they keep this part of the largest one; what is
 # left out are zero bits, which compress.
 _OF_LARGEST = 2.0**-34
@@ -58,7 +64,7 @@ def write_result(
     *,
     exact: bool,
 ) -> None:
-    """Write a result as small as its error bars allow: stresses to 2.4e-4 of a value, displacements exactly.
+    """Write a result as small as its error bars allow: stresses to 2.4e-4, displacements exactly.
 
     Elements come in the order of their first nodes, which compresses better. Coordinates are `exact`, to
     1e-9 mm, in one file of a run, from which it is read again, and to 6e-5 mm in the others. Otherwise as
@@ -69,23 +75,31 @@ def write_result(
         path,
         _to(_EXACT, mesh.points) if exact else _to(_DRAWN, mesh.points).astype(np.float32),
         mesh.tets[order],
-        {name: _rounded(name, values) for name, values in point_data.items()},
+        {name: _rounded(name, values, point_data.get("von_mises")) for name, values in point_data.items()},
         {name: _rounded(name, values[order]) for name, values in (cell_data or {}).items()},
     )
 
 
-def _to(step: float, values: Array) -> Array:
+def _to(step: float | Array, values: Array) -> Array:
     return np.asarray(np.round(values / step) * step)
 
 
-def _rounded(name: str, values: Array) -> Array:
-    """Return numbers of double precision rounded to what is known of them, in single precision mostly."""
+def _rounded(name: str, values: Array, von_mises: Array | None = None) -> Array:
+    """Return numbers of double precision rounded to what is known of them, in single precision mostly.
+
+    Stresses and principal values are rounded to a power of two that the `von_mises` stress beside them sets.
+    """
     if values.dtype != np.float64:
         return values
     if name == "displacement":
         largest = float(np.abs(values).max(initial=0.0))
         return _to(2.0 ** np.ceil(np.log2(largest)) * _OF_LARGEST, values) if largest else values
-    half, kept = np.uint32(1 << (_BITS - 1)), np.uint32(2**32 - (1 << _BITS))
+    if von_mises is not None and name in SCALED and (largest := float(von_mises.max(initial=0.0))):
+        exponents = np.floor(np.log2(np.maximum(von_mises, 1e-6 * largest)))
+        step = (_OF_VON_MISES * 2.0**exponents).reshape(-1, *(1,) * (values.ndim - 1))
+        return _to(step, values).astype(np.float32)
+    bits = _BITS.get(name, _MOST_BITS)
+    half, kept = np.uint32(1 << (bits - 1)), np.uint32(2**32 - (1 << bits))
     return ((np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) + half) & kept).view(np.float32)
 
 

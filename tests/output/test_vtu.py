@@ -120,11 +120,13 @@ def test_meshio_and_pyvista_read_everything_back(tmp_path, order, kind):
 def test_a_result_is_a_third_as_large_and_right_within_its_error_bars(tmp_path, exact, most):
     mesh = bent(box(8, order=2))
     points, cells = results(mesh)
+    points["von_mises"] = np.linalg.norm(points["stress"], axis=1)
+    points["principal_1"] = points["stress"].max(axis=1)
     points["displacement"] = mesh.points @ np.array([[1e-4, 2e-4, -3e-4], [0.0, 1e-4, 0.0], [1e-5, 0, 2e-4]])
     write_result(tmp_path / "small.vtu", mesh, points, cells, exact=exact)
     read, grid = meshio.read(tmp_path / "small.vtu"), pyvista.read(tmp_path / "small.vtu")
     raw = sum(array.nbytes for array in (mesh.points, *points.values(), *cells.values())) + mesh.tets.size * 4
-    assert (tmp_path / "small.vtu").stat().st_size < (0.5 if exact else 0.42) * raw  # of random stresses
+    assert (tmp_path / "small.vtu").stat().st_size < (0.47 if exact else 0.39) * raw  # of random stresses
     np.testing.assert_allclose(read.points, mesh.points, rtol=0, atol=most)
     np.testing.assert_array_equal(read.points, grid.points)
     order = np.argsort(mesh.tets.min(axis=1), kind="stable")
@@ -132,8 +134,9 @@ def test_a_result_is_a_third_as_large_and_right_within_its_error_bars(tmp_path, 
     np.testing.assert_allclose(
         read.point_data["displacement"], points["displacement"], rtol=1.1e-6, atol=1e-18
     )
-    for name in ("stress", "von_mises"):
-        np.testing.assert_allclose(read.point_data[name], points[name], rtol=2.5e-4)
+    for name in ("stress", "von_mises", "principal_1"):
+        wrong = abs(read.point_data[name] - points[name]).reshape(len(mesh.points), -1).max(axis=1)
+        assert (wrong / points["von_mises"]).max() < 2.5e-4
         np.testing.assert_array_equal(read.point_data[name], grid.point_data[name])
     np.testing.assert_allclose(read.cell_data["safety_factor"][0], cells["safety_factor"][order], rtol=2.5e-4)
 
