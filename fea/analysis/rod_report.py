@@ -16,8 +16,9 @@ from fea.judge.column import Plane
 from fea.rod.given import found_assembly
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.solid.inertia import inertia
-from fea.study.rod_table import RodTable, dimension_of
+from fea.study.rod_table import MASS_KEYS, RodTable, dimension_of
 from fea.study.study import Study
+from fea.study.tables import number_of
 from geometry.errors import require
 from geometry.fit import Fit, Targets, fit
 from geometry.rod import Rod
@@ -167,9 +168,9 @@ def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Sect
 def fitted(
     study: Study,
     free: Sequence[str],
-    mass_kg: float | None,
-    center_of_gravity_mm: float | None,
-    inertia_kg_m2: float | None,
+    mass_kg: float | str | None,
+    center_of_gravity_mm: float | str | None,
+    inertia_kg_m2: float | str | None,
 ) -> tuple[RodTable, Fit]:
     """Adjust named dimensions of the study's rod until its mass properties meet the targets.
 
@@ -194,11 +195,15 @@ def fitted(
     if given is not None and as_given:
         targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
     else:
+        mass, center, inertia_z = (
+            number_of(f"--{name.replace('_', '-')}", value, name)
+            for name, value in zip(MASS_KEYS, (mass_kg, center_of_gravity_mm, inertia_kg_m2), strict=True)
+        )
         targets = Targets(
             density,
-            None if mass_kg is None else mass_kg * KG,
-            center_of_gravity_mm,
-            None if inertia_kg_m2 is None else inertia_kg_m2 * KG_M2,
+            None if mass is None else mass * KG,
+            center,
+            None if inertia_z is None else inertia_z * KG_M2,
             bushing,
         )
     fitted_rod = fit(rod, targets, [dimension_of(key) for key in free])

@@ -19,8 +19,9 @@ M_S2 = 1e3
 DEG = math.pi / 180
 RPM = 2 * math.pi / 60
 
-_INCH, _POUND, _PSI = 25.4, 0.45359237, 6.894757e-3  # mm, kg, MPa
-_POUND_FORCE = 4.448222  # N
+_INCH, _POUND = 25.4, 0.45359237  # mm, kg
+_POUND_FORCE = 9.80665 * _POUND  # N
+_PSI = _POUND_FORCE / _INCH**2  # MPa
 # What else a quantity is given in, by the unit at the end of its key: how much of that unit it is.
 OTHER_UNITS: dict[str, dict[str, float]] = {
     "mm": {"inches": _INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
@@ -46,9 +47,18 @@ OTHER_UNITS: dict[str, dict[str, float]] = {
     "bar": {"MPa": 10.0, "psi": 10 * _PSI, "kPa": 1e-2, "Pa": 1e-5},
     "kN": {"N": 1e-3, "lbf": _POUND_FORCE * 1e-3, "kgf": 9.80665e-3, "kip": _POUND_FORCE},
     "N": {"kN": 1e3, "lbf": _POUND_FORCE, "kgf": 9.80665},
-    "Nm": {"lbf·ft": 1.355818, "lbf·in": 0.112985, "kgf·m": 9.80665, "N·mm": 1e-3},
+    "Nm": {
+        "lbf·ft": 12e-3 * _INCH * _POUND_FORCE,
+        "lbf·in": 1e-3 * _INCH * _POUND_FORCE,
+        "kgf·m": 9.80665,
+        "N·mm": 1e-3,
+    },
     "rpm": {"rad/s": 1 / RPM, "Hz": 60.0},
     "deg": {"rad": 1 / DEG},
     "1_K": {"1e-6/K": 1e-6, "1/°F": 1.8},
     "C": {},  # °F and K have another zero
+    "percent": {},
+    "hours": {},
+    "V": {"mV": 1e-3},
+    "bar_V": {"psi/V": 10 * _PSI, "MPa/V": 10.0},
 }

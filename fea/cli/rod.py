@@ -19,9 +19,9 @@ def rod(
     step: Path | None = None,
     screenshot: bool = False,
     fit: str | None = None,
-    mass_kg: float | None = None,
-    center_of_gravity_mm: float | None = None,
-    inertia_kg_m2: float | None = None,
+    mass_kg: float | str | None = None,
+    center_of_gravity_mm: float | str | None = None,
+    inertia_kg_m2: float | str | None = None,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -38,7 +38,7 @@ def rod(
         commas, such as shank_width_mm,web_thickness_mm. Prints the study with the fitted rod, and exits with
         code 5 if a target is missed.
     mass_kg
-        Target mass for --fit, kg.
+        Target mass for --fit, kg, or with its unit.
     center_of_gravity_mm
         Target centre of gravity for --fit, mm from the crank pin.
     inertia_kg_m2
@@ -89,7 +89,7 @@ def rod(
 
 
 def _require_plain(
-    step: Path | None, mass_kg: float | None, center_of_gravity_mm: float | None, inertia_kg_m2: float | None
+    step: Path | None, mass_kg: object, center_of_gravity_mm: object, inertia_kg_m2: object
 ) -> None:
     """Refuse targets without --fit, and a STEP file in a directory that does not exist."""
     from fea.output.target import require_target

@@ -7,7 +7,7 @@ from typing import Any
 from fea.base.choices import CONTACT, BoltGrade, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
-from fea.study.tables import Table, entries_of, key, nearest, not_negative, read_table, within
+from fea.study.tables import Table, entries_of, in_own_units, key, nearest, not_negative, read_table, within
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.plausible import Plausible
 from geometry.rod import Rod
@@ -228,7 +228,7 @@ def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> Assembly
 
     One way of tightening the bolts replaces another.
     """
-    kept = {} if table is None else entries_of(table)
+    kept, keys = {} if table is None else entries_of(table), in_own_units(AssemblyTable, "assembly", keys)
     if keys.keys() & set(_TIGHTENED):
         kept = {name: value for name, value in kept.items() if name not in _TIGHTENED}
     return read_table(AssemblyTable, "assembly", {**kept, **keys})

@@ -12,6 +12,7 @@ from enum import StrEnum
 from typing import Any
 
 from fea.study.presets import MATERIALS, engine_names
+from fea.study.quantities import own_unit, stem
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
 from fea.study.tables import Key, hints_of, keys_of, options_of, required, unit_of
@@ -22,8 +23,10 @@ from geometry.presets import PRESETS
 SCHEMA_FILE = "fea-study.schema.json"
 _HEAD = f"""#:schema ./{SCHEMA_FILE}
 # A study for fea. Edit it, then run: fea run THIS-FILE
-# Lengths are in mm, forces in N, stresses in MPa; each key names its unit. Keys that are commented out show
-# their default value or an alternative. Flags on the command line override the values in this file.
+# Lengths are in mm, forces in N, stresses in MPa; each key names its unit. A value may have another unit, by
+# the key without one: length = "5.7 in", peak_pressure = "1000 psi", bolt_torque = "45 lbf ft". Keys that
+# are commented out show their default value or an alternative. Flags on the command line override the values
+# in this file.
 """
 # Tables of a part's material, after the table that they belong to.
 _PARTS = {
@@ -81,7 +84,9 @@ def _entry(name: str, declared: Key) -> list[str]:
 
 
 _TITLE = "Study of a connecting rod for fea"
-_TYPES = {float: "number", int: "integer", str: "string", bool: "boolean"}
+_TYPES = {int: "integer", str: "string", bool: "boolean"}
+_NUMBER: dict[str, Any] = {"type": "number"}
+_QUANTITY = "[0-9].*[^0-9.+ -]"  # a number and its unit
 
 Schema = dict[str, Any]
 
@@ -100,7 +105,8 @@ def study_schema() -> Schema:
     tables["rod"] |= {"anyOf": _alternatives(sufficient())}
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
-    tables["engine"] |= _or_a_name(tables["engine"].pop("required"))
+    tables["engine"].pop("allOf")
+    tables["engine"] |= _or_a_name()
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": _TITLE,
@@ -122,20 +128,39 @@ def _schema_of(cls: Any) -> Schema:
     defaults = {field.name: field.default for field in dataclasses.fields(cls)}
     properties: dict[str, Schema] = {}
     for name, declared in keys_of(cls).items():
-        kinds = [_type(option) for option in options_of(hints_of(cls)[name])]
-        kind = kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
+        takes_text = own_unit(name) or declared.entries()
+        number = {"type": ["number", "string"], "pattern": _QUANTITY} if takes_text else _NUMBER
+        kind = _kind(cls, name, number)
         words = ", ".join(filter(None, unit_of(name)))
         said = f"{words}: {declared.comment}" if declared.comment else words
         properties[name] = {"description": said} | kind
         if declared.alias:
             properties[declared.alias] = {"description": f"now {name}", "deprecated": True} | kind
+        if stem(name) != name:
+            told = {"description": f"{name}, as a text with its unit: {declared.comment}"}
+            properties[stem(name)] = told | _kind(cls, name, {"type": "string", "pattern": _QUANTITY})
         if defaults[name] not in (dataclasses.MISSING, None):
             properties[name]["default"] = defaults[name]
-    needed = {"required": required(cls)} if required(cls) else {}
+    needed = _needs(required(cls)) if required(cls) else {}
     return {"type": "object", "properties": properties, "additionalProperties": False} | needed
 
 
-def _or_a_name(needed: list[str]) -> Schema:
+def _kind(cls: Any, name: str, number: Schema) -> Schema:
+    """Return the type of a key, in which `number` is that of a real number."""
+    kinds = [_type(option, number) for option in options_of(hints_of(cls)[name])]
+    return kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
+
+
+def _needs(names: Iterable[str]) -> Schema:
+    """Return that keys must be there, each with the unit in its name or in its value."""
+    return {
+        "allOf": [
+            {"anyOf": [{"required": [key]} for key in dict.fromkeys((name, stem(name)))]} for name in names
+        ]
+    }
+
+
+def _or_a_name() -> Schema:
     """Keywords of an engine: a name of the library, or a table with a preset or with what it cannot lack.
 
     Not as alternatives of two schemas, for which editors could not tell the key that is wrong.
@@ -144,12 +169,12 @@ def _or_a_name(needed: list[str]) -> Schema:
         "type": ["string", "object"],
         "if": {"type": "string"},
         "then": _choices(engine_names()),
-        "anyOf": _alternatives([["preset"], needed]),
+        "anyOf": _alternatives([["preset"], required(TABLES["engine"])]),
     }
 
 
 def _alternatives(keys: list[list[str]]) -> list[Schema]:
-    return [{"required": names} for names in keys]
+    return [_needs(names) for names in keys]
 
 
 def _reference(name: str) -> Schema:
@@ -160,11 +185,13 @@ def _choices(names: Iterable[str]) -> Schema:
     return {"type": "string", "enum": sorted(names)}
 
 
-def _type(option: Any) -> Schema:
+def _type(option: Any, number: Schema) -> Schema:
     if typing.get_origin(option) is tuple:
-        return {"type": "array", "items": _type(typing.get_args(option)[0])}
+        return {"type": "array", "items": _type(typing.get_args(option)[0], number)}
     if typing.get_origin(option) is dict:
-        return {"type": "object", "additionalProperties": _type(typing.get_args(option)[1])}
+        return {"type": "object", "additionalProperties": _type(typing.get_args(option)[1], number)}
+    if option is float:
+        return number
     if issubclass(option, StrEnum):
         return {"type": "string", "enum": [str(choice) for choice in option]}
     return {"type": _TYPES[option]}

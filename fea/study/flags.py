@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from fea.study.material_table import MaterialTable
+from fea.study.quantities import own_unit
 from fea.study.study import TABLES, Study
-from fea.study.tables import Key, checked, hints_of, keys_of, unit_of, unknown_key
+from fea.study.tables import Key, checked, hints_of, keys_of, number_of, unit_of, unknown_key
 from geometry.errors import require
 
 
@@ -29,8 +30,8 @@ class Override(NamedTuple):
 
     @property
     def kind(self) -> Any:
-        """The type of the flag's value."""
-        return self.declared.kind or self.hint
+        """The type of the flag's value; a quantity may be text with a unit."""
+        return self.declared.kind or (self.hint | str if own_unit(self.key) else self.hint)
 
     @property
     def help(self) -> str:
@@ -39,7 +40,7 @@ class Override(NamedTuple):
         default = getattr(TABLES[self.table], self.key, None)
         parts = (
             f"{comment[:1].upper()}{comment[1:]}",
-            f"; in {unit}" if unit else "",
+            f"; in {unit}, or with its unit" if unit else "",
             f"; default: {default}" if default else "",
         )
         return self.declared.help or f"{''.join(parts)}."
@@ -47,7 +48,8 @@ class Override(NamedTuple):
     def value(self, given: Any) -> Any:
         """Return the value of the key; raises `InvalidValue` if it has none such."""
         parse = self.declared.parse
-        return parse(given) if parse else checked(f"{self.table}.{self.key}", given, self.hint)
+        name = f"{self.table}.{self.key}"
+        return parse(given) if parse else checked(name, number_of(name, given, self.key), self.hint)
 
 
 def overrides() -> dict[str, Override]:

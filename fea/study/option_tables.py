@@ -1,6 +1,5 @@
 """The tables of a study about loads, mesh, analysis, pins, duty, optimisation and output."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
@@ -20,7 +19,9 @@ from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
-from fea.study.tables import Table, key, not_negative, within
+from fea.study.tables import Table, key, not_negative, read_keys, within
+from geometry.dimensions import dimensions
+from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_number, require_positive
 from geometry.plausible import Plausible
 
@@ -418,8 +419,6 @@ class DutyTable(
 FEWEST, MOST = 20, 10_000
 # What crankshaft, piston and cylinder block decide.
 _FITTED = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
-_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
-_NUMBERS = re.compile(f"{_NUMBER}:{_NUMBER}")
 _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 
@@ -440,6 +439,7 @@ class OptimiseTable(
         "{ web_thickness_mm = [3.0, 7.0], big_end_ring_mm = [6.0, 12.0] }",
         "dimensions with their bounds, mm; default: shank, web, flanges and rings, each from 0.6 to 1.4 "
         "times what it is",
+        entries=lambda: [key_of(name) for name in dimensions()],
         default=dict,
     )
     min_yield_safety: float | None = key(
@@ -471,20 +471,27 @@ class OptimiseTable(
 
 
 def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Return free dimensions and their bounds, mm, from ``web_thickness_mm=3:7``.
+    """Return free dimensions and their bounds, mm, from ``web_thickness_mm=3:7`` or ``…=0.1in:0.3in``.
 
     Raises
     ------
     InvalidValue
         One is not written so.
     """
-    free: dict[str, tuple[float, ...]] = {}
+    free: dict[str, list[float | str]] = {}
     for text in given:
         name, _, bounds = text.partition("=")
-        numbers = _NUMBERS.fullmatch(bounds.strip())
+        ends = [bound.strip() for bound in bounds.split(":")]
         rule = "must name a dimension with its bounds in mm, as web_thickness_mm=3:7"
-        if numbers is None:
-            raise InvalidValue("--free", text, rule)
+        require(len(ends) == 2 and all(ends), "--free", text, rule)
         require(name.strip() not in free, "--free", text, "names a dimension twice", "Leave one out.")
-        free[name.strip()] = (float(numbers[1]), float(numbers[2]))
-    return free
+        free[name.strip()] = [_plain_number(end) for end in ends]
+    return OptimiseTable(**read_keys(OptimiseTable, "optimise", {"free": free})).free
+
+
+def _plain_number(text: str) -> float | str:
+    """Return a number; a text that is none may have a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

@@ -11,7 +11,8 @@ from typing import Any
 
 from fea.base.note import UNITS, Note, doubt
 from fea.base.units import OTHER_UNITS
-from fea.study.tables import keys_of, own_unit, unit_of
+from fea.study.quantities import own_unit
+from fea.study.tables import keys_of, unit_of
 from geometry.errors import is_finite
 from geometry.plausible import Plausible
 

@@ -13,6 +13,7 @@ from fea.study.paths import absolute, is_file, located
 from fea.study.tables import (
     Table,
     entries_of,
+    full_key,
     key,
     nearest,
     one_of,
@@ -58,7 +59,7 @@ class MeshFile:
 _ALIKE = 0.01
 _LEAST = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
 _BORES = _LEAST[1:]
-_MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
+MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Keys that name a file, and those that say how to read it.
 _FILES = ("step", "cad", "mesh")
 _FILE_OPTIONS = ("unit", "solids", "cap", "swap_ends")
@@ -248,7 +249,7 @@ class RodTable:
             There are no dimensions, or one of those given is unknown or breaks a rule.
         """
         for name in changes:
-            if name not in _fields():
+            if full_key(name, _fields()) not in _fields():
                 raise unknown_key("[rod]", name, _fields())
         rod = dataclasses.replace(self.solid(), **_dimensions(read_keys(RodKeys, "rod", changes)))
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
@@ -294,7 +295,7 @@ class RodTable:
             entries = {"length_mm": self.length}
         if self.mass is not None:
             figures = (self.mass.mass / KG, self.mass.center[0], self.mass.inertia_z / KG_M2)
-            entries |= dict(zip(_MASS_KEYS, figures, strict=True))
+            entries |= dict(zip(MASS_KEYS, figures, strict=True))
         return entries
 
 
@@ -315,7 +316,7 @@ def _file_key(cad: CadFile) -> str:
 
 def sufficient() -> list[list[str]]:
     """Return sets of keys, each of which is enough to define a rod."""
-    return [*([name] for name in _FILES), ["preset"], ["length_mm", *_MASS_KEYS], list(_LEAST)]
+    return [*([name] for name in _FILES), ["preset"], ["length_mm", *MASS_KEYS], list(_LEAST)]
 
 
 def dimension_of(key: str) -> str:
@@ -398,7 +399,7 @@ def _between_bores(table: RodTable) -> RodTable:
 def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, folder: Path) -> RodTable:
     mesh = key == "mesh"
     what = "mesh" if mesh else "file"
-    allowed = {key, *_BORES, *_MASS_KEYS, *_FILE_OPTIONS} - ({"solids"} if mesh else set())
+    allowed = {key, *_BORES, *MASS_KEYS, *_FILE_OPTIONS} - ({"solids"} if mesh else set())
     for name, value in given.items():
         dimensionless = not mesh and name in ("preset", *_FILES)
         rule = f"cannot be combined with {key}" + (
@@ -438,12 +439,12 @@ def _cap(given: str, folder: Path, readable: Callable[[Path], bool]) -> MissingC
 
 
 def _mass(given: Mapping[str, Any]) -> MassProperties | None:
-    present = [name for name in _MASS_KEYS if name in given]
+    present = [name for name in MASS_KEYS if name in given]
     if not present:
         return None
-    for name in _MASS_KEYS:
+    for name in MASS_KEYS:
         rule = f"is missing, but {present[0]} is given"
-        require(name in given, f"rod.{name}", None, rule, f"Give all of {', '.join(_MASS_KEYS)}, or none.")
+        require(name in given, f"rod.{name}", None, rule, f"Give all of {', '.join(MASS_KEYS)}, or none.")
     zero = (0.0, 0.0, 0.0)
     moment = given["inertia_kg_m2"] * KG_M2
     center = (given["center_of_gravity_mm"], 0.0, 0.0)

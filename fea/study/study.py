@@ -46,7 +46,7 @@ from fea.study.paths import is_file, located, require_size, require_text
 from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
-from fea.study.tables import entries_of, nearest, read_table, toml_text, unknown_key
+from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh
@@ -450,7 +450,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
             raise unknown_key(f"{name}.toml:", key, TABLES)
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
-    raw, part_material = _parted(_with_cycle(with_contact(raw)))
+    raw, part_material = _parted(_with_cycle(with_contact(with_own_units(raw))))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
     tables = {
@@ -462,6 +462,12 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     if "duty" in tables:
         tables["duty"] = tables["duty"].located(folder)
     return Study(name, rod, part_material=part_material, folder=folder, **tables)
+
+
+def with_own_units(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a study with values that have units as `in_own_units`; errors as there."""
+    tables = {name: table for name, table in raw.items() if name in TABLES and isinstance(table, Mapping)}
+    return {**raw, **{name: in_own_units(TABLES[name], name, table) for name, table in tables.items()}}
 
 
 def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:

@@ -8,12 +8,13 @@ import dataclasses
 import difflib
 import types
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 from fea.base.units import OTHER_UNITS
+from fea.study.quantities import own_unit, quantity, stem
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 from geometry.plausible import Plausible
 
@@ -32,7 +33,8 @@ _UNITS = {
     "um": "µm",
     "C": "°C",
     "deg": "degrees",
-    **{unit: unit for unit in ("mm", "kg", "bar", "GPa", "MPa", "kN", "N", "percent")},
+    "bar_V": "bar/V",
+    **{unit: unit for unit in ("V", "mm", "kg", "bar", "GPa", "MPa", "kN", "N", "percent")},
 }
 
 
@@ -58,6 +60,8 @@ class Key:
     help: str = ""  #: of the flag, where the comment is not
     kind: Any = None  #: type of the flag's value, where it is not that of the key
     parse: Callable[[Any], Any] | None = None  #: turns the flag's value into that of the key
+    #: Names of the keys of a table whose entries are quantities, too
+    entries: Callable[[], Collection[str]] = tuple
     writes: bool = False  #: whether the flag asks for a file, which an analysis in memory does not write
 
 
@@ -154,15 +158,9 @@ def _converted(key: str, valid: Iterable[str]) -> str:
         for unit, factor in OTHER_UNITS.get(own, {}).items():
             words = {unit.translate(_PLAIN), *_SPELT.get(unit, ())}
             if key in {f"{name.removesuffix(own)}{word}" for word in words}:
-                return f"Give {name}, which is {factor:.6g} times the value in {unit}."
+                with_unit = f'or {stem(name)} = "5.7 {unit}"'
+                return f"Give {name}, which is {factor:.6g} times the value in {unit}, {with_unit}."
     return ""
-
-
-def own_unit(key: str) -> str:
-    """Return the unit at the end of a key, of `OTHER_UNITS`; "" where it has none."""
-    name = key.rpartition(".")[2]
-    ends = (unit for unit in OTHER_UNITS if name == unit or name.endswith(f"_{unit}"))
-    return max(ends, key=len, default="")
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:
@@ -194,13 +192,51 @@ def read_keys(cls: type[Any], where: str, raw: object) -> dict[str, Any]:
     hints = hints_of(cls)
     aliases = {declared.alias: name for name, declared in keys_of(cls).items() if declared.alias}
     values: dict[str, Any] = {}
-    for given, value in raw.items():
+    for given, value in in_own_units(cls, where, raw).items():
         name = aliases.get(given, given)
         if name not in hints:
             raise unknown_key(f"[{where}]", given, hints)
         require(name not in values, f"{where}.{given}", value, "is given twice, by two names", "Remove one.")
         values[name] = checked(f"{where}.{given}", value, hints[name])
     return values
+
+
+def in_own_units(cls: type[Any], where: str, raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a TOML table whose values with units stand as numbers, by the keys that name their units.
+
+    So do those of the tables in it. Errors as of `quantity`, and for a value that is given by both keys.
+    """
+    values: dict[str, Any] = {}
+    for given, value in raw.items():
+        name, said = full_key(given, keys_of(cls)), f"{where}.{given}"
+        require(name not in values, said, value, "is given twice, with its unit and without", "Remove one.")
+        if isinstance(value, Mapping):
+            entries = keys_of(cls)[given].entries() if given in keys_of(cls) else keys_of(cls)
+            values[name] = {
+                (own := full_key(key, entries)): number_of(f"{said}.{key}", entry, own, bare=own != key)
+                for key, entry in value.items()
+            }
+        else:
+            values[name] = number_of(said, value, name, bare=name != given)
+    return values
+
+
+def full_key(given: str, names: Collection[str]) -> str:
+    """Return the key with its unit that a key without one stands for, or the key itself."""
+    return given if given in names else next((name for name in names if stem(name) == given), given)
+
+
+def number_of(said: str, value: Any, name: str, *, bare: bool = False, change: bool = False) -> Any:
+    """Return a value of key `name`, or each of a list, as `quantity` does where it is a text with a unit.
+
+    `bare`: its key is given without the unit, so that the value must have one. `said` is for messages.
+    """
+    unit = own_unit(name)
+    if not unit or isinstance(value, bool | Mapping):
+        return value
+    if isinstance(value, list | tuple):
+        return [number_of(said, entry, name, bare=bare, change=change) for entry in value]
+    return quantity(said, value, unit, change=change) if bare or isinstance(value, str) else value
 
 
 def required(cls: Any) -> list[str]:

@@ -13,8 +13,8 @@ from typing import Any
 
 from fea.study.option_tables import SpeedTable
 from fea.study.paths import is_file
-from fea.study.study import TABLES, Study, load_study, shipped_studies, study_of_tables
-from fea.study.tables import hints_of, unknown_key
+from fea.study.study import TABLES, Study, load_study, shipped_studies, study_of_tables, with_own_units
+from fea.study.tables import full_key, hints_of, keys_of, number_of, unknown_key
 from geometry.errors import InvalidValue, require
 
 
@@ -82,6 +82,7 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
         raw = tomllib.loads(Path(place).read_text(encoding="utf-8-sig"))
     else:
         raw = {"rod": study.rod.as_dict()}
+    raw = with_own_units(raw)
     raw.pop("output", None)
     Base(study.name, raw, study.folder, ()).require_presets_alone(fixed)
     with_all = changed(raw, fixed)
@@ -126,7 +127,7 @@ _TABLES = tuple(name for name in TABLES if name not in ("optimise", "output"))
 
 
 def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
-    """Return what a table of tables says of each key: ``("rod.web_thickness_mm", value)``.
+    """Return what a table of tables says of each key: ``("rod.web_thickness_mm", value)``, in its unit.
 
     Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``); `where` is the name of
     the table, for messages.
@@ -139,8 +140,24 @@ def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
     for path, value in _flat(raw, ()):
-        kind_of(".".join(path), where)
-        yield ".".join(path), value
+        *above, given = path
+        table = TABLES.get(above[0]) if above else None
+        name = given if table is None else full_key(given, keys_of(table))
+        key, said, bare = ".".join((*above, name)), ".".join((where, *path)), name != given
+        kind_of(key, where)
+        if not isinstance(value, Mapping):
+            yield key, number_of(said, value, name, bare=bare)
+            continue
+        span = {
+            bound: number_of(f"{said}.{bound}", value[bound], name, bare=bare, change=bound == "deviation")
+            for bound in value
+            if bound in _QUANTITIES
+        }
+        yield key, {**value, **span}
+
+
+# What of a range or a distribution is in the unit of its key.
+_QUANTITIES = ("from", "to", "mean", "deviation", "mode")
 
 
 def kind_of(key: str, where: str) -> Any:
@@ -174,7 +191,8 @@ def _is_table(path: tuple[str, ...]) -> bool:
     """Whether a path names a table, or a part's own material, rather than a key."""
     if len(path) == 1:
         return True
-    return len(path) == 2 and path[0] == "material" and path[1] not in hints_of(TABLES["material"])
+    keys = keys_of(TABLES["material"])
+    return len(path) == 2 and path[0] == "material" and full_key(path[1], keys) not in keys
 
 
 _NEEDED = ("dask", "distributed", "pyarrow", "SALib")
