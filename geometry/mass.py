@@ -28,7 +28,10 @@ class MassProperties:
 
     def reflected(self, axis: int) -> "MassProperties":
         """Join the body and its image about the plane through the origin normal to `axis` (0, 1, 2)."""
-        image = _flip(self, axis)
+        sign = [-1.0 if i == axis else 1.0 for i in range(3)]
+        center = [s * value for s, value in zip(sign, self.center, strict=True)]
+        rows = [[sign[i] * sign[j] * self.inertia[i][j] for j in range(3)] for i in range(3)]
+        image = MassProperties(self.mass, (center[0], center[1], center[2]), _tensor(rows))
         return joined((self, image))
 
 
@@ -45,13 +48,6 @@ def joined(bodies: Sequence[MassProperties]) -> MassProperties:
                 shift = (square if i == j else 0.0) - d[i] * d[j]
                 total[i][j] += body.inertia[i][j] + body.mass * shift
     return MassProperties(mass, (center[0], center[1], center[2]), _tensor(total))
-
-
-def _flip(body: MassProperties, axis: int) -> MassProperties:
-    sign = [-1.0 if i == axis else 1.0 for i in range(3)]
-    center = [s * value for s, value in zip(sign, body.center, strict=True)]
-    rows = [[sign[i] * sign[j] * body.inertia[i][j] for j in range(3)] for i in range(3)]
-    return MassProperties(body.mass, (center[0], center[1], center[2]), _tensor(rows))
 
 
 def _tensor(rows: Sequence[Sequence[float]]) -> Tensor:

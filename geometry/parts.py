@@ -57,7 +57,9 @@ def divided(
         return bodies
     tools: dict[str, Entity] = {}
     if normal is not None:
-        tools[CAP] = _half_space(normal, far)
+        box = gmsh.model.occ.addBox(-far, -far, -far, far, 2 * far, 2 * far)
+        gmsh.model.occ.rotate([(SOLID, box)], 0, 0, 0, 0, 0, 1, math.atan2(normal[1], normal[0]))
+        tools[CAP] = SOLID, box
     if radius is not None:
         tools[UPPER_SHELL] = _core(radius, far, normal or (1.0, 0.0))
     solids = [(SOLID, tag) for tag in bodies.values()]
@@ -89,12 +91,6 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
         gmsh.model.occ.addDisk(*bolt.at(level), radius, radius, -1, list(bolt.direction), list(across))
         for level, radius in levels
     ]
-
-
-def _half_space(normal: tuple[float, float], far: float) -> Entity:
-    box = gmsh.model.occ.addBox(-far, -far, -far, far, 2 * far, 2 * far)
-    gmsh.model.occ.rotate([(SOLID, box)], 0, 0, 0, 0, 0, 1, math.atan2(normal[1], normal[0]))
-    return SOLID, box
 
 
 def _core(radius: float, far: float, normal: tuple[float, float]) -> Entity:

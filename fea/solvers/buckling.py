@@ -156,7 +156,9 @@ class Buckling:
 
     def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
         """−K_σ times vectors (n, k)."""
-        return -self._joined(load.times(self._parts(vectors), parity_z))
+        parts = load.times(self._parts(vectors), parity_z)
+        stacked = np.stack([parts[side] for side in self._sides])
+        return -stacked.reshape(-1, stacked.shape[-1])
 
     def _turning(self, model: Model, side: Parity) -> Constrained:
         """The body symmetric about z = 0, with the model's factor."""
@@ -195,10 +197,6 @@ class Buckling:
     def _parts(self, v: Floats) -> dict[Parity, Floats]:
         parts = v.reshape(len(self._sides), len(self._mesh.points), 3, *v.shape[1:])
         return dict(zip(self._sides, parts, strict=True))
-
-    def _joined(self, parts: Mapping[Parity, Floats]) -> Floats:
-        stacked = np.stack([parts[side] for side in self._sides])
-        return stacked.reshape(-1, stacked.shape[-1])
 
     def _solved(self, parity_z: Parity, f: Floats) -> Floats:
         parts = f.reshape(len(self._sides), -1, f.shape[1])

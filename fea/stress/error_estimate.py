@@ -98,7 +98,8 @@ class ErrorEstimator:
         energy, solution = np.zeros((2, n_elements, n_cases))
         errors = []
         for number, (stress, material) in enumerate(zip(stresses, self._materials, strict=True)):
-            of_part = self._elements(number)
+            part = self._mesh.part
+            of_part = np.arange(len(self._mesh.tets)) if part is None else np.flatnonzero(part == number)
             element_stress = self._gauss_stress(displacement, material, (pressure or {}).get(number))
             spread = _NodalMean(len(stress), n_cases)
             for block in blocks(of_part.size, _BLOCK):
@@ -120,10 +121,6 @@ class ErrorEstimator:
         order = self._mesh.order
         share = np.divide(indicator, stress, out=np.ones_like(stress), where=indicator < stress)
         return np.asarray(STRESS_FACTOR[order] * indicator * share ** (STRESS_POWER[order] - 1))
-
-    def _elements(self, number: int) -> Ints:
-        part = self._mesh.part
-        return np.arange(len(self._mesh.tets)) if part is None else np.flatnonzero(part == number)
 
     def _energies(
         self, elements: Ints, raw: Floats, nodal: Floats, material: Material

@@ -86,7 +86,9 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     twice = len(pairs) > 1 and all(map(_alike, best, pairs[1]))
     if twice or (diameters[1] is None and _is_amid(best, holes)):
         raise GeometryError(f"more than one pair of holes could be the bores: {_list(holes)}. {NAME_BORES}")
-    middle = _middle(volumes)
+    mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
+    centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
+    middle = np.asarray(mass @ centers / mass.sum())
     ordered = heavier_first(best, middle) if _alike(*best) else best
     if diameters == UNKNOWN:
         _require_round(odd, ordered)
@@ -217,12 +219,6 @@ def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:
         for hole in holes
         if hole.parallel(small)
     )
-
-
-def _middle(volumes: Sequence[int]) -> Floats:
-    mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
-    centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
-    return np.asarray(mass @ centers / mass.sum())
 
 
 def _alike(one: CadHole, other: CadHole) -> bool:

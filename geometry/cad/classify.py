@@ -202,7 +202,9 @@ def named_parts(
     shells = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
     if shells:
         rule = f"the file has bearing shells of its own ({', '.join(shells)})"
-        thick = _thickness(volumes[shells[0]])
+        shell = volumes[shells[0]]
+        radii = [face.values[6] for face in recognised_faces(shell) if face.shape == "Cylinder"]
+        thick = max(radii, default=0.0) - min(radii, default=0.0)
         fits = not assembly.shell or math.isclose(assembly.shell, thick, rel_tol=0.02)
         remedy = f"Leave it out, or give their thickness, {thick:.4g} mm."
         require(fits, "assembly.shell_thickness_mm", assembly.shell, rule, remedy)
@@ -247,8 +249,3 @@ def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
         f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Say it in "
         'rod.solids, as "cap: NAME" (rod, cap, bushing, shell, bolt or nut), or keep other solids'
     )
-
-
-def _thickness(shell: Sequence[int]) -> float:
-    radii = [face.values[6] for face in recognised_faces(shell) if face.shape == "Cylinder"]
-    return max(radii, default=0.0) - min(radii, default=0.0)

@@ -56,7 +56,7 @@ def read_inp(path: Path) -> TetFile:
             if keyword == "NODE" and lines:
                 if options.get("SYSTEM", "R").upper() != "R":
                     raise MeshError("its nodes are not in Cartesian coordinates (*NODE, SYSTEM=…)")
-                nodes.append(_coordinates(lines))
+                nodes.append(np.asarray(np.loadtxt(lines, delimiter=",", usecols=range(4), ndmin=2)))
             elif keyword == "ELEMENT":
                 blocks.append((_kind(options.get("TYPE", "")), lines))
             elif keyword == "INCLUDE":
@@ -90,10 +90,6 @@ def _kind(name: str) -> str:
     name = name.upper()
     solid = re.search(r"C3D(\d+)", name)
     return _SOLIDS.get(solid[1], name) if solid else name
-
-
-def _coordinates(lines: Sequence[str]) -> Floats:
-    return np.asarray(np.loadtxt(lines, delimiter=",", usecols=range(4), ndmin=2))
 
 
 def _unique_nodes(table: Floats) -> tuple[Ints, Floats]:

@@ -150,7 +150,11 @@ def mended(file: TetFile) -> Mended:
         Nodes that are missing or not finite, flat or overlapping elements, mid-side nodes that are not on
         their edges, or several pieces; with the numbers of elements.
     """
-    _require_nodes(file)
+    stray = (file.tets < 0) | (file.tets >= len(file.points))
+    _refuse(stray.any(axis=1), file.numbers, "nodes that do not exist")
+    usable = np.abs(file.points) < _FARTHEST  # not so for NaN
+    sound = np.asarray(usable.all(axis=1))[file.tets].all(axis=1)
+    _refuse(np.logical_not(sound), file.numbers, "nodes whose coordinates are no usable numbers")
     points, tets, merged = _merged(file.points, file.tets)
     ordered = np.sort(tets, axis=1)
     _refuse((ordered[:, 1:] == ordered[:, :-1]).any(axis=1), file.numbers, "the same node twice")
@@ -174,14 +178,6 @@ def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[st
     notes = [f"{what}: {count}" for what, count in counts.items() if count]
     exchanged = "the last two mid-side nodes of every element were exchanged, to stand on their edges"
     return (*notes, exchanged) if swapped else tuple(notes)
-
-
-def _require_nodes(file: TetFile) -> None:
-    stray = (file.tets < 0) | (file.tets >= len(file.points))
-    _refuse(stray.any(axis=1), file.numbers, "nodes that do not exist")
-    usable = np.abs(file.points) < _FARTHEST  # not so for NaN
-    sound = np.asarray(usable.all(axis=1))[file.tets].all(axis=1)
-    _refuse(np.logical_not(sound), file.numbers, "nodes whose coordinates are no usable numbers")
 
 
 def _refuse(

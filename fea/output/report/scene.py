@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import LoadFigures
 from fea.analysis.motion import Motion, ParityMotion
 from fea.analysis.result import Array, Run
 from fea.base.choices import Support
@@ -93,12 +92,13 @@ def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, pack
     packer.values(f"{name}.strength", _strength(own), surface.parents)
     if "contact_pressure" in own:
         packer.values(f"{name}.contact_pressure", own["contact_pressure"], surface.parents)
+    crank, pin = (-loads.crank_axial_N, loads.crank_transverse_N), (loads.pin_axial_N, loads.pin_transverse_N)
     return {
         "id": name,
         "kind": "case",
         "title": name.capitalize(),
         "angle": loads.crank_deg,
-        "forces": _forces(loads),
+        "forces": [[round(value, 1) + 0.0 for value in force] for force in (crank, pin)],
         "touch": bore_loads(figures.contact),
         "fields": [
             field | ({"away": list(figures.at_mm)} if singular and field["name"] == VON_MISES else {})
@@ -116,12 +116,6 @@ def _strength(own: Mapping[str, Array]) -> Floats:
     usual = float(np.nanmedian(strength)) if free.any() else 0.0
     # Rounding would make constants look like noise.
     return np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])
-
-
-def _forces(loads: LoadFigures) -> list[list[float]]:
-    """Forces [x, y] on the rod at the big and at the small end, N."""
-    crank, pin = (-loads.crank_axial_N, loads.crank_transverse_N), (loads.pin_axial_N, loads.pin_transverse_N)
-    return [[round(value, 1) + 0.0 for value in force] for force in (crank, pin)]
 
 
 def _levels(values: Floats, steps: int) -> int:

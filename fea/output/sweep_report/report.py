@@ -245,6 +245,7 @@ def write_sweep_report(path: Path, swept: Swept) -> None:
 
 def sweep_page(swept: Swept) -> str:
     """Return the report of a sweep as HTML."""
+    factors = swept.figures.get("factor", ())
     return html_page(
         "sweep_report",
         "sweep.html.jinja",
@@ -255,15 +256,9 @@ def sweep_page(swept: Swept) -> str:
         matrix=matrix(swept),
         effects=main_effects(swept),
         parallel=parallel(swept),
-        fails=_fails(swept),
+        fails={n for n, factor in enumerate(factors) if factor < 1},
         data=embedded_json(_data(swept)),
     )
-
-
-def _fails(swept: Swept) -> set[int]:
-    """Numbers of the designs whose factor is below 1."""
-    factors = swept.figures.get("factor", ())
-    return {n for n, factor in enumerate(factors) if factor < 1}
 
 
 def _data(swept: Swept) -> dict[str, Any]:
