@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from fea.output.target import OccupiedError, StorageError, near, picture_name
+from fea.output.target import OccupiedError, near, picture_name, reported
 from geometry.system import PathLock, exchange, incomplete
 
 REPORT = "report.html"
@@ -83,6 +83,7 @@ def take(path: Path, *, wait: bool = False) -> PathLock | None:
 
 
 PART, BACKUP = "part", "backup"
+ANOTHER_OUT = "Choose another directory with --out."
 LONGEST_NAME = 255  # bytes, on every file system in use
 
 
@@ -96,7 +97,7 @@ def require_replaceable(target: Path) -> None:
     StorageError
         It cannot be read.
     """
-    with _reported(target):
+    with reported(near(target), ANOTHER_OUT):
         _require_room_for_name(target)
         if not target.exists():
             _require_directory_above(target)
@@ -134,7 +135,7 @@ def run_folder(target: Path) -> Iterator[Path]:
     """
     require_replaceable(target)
     place = target.resolve()  # a link to a directory stays a link
-    with _reported(target):
+    with reported(near(target), ANOTHER_OUT):
         made = _make_parents(place)
         try:
             with held(place.parent):
@@ -149,7 +150,7 @@ def run_folder(target: Path) -> Iterator[Path]:
     try:
         with incomplete(part):
             yield part
-        with _reported(target):
+        with reported(near(target), ANOTHER_OUT):
             _flush(part)
             with held(place.parent):
                 require_replaceable(target)
@@ -179,18 +180,6 @@ def _require_directory_above(target: Path) -> None:
             f"{near(target)} is inside {near(above)}, which is not a directory: "
             "choose another directory with --out."
         )
-
-
-@contextmanager
-def _reported(target: Path) -> Iterator[None]:
-    """Turn an error of the system into one with a remedy."""
-    try:
-        yield
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise StorageError(
-            f"{near(target)} could not be written: {reason}. Choose another directory with --out."
-        ) from error
 
 
 def _make_parents(place: Path) -> list[Path]:

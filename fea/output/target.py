@@ -1,6 +1,7 @@
 """Output files named by the user: checked before anything is computed, and shown as short paths."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from geometry.errors import InvalidValue, require
@@ -73,3 +74,14 @@ class StorageError(OutputError):
 
 class PictureError(OutputError):
     """No usable picture could be drawn; the result files are not affected (exit code 7)."""
+
+
+@contextmanager
+def reported(
+    path: Path, remedy: str, *, verb: str = "written", kind: type[OutputError] = StorageError
+) -> Iterator[None]:
+    """Turn an error of the system, met while a path is written, into one of a kind that says what to do."""
+    try:
+        yield
+    except OSError as error:
+        raise kind(f"{path} could not be {verb}: {error.strerror or error}. {remedy}") from error

@@ -6,19 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from fea.base.note import Note
-from fea.output.target import StorageError
+from fea.output.target import reported
 from geometry.files import replaced
 
 
 @contextmanager
 def stored(path: Path) -> Iterator[Path]:
     """Yield a place to write a file, as `replaced` does; raises `StorageError`, which says what to do."""
-    try:
-        with replaced(path) as place:
-            yield place
-    except OSError as error:
-        message = f"{path} could not be written: {error.strerror}. Choose another path, or free disk space."
-        raise StorageError(message) from error
+    with reported(path, "Choose another path, or free disk space."), replaced(path) as place:
+        yield place
 
 
 def write_text(path: Path, text: str) -> None:
@@ -29,11 +25,8 @@ def write_text(path: Path, text: str) -> None:
 
 def make_directory(path: Path) -> None:
     """Create a directory and its missing parents; raises `StorageError` if the system refuses."""
-    try:
+    with reported(path, "Choose another path.", verb="created"):
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"{path} could not be created: {error.strerror}. Choose another path."
-        raise StorageError(message) from error
 
 
 _WHOLE = 9.95  # percent: error bars from here on have no decimals

@@ -10,8 +10,8 @@ from typing import Any
 
 from fea.apps.sweep.base import digest, files_of
 from fea.apps.sweep.work import program_version
-from fea.output.folder import take
-from fea.output.target import OccupiedError, StorageError, near
+from fea.output.folder import ANOTHER_OUT, take
+from fea.output.target import OccupiedError, near, reported
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.system import saying
@@ -49,13 +49,11 @@ class Record:
 
     def add(self, entry: dict[str, Any]) -> None:
         """Write a design behind those that were returned; raises `StorageError` if the system refuses."""
-        try:
+        with reported(self.path, ANOTHER_OUT):
             self._file.seek(self._end)
             self._file.truncate()
             self._file.write(json.dumps(entry).encode() + b"\n")
             self._file.flush()
-        except OSError as error:
-            raise _refused(self.path, error) from error
         self._end, self.empty = self._file.tell(), False
 
     def close(self) -> None:
@@ -76,7 +74,7 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
     """
     place = folder.resolve()
     path = place.with_name(place.name + SUFFIX)
-    try:
+    with reported(path, ANOTHER_OUT):
         place.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
         owned = take(path)
@@ -85,8 +83,6 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
                 f"{near(folder)} is in use by another fea optimise: wait for it, or choose --out."
             )
         kept = Record(path, _identity(study))
-    except OSError as error:
-        raise _refused(path, error) from error
     done = False
     try:
         with saying(f"interrupted; the same command goes on from the designs in {near(path)}"):
@@ -117,8 +113,3 @@ def _identity(study: Study) -> str:
     same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
     files = [digest(path) for path in files_of(same.as_dict())]
     return hashlib.sha256(json.dumps([program_version(), same.text(), files]).encode()).hexdigest()
-
-
-def _refused(path: Path, error: OSError) -> StorageError:
-    reason = error.strerror or str(error)
-    return StorageError(f"{path} could not be written: {reason}. Choose another directory with --out.")

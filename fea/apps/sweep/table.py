@@ -11,9 +11,7 @@ from typing import Any
 
 from fea.apps.sweep.journal import Entry, State
 from fea.machine.clock import duration
-from fea.output.target import StorageError
-from fea.output.text import write_text
-from geometry.files import replaced
+from fea.output.text import stored, write_text
 
 CSV, PARQUET = "sweep.csv", "sweep.parquet"
 FIRST = ("row", "sample", "rpm", "state")
@@ -62,12 +60,8 @@ def _write_parquet(path: Path, names: Sequence[str], rows: Sequence[dict[str, An
     from pyarrow import parquet  # noqa: PLC0415 - comes with the extra
 
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    try:
-        with replaced(path) as place:
-            parquet.write_table(pa.table(columns), place)
-    except OSError as error:
-        message = f"{path} could not be written: {error}. Choose another --out, or free disk space."
-        raise StorageError(message) from error
+    with stored(path) as place:
+        parquet.write_table(pa.table(columns), place)
 
 
 def _column(values: list[Any]) -> list[Any]:

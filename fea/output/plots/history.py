@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 from fea.analysis.result import RunResult
 from fea.base.units import DEG
 from fea.output.pictures.scale import round_up
-from fea.output.target import PictureError
+from fea.output.target import PictureError, reported
 from geometry.arrays import Floats
 
 _SIZE, _FINER = (1100, 660), 3  # pixels, and the factor of oversampling
@@ -70,11 +70,8 @@ def plot_histories(
         panel.curve(angles / DEG, signed, colour)
         x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
         panel.name(number, f"({x:g}, {y:g}, {z:g}) mm".replace("-", "−"), colour)
-    try:
+    with reported(path, "Choose another directory.", kind=PictureError):
         panel.picture().save(path, format="PNG", compress_level=2)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise PictureError(f"{path} could not be written: {reason}. Choose another directory.") from error
 
 
 class _Panel:
