@@ -9,6 +9,7 @@ from geometry.errors import InvalidValue, require, require_number
 from geometry.outline import Bosses, Outline
 from geometry.rules import require_of
 from geometry.segments import Point
+from geometry.side_faces import web_pocket
 from geometry.surfaces import Mirror
 
 
@@ -164,6 +165,12 @@ def _split(rod: Dimensions, split: float) -> None:
         "rod.shank_depth_big_end_mm."
     )
     _require(abs(split) <= most, "split", split, rule, remedy)
+    if rod.has_side_pockets:
+        angle, begins = math.radians(abs(split)), web_pocket(rod, outline.edge).big_end
+        reach = outline.bosses.half_length * math.cos(angle) + outline.bosses.top * math.sin(angle)
+        rule = f"a turned boss would reach to {reach:.4g} mm, but the pockets begin at {begins:.4g} mm"
+        remedy = "Turn the joint less, or increase rod.pocket_setback_mm."
+        _require(reach <= begins, "split", split, rule, remedy)
 
 
 def _azimuth(point: Point) -> float:

@@ -12,8 +12,10 @@ from geometry.surfaces import Mirror
 class ShankSection(StrEnum):
     """Cross-section of the shank."""
 
-    I = "I"
+    I = "I"  # channels in the faces, square to the pins
+    H = "H"  # channels in the sides: the flanges are the faces
     RECTANGULAR = "rectangular"
+    TUBULAR = "tubular"  # a rectangle outside, bored along the rod
 
 
 def _mm(what: str, *plausible: Plausible, default: Any = MISSING, **more: str) -> Any:
@@ -81,9 +83,16 @@ class Dimensions:
     shank_depth_big_end: float = _mm("in the plane of motion", _times("big_end_bore", 0.12, 1.2))
     shank_depth_small_end: float = _mm("in the plane of motion", _times("small_end_bore", 0.18, 2.4))
     shank_width: float = _mm("along the pins, over the flanges", _times("big_end_width", 0.1, 1.0))
-    shank_section: ShankSection = field(metadata={"help": 'or "rectangular"'})
-    flange_thickness: float = _mm("square to the shank's edge", _times("shank_depth_small_end", 0.04, 0.5))
-    web_thickness: float = _mm("along the pins", _times("shank_width", 0.07, 0.95))
+    shank_section: ShankSection = field(
+        metadata={"help": 'or "H" (channels in the sides), "rectangular", "tubular" (bored along the rod)'}
+    )
+    flange_thickness: float = _mm(
+        "square to the shank's edge; of an H-section along the pins",
+        _times("shank_depth_small_end", 0.04, 0.5),
+    )
+    web_thickness: float = _mm(
+        "along the pins; of an H-section in the plane of motion", _times("shank_width", 0.07, 0.95)
+    )
     big_end_fillet: float = _mm(
         "radius between shank and ring, seen along the pins", _times("big_end_bore", 0.06, 4.0)
     )
@@ -95,7 +104,7 @@ class Dimensions:
         _times("shank_width", 0.004, 3.0),
     )
     pocket_corner_radius: float = _mm(
-        "corners of the pockets of the I-section, seen along the pins",
+        "corners of the pockets beside the web, seen along the pins; of an H-section from the side",
         _times("shank_depth_small_end", 0.03, 0.5),
     )
     pocket_floor_radius: float = _mm("radius between flange and web", _times("shank_width", 0.02, 0.5))
@@ -138,6 +147,11 @@ class Dimensions:
     small_end_chamfer: float = _option(
         "not together with small_end_crown_width_mm", "0.5", _times("small_end_bore", 0.004, 0.1)
     )
+    oil_gallery: float = _option(
+        "diameter of an oil passage drilled along the shank; of a tubular shank, its bore",
+        "3.0",
+        _times("shank_width", 0.05, 0.8),
+    )
 
     @property
     def big_end_radius(self) -> float:
@@ -172,8 +186,23 @@ class Dimensions:
 
     @property
     def has_pockets(self) -> bool:
-        """Whether the shank is an I-section."""
-        return self.shank_section is ShankSection.I
+        """Whether the shank has a web between flanges."""
+        return self.shank_section in (ShankSection.I, ShankSection.H)
+
+    @property
+    def has_side_pockets(self) -> bool:
+        """Whether the pockets beside the web are in the sides of the shank, not in its faces."""
+        return self.shank_section is ShankSection.H
+
+    @property
+    def least_depth(self) -> float:
+        """The lesser depth of the shank in the plane of motion, mm."""
+        return min(self.shank_depth_big_end, self.shank_depth_small_end)
+
+    @property
+    def drilled_thickness(self) -> float:
+        """Thickness of what an oil gallery runs through: of the web, or of the shank, mm."""
+        return self.web_thickness if self.has_pockets else min(self.shank_width, self.least_depth)
 
     @property
     def smallest_cell(self) -> Mirror:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import gmsh
@@ -19,6 +19,7 @@ class FeatureKind(StrEnum):
 
     BORE = "bore"
     HOLE = "hole"  # for a bolt or for oil, along x
+    GALLERY = "gallery"  # along the whole shank
     RING_FILLET = "ring_fillet"  # in plan, between a ring and the shank's edge
     BOSS_FILLET = "boss_fillet"  # in plan, between a cap bolt's boss and the ring
     RING_STEP = "ring_step"  # at the foot of the step from ring to shank
@@ -62,6 +63,18 @@ class Face:
     values: tuple[float, ...]
     #: Whether the cylinder is fitted to a surface of another kind, with parameters of its own
     fitted: bool = False
+
+    def from_side(self) -> "Face":
+        """Return it as seen from the side: y and z change places."""
+
+        def turned(point: tuple[float, ...]) -> tuple[float, float, float]:
+            x, y, z = point
+            return x, z, y
+
+        values = self.values
+        if len(values) > 6:
+            values = (*turned(values[:3]), *turned(values[3:6]), *values[6:])
+        return replace(self, low=turned(self.low), high=turned(self.high), values=values)
 
     def upright(self, tilt: float = 0.0) -> bool:
         """Whether it is a cylinder about an axis parallel to z, but for a tilt, rad."""

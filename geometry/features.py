@@ -16,6 +16,7 @@ from geometry.arrays import Floats
 from geometry.assembly import Assembly
 from geometry.errors import GeometryError
 from geometry.faces import SLACK, Face, Feature, FeatureKind
+from geometry.outline import Outline
 from geometry.parts import Interface
 from geometry.rod import Rod
 from geometry.section import HeightField
@@ -59,15 +60,21 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     field = HeightField(rod)
     outline, full = field.outline, 2 * math.pi
     big, small = outline.bores
-    area = full * big.radius * rod.crank_bearing_width
+    drilled = _window(big.radius, rod.oil_gallery / 2)
+    area = full * big.radius * rod.crank_bearing_width - drilled
     yield _cylinder(FeatureKind.BORE, big, area, full, rod.big_end_ring)
-    area = full * small.radius * rod.pin_bearing_width - math.pi * rod.oil_hole**2 / 4
+    drilled = _window(small.radius, rod.oil_gallery / 2)
+    area = full * small.radius * rod.pin_bearing_width - math.pi * rod.oil_hole**2 / 4 - drilled
     yield _cylinder(FeatureKind.BORE, small, area, full, rod.bushing or rod.small_end_ring)
     for arc in outline.fillets:
         yield _cylinder(FeatureKind.RING_FILLET, arc, _ring_fillet(field, arc), abs(arc.sweep))
-    for diameter, angle in ((rod.cap_bolt, turn), (rod.oil_hole, 0.0)):
+    for kind, diameter, angle in (
+        (FeatureKind.HOLE, rod.cap_bolt, turn),
+        (FeatureKind.HOLE, rod.oil_hole, 0.0),
+        (FeatureKind.GALLERY, rod.oil_gallery, 0.0),
+    ):
         if diameter:
-            yield _lengthwise(diameter / 2, angle)
+            yield _lengthwise(kind, diameter / 2, angle)
     if outline.bosses is not None:
         arcs = list(outline.bosses.fillets())
         if turn:
@@ -78,14 +85,14 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     for step in field.steps:
         yield _foot_of(step, _ring_step(field, step))
     if field.pocket is not None:
-        yield from _of_pocket(field.pocket, rod.web_thickness)
+        yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
 
 
-def _lengthwise(radius: float, angle: float) -> _Expected:
+def _lengthwise(kind: FeatureKind, radius: float, angle: float) -> _Expected:
     def matches(face: Face, slack: float) -> bool:
         return face.lengthwise(radius, slack, angle)
 
-    return _Expected(FeatureKind.HOLE, matches, None, radius, 2 * math.pi)
+    return _Expected(kind, matches, None, radius, 2 * math.pi)
 
 
 def _foot_of(step: RingStep, area: float) -> _Expected:
@@ -95,22 +102,34 @@ def _foot_of(step: RingStep, area: float) -> _Expected:
     return _Expected(FeatureKind.RING_STEP, matches, area, step.radius, step.sweep)
 
 
-def _of_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
+def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expected]:
     """Corners, floor edges and web floors of the two pockets; areas by Steiner's formula."""
     r = pocket.floor_radius
     perimeter = sum(piece.length for piece in pocket.outline())
     for arc in pocket.corners():
-        yield _cylinder(FeatureKind.POCKET_CORNER, arc, 4 * arc.length * (pocket.depth - r), abs(arc.sweep))
+        angles = arc.begin + _ALONG * arc.sweep
+        side = outline.height(arc.center[0] + arc.radius * np.cos(angles))
+        top = float(side.mean()) if pocket.in_sides else pocket.face
+        area = 4 * arc.length * (top - pocket.floor - r)
+
+        def is_corner(face: Face, slack: float, arc: Arc = arc) -> bool:
+            return seen(face).about(*arc.center, arc.radius, slack)
+
+        yield _Expected(FeatureKind.POCKET_CORNER, is_corner, area, arc.radius, abs(arc.sweep))
+
+    def seen(face: Face) -> Face:
+        return face.from_side() if pocket.in_sides else face
 
     def rounds_floor(face: Face, slack: float) -> bool:
         """Whether it is a cylinder or torus whose tube runs along the edge of a floor."""
+        face = seen(face)
         if face.shape not in ("Cylinder", "Torus") or face.upright():
             return False
         off = abs(face.values[2]) - pocket.floor - r, face.values[-1] - r
         return pocket.big_end < face.values[0] < pocket.small_end and max(map(abs, off)) < slack
 
     def is_floor(face: Face, slack: float) -> bool:
-        return face.lies_at(2, pocket.floor, slack)
+        return seen(face).lies_at(2, pocket.floor, slack)
 
     # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
     area = 2 * r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
@@ -171,10 +190,10 @@ def _compare(
 
 
 def _ring_fillet(field: HeightField, arc: Arc) -> float:
-    """Area of a fillet in plan, on both edges of the shank, up to the ring step that it crosses."""
+    """Area of a fillet in plan, on both edges of the shank, less where a step or pocket crosses it."""
     angle = arc.begin + _ALONG * arc.sweep
     x, y = arc.center[0] + arc.radius * np.cos(angle), arc.center[1] + arc.radius * np.sin(angle)
-    return 4 * arc.length * float(field.face(x, y).mean())
+    return 4 * arc.length * float((field.face(x, y) - field.void(x, y)).mean())
 
 
 def _ring_step(field: HeightField, step: RingStep) -> float:
@@ -228,10 +247,12 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
     if assembly.bushing:
         radius = rod.small_end_bore / 2 + rod.bushing
         whole = 2 * math.pi * radius * rod.mean_small_end_width
-        areas[Surface.BUSHING_SEAT] = whole - _window(radius, rod.oil_hole / 2)
+        drilled = _window(radius, rod.oil_hole / 2) + _window(radius, rod.oil_gallery / 2)
+        areas[Surface.BUSHING_SEAT] = whole - drilled
     if assembly.shell:
         radius = rod.big_end_bore / 2 + assembly.shell
-        areas[Surface.SHELL_SEAT] = 2 * math.pi * radius * rod.big_end_width
+        whole = 2 * math.pi * radius * rod.big_end_width
+        areas[Surface.SHELL_SEAT] = whole - _window(radius, rod.oil_gallery / 2)
     if (seat := assembly.bolt) is not None:
         areas[Surface.BOLT_HEAD] = _annuli(seat.head_diameter, rod.cap_bolt)
         wall = 2 * math.pi * rod.cap_bolt * seat.engaged

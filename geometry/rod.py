@@ -61,11 +61,14 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     default("small_end_fillet", max(min(0.8 * small, 0.3 * gap), 0.1))
 
     depth = min(lesser, greater)
-    flange = default("flange_thickness", 0.18 * depth)
-    web = default("web_thickness", 0.35 * shank)
-    corner = default("pocket_corner_radius", max(min(0.6 * (depth / 2 - flange), 0.1 * gap), 0.12))
-    default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (shank - web)), 0.1))
+    over_flanges, along_web = (shank, depth) if rod["shank_section"] == ShankSection.H else (depth, shank)
+    flange = default("flange_thickness", 0.18 * over_flanges)
+    web = default("web_thickness", 0.35 * along_web)
+    corner = default("pocket_corner_radius", max(min(0.6 * (over_flanges / 2 - flange), 0.1 * gap), 0.12))
+    default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (along_web - web)), 0.1))
     default("pocket_setback", 0.05 * gap)
+    if rod["shank_section"] == ShankSection.TUBULAR:
+        default("oil_gallery", 0.5 * min(depth, shank))
     if bolt := rod.get("cap_bolt", 0.0):
         _default_bosses(rod, bolt, big_radius)
     return Rod(**rod)

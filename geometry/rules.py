@@ -24,6 +24,7 @@ def check(rod: Dimensions) -> None:
     if rod.has_pockets:
         _web(rod)
         _pocket(rod, web_pocket(rod, Outline(rod).edge))
+    _gallery(rod)
 
 
 def require_of(rod: Dimensions, name: str, holds: bool, rule: str, remedy: str = "") -> None:  # noqa: FBT001
@@ -162,8 +163,9 @@ def _bolts(rod: Dimensions, bosses: Bosses) -> None:
 
 def _web(rod: Dimensions) -> None:
     remedy = 'Reduce it, or choose shank_section = "rectangular".'
-    _at_most(rod, "web_thickness", 0.95 * rod.shank_width, ", 0.95 of the shank's width", remedy)
-    depth = (rod.shank_width - rod.web_thickness) / 2
+    across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
+    _at_most(rod, "web_thickness", 0.95 * across, f", 0.95 of the shank's {what}", remedy)
+    depth = (across - rod.web_thickness) / 2
     for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
         _at_most(rod, "pocket_floor_radius", 0.9 * limit, f", 0.9 of the {what}", "Reduce it.")
 
@@ -175,10 +177,29 @@ def _pocket(rod: Dimensions, pocket: Pocket) -> None:
     require_of(rod, "pocket_setback", length > least, rule, remedy)
     half = min(pocket.edge.height(pocket.big_end), pocket.edge.height(pocket.small_end))
     rule = "the two flanges must leave a pocket between them along the whole shank"
-    remedy = "Reduce the flange thickness or increase the shank's depth."
+    size = "width" if pocket.in_sides else "depth"
+    remedy = f"Reduce the flange thickness or increase the shank's {size}."
     require_of(rod, "flange_thickness", half > 0.02 * rod.flange_thickness, rule, remedy)
     (_, y0), (_, y1) = pocket.corner_centers()
     least = 0.05 * rod.pocket_corner_radius
     rule = f"the corners must fit into a pocket {length:.4g} mm long and {2 * half:.4g} mm wide (narrow end)"
     fits = min(y0, y1) >= least and length - sum(pocket.tangents) >= least
     require_of(rod, "pocket_corner_radius", fits, rule, "Reduce it.")
+
+
+# A gallery takes at most this part of the web, or of the shank, that it runs through.
+_DRILLED = 0.75
+
+
+def _gallery(rod: Dimensions) -> None:
+    rule = "is missing: it is the bore of the tubular shank"
+    bored = rod.oil_gallery > 0 or rod.shank_section is not ShankSection.TUBULAR
+    require_of(rod, "oil_gallery", bored, rule, 'Give it, or choose shank_section = "rectangular".')
+    what, name = ("web", "web_thickness_mm") if rod.has_pockets else ("shank", "the shank")
+    most, remedy = _DRILLED * rod.drilled_thickness, f"Reduce it, or thicken {name}."
+    _at_most(rod, "oil_gallery", most, f", {_DRILLED:g} of the {what} that it runs through", remedy)
+    for end in _ENDS:
+        bore, width = getattr(rod, f"{end}_bore"), getattr(rod, f"{end}_width")
+        room = 0.5 * min(bore, width - 2 * getattr(rod, f"{end}_chamfer"))
+        what = f": half of the {end.replace('_', ' ')}'s bore and of its width between chamfers"
+        _at_most(rod, "oil_gallery", room, what, "Reduce it.")

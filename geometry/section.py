@@ -1,6 +1,7 @@
 """Cross-sections and mass properties by quadrature over the dimensions, without a CAD kernel."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -85,7 +86,7 @@ class HeightField:
     def half_width(self, x: Floats, y: Floats) -> Floats:
         """Return z of the upper surface at points of the plan, mm; 0 in the bores."""
         z = self.face(x, y)
-        if self.pocket is not None:
+        if self.pocket is not None and not self.pocket.in_sides:
             z = np.minimum(z, self.pocket.half_width(x, y))
         for bore in self.outline.bores:
             z = np.where(np.hypot(x - bore.center[0], y) < bore.radius, 0.0, z)
@@ -94,9 +95,13 @@ class HeightField:
         return z
 
     def void(self, x: Floats, y: Floats) -> Floats:
-        """Return the z up to which bolt and oil holes leave the rod hollow, mm."""
+        """Return the z up to which holes and pockets in the sides leave the rod hollow, mm."""
         rod, bosses = self.rod, self.outline.bosses
         z = np.where(x > rod.length, half_chord(rod.oil_hole / 2, y), 0.0)
+        along = half_chord(rod.oil_gallery / 2, y)
+        z = np.where((x > 0) & (x < rod.length), np.maximum(z, along), z)
+        if self.pocket is not None and self.pocket.in_sides:
+            z = np.maximum(z, self.pocket.half_height(x, np.abs(y)))
         if bosses is not None:
             bolt = half_chord(bosses.bolt_radius, y - bosses.bolt_at)
             z = np.maximum(z, np.where(np.abs(x) < bosses.half_length, bolt, 0.0))
@@ -163,11 +168,21 @@ class HeightField:
             for inset in (0.0, self.pocket.floor_radius):
                 ends += [self.pocket.big_end + inset, self.pocket.small_end - inset]
             ends += [big.center[0], big.end[0], small.start[0], small.center[0]]
+        ends += self._gallery_stations()
         hole = self.rod.oil_hole / 2
         for radius in (self.rod.small_end_bore / 2, self.rod.small_end_radius):
             ends.append(self.rod.length + math.sqrt(radius**2 - hole**2))
         ends.append(self.rod.length - self.rod.small_end_radius)
         return np.unique(np.clip(ends, first, last))
+
+    def _gallery_stations(self) -> Iterator[float]:
+        """Yield x where the gallery ends, ever closer to where the chord of a bore is singular."""
+        half = self.rod.oil_gallery / 2
+        for bore, side in zip(self.outline.bores, (1, -1), strict=True):
+            short = bore.radius - math.sqrt(bore.radius**2 - half**2)
+            while 0 < short < bore.radius:
+                yield bore.center[0] + side * (bore.radius - short)
+                short *= 4
 
     def _crossing(self, center: float, side: int, radius: float) -> float:
         """Return x where a circle about a bore crosses the outline, by bisection."""
@@ -187,10 +202,13 @@ class HeightField:
         circles += [(center, rim) for center, rim, _ in self.chamfers]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
         seams = [half_chord(radius, x - center) for center, radius in circles]
-        if self.pocket is not None:
+        levels = [self.rod.oil_hole / 2, self.rod.oil_gallery / 2]
+        if self.pocket is not None and self.pocket.in_sides:
+            seams.append(self.pocket.floor_begins(x))
+            levels += [self.pocket.floor, self.pocket.floor + self.pocket.floor_radius]
+        elif self.pocket is not None:
             seams += [self.pocket.upper_side(x, inset) for inset in (0.0, self.pocket.floor_radius)]
             seams += [np.full_like(x, center[1]) for center in self.pocket.corner_centers()]
-        levels = [self.rod.oil_hole / 2]
         if self.outline.bosses is not None:
             at, radius = self.outline.bosses.bolt_at, self.outline.bosses.bolt_radius
             levels += [at - radius, at + radius]
@@ -246,6 +264,8 @@ def walls(rod: Dimensions) -> dict[str, float]:
     }
     if rod.has_pockets:
         thickness |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
+    if rod.oil_gallery:
+        thickness["wall beside the oil gallery"] = (rod.drilled_thickness - rod.oil_gallery) / 2
     if rod.cap_bolt:
         thickness["wall between bolt hole and bore"] = (
             rod.cap_bolt_spacing - rod.cap_bolt - rod.big_end_bore

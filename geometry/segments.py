@@ -106,7 +106,7 @@ class Arc:
 Segment = Line | Arc
 
 
-def half_chord(radius: float, across: Floats) -> Floats:
+def half_chord(radius: float | Floats, across: Floats) -> Floats:
     """Return √(radius² − across²); 0 where rounding, or the circle, leaves nothing."""
     return np.asarray(np.sqrt(np.maximum(radius**2 - across**2, 0.0)))
 

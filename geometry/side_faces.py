@@ -1,4 +1,4 @@
-"""The step from a ring's face down to the narrower shank: concentric with the ring, rounded at its foot."""
+"""Steps from the rings' faces down to the narrower shank, the pockets of the shank, and the slant."""
 
 import math
 from dataclasses import dataclass
@@ -87,22 +87,22 @@ def _chain(points: list[Point]) -> tuple[Line, ...]:
 
 @dataclass(frozen=True)
 class Pocket:
-    """The pocket in one face, seen in plan."""
+    """The pocket in one face or one side of the shank, and its image in the opposite one.
+
+    It is described as seen from outside: y is measured across the rod, z from the middle to the floor. For
+    one in the sides, y and z of the rod change places.
+    """
 
     #: big_end, small_end: x of its two ends, mm
     big_end: float
     small_end: float
     edge: Edge  #: its upper long side
     corner: float  #: corner radius, mm
-    #: floor, face: z of its floor and of the shank's face, mm
+    #: floor, face: z of its floor and of the shank's face (or, of a side, where it is nearest), mm
     floor: float
     face: float
     floor_radius: float  #: radius along the edge of the floor, mm
-
-    @property
-    def depth(self) -> float:
-        """Depth below the shank's face, mm."""
-        return self.face - self.floor
+    in_sides: bool = False  #: whether it is cut into the sides (±y), not into the faces (±z)
 
     @property
     def half_turns(self) -> tuple[float, float]:
@@ -135,7 +135,7 @@ class Pocket:
         lower = mirrored(upper)
         return (*upper, Line(small.end, lower[0].start), *lower, Line(lower[-1].end, big.start))
 
-    def upper_side(self, x: Floats, inset: float = 0.0) -> Floats:
+    def upper_side(self, x: Floats, inset: float | Floats = 0.0) -> Floats:
         """Return y of the outline, moved inwards by `inset` ≤ `corner`, at `x`; 0 beyond its ends."""
         (x0, y0), (x1, y1) = self.corner_centers()
         radius = self.corner - inset
@@ -144,10 +144,21 @@ class Pocket:
         def arc(center: float, height: float) -> Floats:
             return height + half_chord(radius, x - center)
 
-        side = self.edge.inset(inset)
-        straight = (side.offset - side.normal[0] * x) / side.normal[1]
+        straight = (self.edge.offset - inset - nx * x) / self.edge.normal[1]
         y = np.where(x < x0 + radius * nx, arc(x0, y0), np.where(x > x1 + radius * nx, arc(x1, y1), straight))
         return np.where((x >= x0 - radius) & (x <= x1 + radius), y, 0.0)
+
+    def half_height(self, x: Floats, z: Floats) -> Floats:
+        """Return how far the pocket reaches from the rod's middle at depths `z`, mm; 0 outside it."""
+        rise = np.clip(z - self.floor, 0.0, self.floor_radius)
+        inset = self.floor_radius - half_chord(self.floor_radius, self.floor_radius - rise)
+        return np.where(z > self.floor, self.upper_side(x, inset), 0.0)
+
+    def floor_begins(self, x: Floats) -> Floats:
+        """Return the least z of the pocket at `x`, mm: that of its floor but near its ends."""
+        within = np.minimum(x - self.big_end, self.small_end - x)
+        short = self.floor_radius - np.clip(within, 0.0, self.floor_radius)
+        return self.floor + self.floor_radius - half_chord(self.floor_radius, short)
 
     def inside(self, x: Floats, y: Floats) -> Floats:
         """Return how far points lie inside the outline, mm; `corner` and more count as `corner`."""
@@ -172,6 +183,17 @@ class Pocket:
 
 def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
     """Return the pocket of a rod whose shank has the upper edge `edge`."""
+    if rod.has_side_pockets:
+        return Pocket(
+            big_end=rod.big_end_radius + rod.pocket_setback,
+            small_end=rod.length - rod.small_end_radius - rod.pocket_setback,
+            edge=Edge((1.0, 0.0), (0.0, 1.0), rod.shank_width / 2 - rod.flange_thickness),
+            corner=rod.pocket_corner_radius,
+            floor=rod.web_thickness / 2,
+            face=rod.least_depth / 2,
+            floor_radius=rod.pocket_floor_radius,
+            in_sides=True,
+        )
     big, small = ring_steps(rod)
     return Pocket(
         big_end=_end(big.foot, rod.big_end_radius, big.height) + rod.pocket_setback,

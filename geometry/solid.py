@@ -76,6 +76,9 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     above = _tools_above(rod, turn)
     if mirror is Mirror.NONE:
         above += [kernel.turned_over(tool) for tool in above]
+    if rod.has_side_pockets:
+        aside = _pocket(rod)
+        above += [aside] if mirror is Mirror.QUARTER else [aside, kernel.turned_over(aside)]
     with kernel.attempt("cut ring steps and web pockets"):
         body = kernel.cut(body, above)
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
@@ -159,20 +162,32 @@ def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
         with kernel.attempt("draw the ring steps"):
             around = _above(big, top, rod, Outline(rod, turn).shank_sector)
             tools.append(kernel.common(around, _above(small, top, rod)))
-    if rod.has_pockets:
-        with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
-            pocket = web_pocket(rod, Outline(rod).edge)
-            beyond = pocket.floor + 1.1 * (top - pocket.floor)
-            tool = kernel.prism(pocket.outline(), (), pocket.floor, beyond)
-            tools.append(kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius))
+    if rod.has_pockets and not rod.has_side_pockets:
+        tools.append(_pocket(rod))
     if profile := space_beside(rod):
         with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
             tools.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
     return tools
 
 
+def _pocket(rod: Rod) -> int:
+    """Draw the pocket above z = 0, or at the side y > 0."""
+    pocket = web_pocket(rod, Outline(rod).edge)
+    outside = max(rod.big_end_width, rod.small_end_width) / 2
+    if pocket.in_sides:  # the shank and its fillets are within the circles round the rings
+        outside = max(rod.big_end_radius, rod.small_end_radius)
+    with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
+        tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (outside - pocket.floor))
+        tool = kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
+    if pocket.in_sides:
+        gmsh.model.occ.rotate([(kernel.SOLID, tool)], 0, 0, 0, 1, 0, 0, -math.pi / 2)
+    return tool
+
+
 def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
     occ, tools = gmsh.model.occ, []
+    if rod.oil_gallery:
+        tools.append(occ.addCylinder(0, 0, 0, rod.length, 0, 0, rod.oil_gallery / 2))
     if rod.oil_hole:
         tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))
     if rod.cap_bolt:

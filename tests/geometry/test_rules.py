@@ -30,6 +30,11 @@ REFUSED = [
     ("rod.pocket_setback_mm", {"pocket_setback": 60}),  # no pocket left
     ("rod.flange_thickness_mm", {"flange_thickness": 10}),
     ("rod.pocket_corner_radius_mm", {"pocket_corner_radius": 8}),
+    ("rod.web_thickness_mm", {"shank_section": "H", "web_thickness": 19}),  # thicker than the shank is deep
+    ("rod.flange_thickness_mm", {"shank_section": "H", "flange_thickness": 10}),  # half of the width
+    ("rod.oil_gallery_mm", {"oil_gallery": 6.0}),  # wider than the web allows
+    ("rod.oil_gallery_mm", {"shank_section": "tubular"}),  # without its bore
+    ("rod.oil_gallery_mm", {"shank_section": "rectangular", "oil_gallery": 12.0}),  # half of the small bore
 ]
 
 
@@ -82,8 +87,10 @@ def test_three_dimensions_are_enough_for_a_rod(length, big, small, section):
 
 
 def test_an_unknown_section_is_refused_with_the_known_ones():
-    with pytest.raises(InvalidValue, match=r"rod\.shank_section = 'H': must be one of I, rectangular"):
-        replace(ROD, shank_section="H")
+    with pytest.raises(
+        InvalidValue, match=r"rod\.shank_section = 'Z': must be one of I, H, rectangular, tubular"
+    ):
+        replace(ROD, shank_section="Z")
 
 
 def test_a_section_may_be_given_by_its_name():

@@ -9,21 +9,26 @@ from geometry.errors import InvalidValue
 from geometry.rod import Rod, proportioned
 
 
-def random_rod(seed: int) -> Rod | InvalidValue:
+def random_rod(seed: int, section: ShankSection | None = None) -> Rod | InvalidValue:
     """Draw a rod: usual proportions, every dimension then scaled at random; or the refusal it met.
 
     Parameters
     ----------
     seed
         The same seed draws the same rod.
+    section
+        That of the shank, with an oil gallery in half of the rods; None: an I-section or a rectangle.
     """
     draw = np.random.default_rng(seed)
     length = float(np.exp(draw.uniform(np.log(40), np.log(600))))
     big = length * draw.uniform(0.2, 0.6)
     try:
-        section = draw.choice(list(ShankSection))
-        rod = proportioned(length, big, big * draw.uniform(0.3, 0.9), shank_section=section)
-        rod = proportioned(**_given(rod), **_options(rod, draw))
+        drawn = draw.choice([ShankSection.I, ShankSection.RECTANGULAR])
+        rod = proportioned(length, big, big * draw.uniform(0.3, 0.9), shank_section=section or drawn)
+        optional = _options(rod, draw)
+        if section and np.random.default_rng([seed, 1]).random() < 0.5:
+            optional["oil_gallery"] = 0.3 * rod.drilled_thickness
+        rod = proportioned(**_given(rod), **optional)
         free = dimensions()[3:]  # beyond length and bores
         changes = {name: getattr(rod, name) * float(np.exp(draw.normal(0, 0.25))) for name in free}
         return replace(rod, **changes)
