@@ -18,7 +18,7 @@ from geometry.cad.formats import declared_unit, read_solids
 from geometry.cad.freecad import linked_files
 from geometry.cad.joint import Joint, assumed_cap, joint_of
 from geometry.cad.placing import cut_to, parts_of, placed, sharing, smallest_cell
-from geometry.cad.shapes import Interior, concave_rounds, recognised, recognised_faces
+from geometry.cad.shapes import concave_rounds, recognised, recognised_faces
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, face_of, surfaces
 from geometry.holes import EQUAL_BORES
@@ -227,9 +227,15 @@ def _assembled(
 
 
 def _remove(volumes: Sequence[int]) -> None:
-    if volumes:
-        gmsh.model.occ.remove([(SOLID, tag) for tag in volumes], recursive=True)
+    """Remove volumes with what only they have: solids first, as the kernel seeks users of each entity."""
+    gone = [(SOLID, tag) for tag in volumes]
+    while gone:
+        bounding = gmsh.model.getBoundary(gone, combined=False, oriented=False)
+        gmsh.model.occ.remove(gone)
         gmsh.model.occ.synchronize()
+        gone = [
+            entity for entity in dict.fromkeys(bounding) if not gmsh.model.getAdjacencies(*entity)[0].size
+        ]
 
 
 def _cell(file: CadFile, volumes: Sequence[int], asked: Mirror | None, length: float, lack: str) -> Mirror:
@@ -252,7 +258,7 @@ def _solid(
         for surface, bore in zip((Surface.BIG_END_BORE, Surface.SMALL_END_BORE), bores, strict=True)
     ]
     free = [face for face in faces if face.tag in named[Surface.FREE]]
-    features += concave_rounds(free, Interior(volumes), bores[1].x)
+    features += concave_rounds(free, bores[1].x)
     mass = joined([part.mass for part in parts])
     return Solid(mirror, bores, parts, named, tuple(features), mass, bolts=bolts)
 

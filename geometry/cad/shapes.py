@@ -24,6 +24,11 @@ class Interior:
         boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 2, 3))
         self._low, self._high = boxes[:, 0], boxes[:, 1]
 
+    @property
+    def single(self) -> bool:
+        """Whether it is that of one volume."""
+        return len(self._volumes) == 1
+
     def contains(self, point: Floats) -> bool:
         """Whether a point lies in any of the volumes."""
         near = ((self._low <= point) & (point <= self._high)).all(axis=1)
@@ -157,13 +162,13 @@ def _normal_and_arc(edge: int, middle: list[float], face: int) -> tuple[Floats, 
 _STEPS = 8
 
 
-def concave_rounds(faces: Sequence[Face], interior: Interior, length: float) -> Iterator[Feature]:
-    """Find faces with a concave radius below a quarter of the rod's length; one feature per radius.
+def concave_rounds(faces: Sequence[Face], length: float) -> Iterator[Feature]:
+    """Find outer faces with a concave radius below a quarter of the rod's length; one feature per radius.
 
     These are cylinders, tori, and blends of varying radius, drafted corners and splines; the radius of the
     latter is the smallest one between neighbouring normals.
     """
-    measured = {face.tag: _round(face, interior) for face in faces}
+    measured = {face.tag: _round(face) for face in faces}
     arcs = {tag: arc for tag, arc in measured.items() if arc is not None and arc[0] < length / 4}
     sweeps = _whole_sweeps(arcs)
     by_radius: dict[float, list[int]] = {}
@@ -173,47 +178,43 @@ def concave_rounds(faces: Sequence[Face], interior: Interior, length: float) -> 
         yield Feature(FeatureKind.ROUND, tuple(alike), radius, max(sweeps[tag] for tag in alike))
 
 
-def _round(face: Face, interior: Interior) -> tuple[float, float] | None:
+def _round(face: Face) -> tuple[float, float] | None:
     """Concave radius (mm) and the angle of its arc; None if the face is flat or convex."""
     if face.shape == "Plane":
         return None
     if face.shape in ("Cylinder", "Torus") and not face.fitted:
-        if not _is_concave(face, interior):
+        if not _is_concave(face):
             return None
         low, high = gmsh.model.getParametrizationBounds(2, face.tag)
         arc = 0 if face.shape == "Cylinder" else 1  # parameter of a torus along its tube
         return face.values[-1], float(high[arc] - low[arc])
-    return _tightest(face, interior)
+    return _tightest(face)
 
 
-def _is_concave(face: Face, interior: Interior) -> bool:
+def _is_concave(face: Face) -> bool:
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     middle = [(u0 + u1) / 2, (v0 + v1) / 2]
     point = np.array(gmsh.model.getValue(2, face.tag, middle))
     normal = np.array(gmsh.model.getNormal(face.tag, middle))
-    center, axis, radius = np.array(face.values[:3]), np.array(face.values[3:6]), face.values[-1]
+    center, axis = np.array(face.values[:3]), np.array(face.values[3:6])
     from_axis = point - center - ((point - center) @ axis) * axis
     if face.shape == "Torus":
         from_axis = point - center - face.values[6] * from_axis / np.linalg.norm(from_axis)
-    outwards = normal * np.sign(normal @ from_axis)
-    return not interior.contains(point - 1e-3 * radius * outwards)
+    return bool(normal @ from_axis < 0)  # gmsh's normals point out of the only volume of a face
 
 
-def _tightest(face: Face, interior: Interior) -> tuple[float, float] | None:
+def _tightest(face: Face) -> tuple[float, float] | None:
     """Smallest concave radius along the parameter lines, and the angle by which the normal turns there."""
     steps = np.linspace(0.02, 0.98, _STEPS + 1)  # a cone's tip has no normal
     places = parameter_grid(face.tag, steps)
     flat = places.ravel()
     points = np.reshape(gmsh.model.getValue(2, face.tag, flat), (*places.shape[:2], 3))
     normals = np.reshape(gmsh.model.getNormal(face.tag, flat), points.shape)
-    on = next((at for at in np.ndindex(points.shape[:2]) if _is_on(face, places[at])), None)
-    if on is None:
+    if not any(_is_on(face, places[at]) for at in np.ndindex(points.shape[:2])):
         return None
-    reach = 1e-3 * float(np.ptp(points.reshape(-1, 3), axis=0).max())
-    outwards = -1 if interior.contains(points[on] + reach * normals[on]) else 1
     best: tuple[float, float] | None = None
     for axis in (0, 1):
-        along, turning = np.diff(points, axis=axis), outwards * np.diff(normals, axis=axis)
+        along, turning = np.diff(points, axis=axis), np.diff(normals, axis=axis)
         square = np.maximum((along**2).sum(axis=-1), 1e-300)
         curvature = -(along * turning).sum(axis=-1) / square  # normals converge on a hollow face
         at = np.unravel_index(curvature.argmax(), curvature.shape)
