@@ -4,20 +4,22 @@ A writer yields the files that it has for a run. The names of all that were writ
 `summary.json`, by which `fea.output.folder` recognises a run: a new format needs nothing but its writer.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from fea.analysis.result import RunResult
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.columns_csv import write_columns
 from fea.output.folder import REPORT
-from fea.output.seats import write_seats
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_text
-from fea.output.vtu import write_pvd, write_result
+from fea.output.vtu import write_cells, write_pvd, write_result
+from geometry.surfaces import INTERFACES
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
 CASES, CYCLE = "cases.pvd", "cycle.pvd"
@@ -49,6 +51,40 @@ def _case_fields(run: RunResult) -> Iterator[RunFiles]:
 def _write_case(run: RunResult, case: CaseResult, path: Path) -> None:
     exact = case is next(iter(run.cases.values()))
     write_result(path, run.mesh, case.point_data(), case.cell_data(run.materials), exact=exact)
+
+
+# Surfaces on which the same presses as on those opposite to them.
+_OPPOSITE = {second for _, second in INTERFACES}
+
+
+def write_seats(path: Path, cases: Mapping[str, CaseResult]) -> None:
+    """Write the pressed surfaces, one side of every interface.
+
+    For each load case, `pressure_CASE`, MPa, and `traction_CASE`: force over area on the part that the
+    surface bounds, MPa. Pressures are linear over a facet. Of the elements, an array by the name of each
+    surface is 1 on it.
+
+    Raises
+    ------
+    StorageError
+        The file could not be written.
+    """
+    first = next(iter(cases.values()))
+    surfaces = [surface for surface in first.seats if surface not in _OPPOSITE]
+    facets = [first.mesh.facets[surface] for surface in surfaces]
+    nodes = [first.seats[surface].nodes for surface in surfaces]
+    starts = np.cumsum([0, *map(len, nodes)])
+    cells = [
+        start + np.searchsorted(here, own) for start, here, own in zip(starts, nodes, facets, strict=False)
+    ]
+    arrays = {}
+    for name, case in cases.items():
+        seats = [case.seats[surface] for surface in surfaces]
+        arrays[f"pressure_{name}"] = np.concatenate([seat.pressure for seat in seats])
+        arrays[f"traction_{name}"] = np.concatenate([seat.traction for seat in seats])
+    number = np.repeat(np.arange(len(surfaces)), [len(own) for own in facets])
+    masks = {surface.value: (number == k).astype(np.uint8) for k, surface in enumerate(surfaces)}
+    write_cells(path, first.mesh.points[np.concatenate(nodes)], np.concatenate(cells), arrays, masks)
 
 
 def _seats(run: RunResult) -> Iterator[RunFiles]:

@@ -389,7 +389,7 @@ def test_words_of_keys_and_figures():
 
 
 def test_the_engine_of_the_library_names_its_sources():
-    from fea.output.report.inputs import input_tables
+    from fea.output.report.sections import input_tables
 
     tables = input_tables(load_study("leon-2001").with_engine("toyota-2jz"))
     (engine,) = (table for table in tables if table.title.startswith("Engine"))

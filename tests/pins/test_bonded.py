@@ -15,9 +15,8 @@ from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.apps.result import analyse
 from fea.base.choices import Element, Support, Symmetry
-from fea.pins.bonded import BondedPins
+from fea.pins.bonded import BondedBore, BondedPins
 from fea.rod.meshed_rod import Bores
-from fea.solid.bonded_bore import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solid.inertia import imbalance, inertia
 from fea.solid.scikit_fem import basis

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, tetrahedralise
 
-from fea.solid.bonded_bore import BondedBore
+from fea.pins.bonded import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solvers.constrained import displacement
 from fea.stress.recovery import Recovery

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.study.traces import shipped_trace
-from fea.verify.reproduce.newton_euler import solve
+from fea.verify.reproduce.columba import solve
 from loads.dynamics import center_acceleration, cycle, to_rod_axes
 from loads.engine import Engine
 from loads.gas import NoGas
