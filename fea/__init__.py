@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fea.analysis.prepare import PreparedRod
+    from fea.apps.limits.run_limits import limits
     from fea.apps.result import Result, analyse, prepare
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
     from fea.study.study import Study, load_study
@@ -25,6 +26,7 @@ __all__ = [
     "Study",
     "analyse",
     "basis",
+    "limits",
     "load_study",
     "prepare",
     "run",
@@ -39,6 +41,7 @@ _HOMES = {
     "Study": "fea.study.study",
     "analyse": "fea.apps.result",
     "basis": "fea.solid.scikit_fem",
+    "limits": "fea.apps.limits.run_limits",
     "load_study": "fea.study.study",
     "prepare": "fea.apps.result",
     "stiffness_coo": "fea.solid.scikit_fem",

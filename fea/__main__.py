@@ -40,6 +40,9 @@ COMMANDS = {
     "optimise": "Find the lightest rod that meets the required factors less their error bars.\n\n"
     "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
     "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
+    "limits": "Find how fast the rod can turn, how much boost it stands, and what breaks first.\n\n"
+    "- `fea limits my.toml`: one sentence, and a map of engine speed and peak pressure\n"
+    "- `fea limits my.toml --min-rpm 7500 --min-boost 1.2`: exit code 6 if the rod does not reach them",
     "reproduce": "Compare published figures with computed ones.",
     "verify": "Solve benchmark problems with known answers.\n\n"
     "A report also shows every case on coarser meshes.",

@@ -5,7 +5,7 @@ one cycle every 4π.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -151,6 +151,48 @@ class Otto(Ideal):
             np.full_like(shrunk, self.atmosphere),
         )
         return _at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """A multiple of the gauge pressure of another gas: a measured trace at another load."""
+
+    gas: GasModel
+    factor: float
+
+    @property
+    def samples(self) -> Floats:
+        """Those of the gas."""
+        return self.gas.samples
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Those of the gas, and the multiple."""
+        said = f"the gauge pressure of the gas is multiplied by {self.factor:.4g} at every crank angle"
+        return (*self.gas.remarks, said)
+
+    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
+        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
+        return self.factor * self.gas.pressure(crank_angle, speed)
+
+    def note(self, speed: float) -> str:
+        """Return that of the gas."""
+        return self.gas.note(speed)
+
+
+def scaled(gas: GasModel, factor: float) -> GasModel:
+    """Return the gas at a multiple of its charge.
+
+    In the ideal constant-volume cycle every pressure between intake and blow-down is in proportion to the
+    intake pressure, if mixture and intake temperature stay the same: p₃/p₁ = r^γ + (γ − 1) r q/(R T₁)
+    (Heywood 1988, §5.3). The gauge pressure of any other gas is multiplied.
+    """
+    if factor == 1.0:
+        return gas
+    if isinstance(gas, Otto):
+        peak = None if gas.peak is None else factor * gas.peak
+        return replace(gas, intake=factor * gas.intake, peak=peak)
+    return Scaled(gas, factor)
 
 
 def dead_centres(engine: Engine) -> tuple[float, float]:

@@ -224,9 +224,18 @@ class PreparedRod:
             self.model, self.fields.recovery, self.materials, fields, cut_y=self.mesh.cut_y, single=single
         )
 
-    def _cycle(self, spanning: Callable[[UnitLoads, Sequence[CrankCycle]], Basis]) -> CycleAnalysis:
+    def spanned_cycle(self, cycles: Sequence[CrankCycle]) -> CycleAnalysis:
+        """All unit solutions that span some cycles, where they depend on these."""
+        solve = partial(self.solved_units, single=True)
+        return self._cycle(lambda loads, _: FullBasis(loads, solve), cycles)
+
+    def _cycle(
+        self,
+        spanning: Callable[[UnitLoads, Sequence[CrankCycle]], Basis],
+        cycles: Sequence[CrankCycle] | None = None,
+    ) -> CycleAnalysis:
         with self.clock("cycle"):
-            cycles = [self.crank_cycle(rpm) for rpm in _spread(self.study)]
+            cycles = cycles or [self.crank_cycle(rpm) for rpm in _spread(self.study)]
             basis = spanning(self.pins.span(cycles), cycles)
         return CycleAnalysis(
             mesh=self.mesh,

@@ -21,7 +21,7 @@ from geometry.system import PathLock, exchange, incomplete
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
 SUMMARY, OPTIMISED = "summary.json", "optimise.json"
-_SCHEMAS = ("fea/summary/", "fea/optimise/")
+_SCHEMAS = ("fea/summary/", "fea/optimise/", "fea/limits/")
 
 
 def is_earlier_run(directory: Path) -> bool:

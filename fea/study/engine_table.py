@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_tra
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.plausible import Plausible
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto
+from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
 
 _CYCLES = ("boyle", "otto", "motored", "none")
 
@@ -145,9 +146,22 @@ class EngineTable(
         "1.01325", "pressure in the crankcase", None, Plausible(0.45, 1.3, "of the atmosphere", far=3.0)
     )
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
+    gas_scale: float | None = key(
+        "1.5",
+        'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
+        "gauge pressure of any other gas; default: 1",
+        require_positive,
+    )
+    full_load: tuple[dict[str, float], ...] | None = key(
+        "[{ rpm = 3000, peak_pressure_bar = 70 }, { rpm = 6000, torque_Nm = 210 }]",
+        "what the engine reaches at full load, for fea limits: peak pressure (absolute) or torque of the "
+        "whole engine; also as tables [[engine.full_load]]",
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for number, point in enumerate(self.full_load or (), 1):
+            _require_full_load(f"engine.full_load {number}", point)
         for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
             require(self._is_file, f"engine.{name}", value, rule, remedy)
@@ -203,6 +217,9 @@ class EngineTable(
         InvalidValue
             A missing key of the model, or a trace that is not one cycle.
         """
+        return scaled(self._unscaled(engine), self.gas_scale or 1.0)
+
+    def _unscaled(self, engine: Engine) -> GasModel:
         if self.gas == "none":
             return NoGas()
         if self.gas in SHIPPED:
@@ -210,7 +227,7 @@ class EngineTable(
         if self._is_file:
             return self._imported().trace
         ratio = self._needed("compression_ratio")
-        atmosphere = self._atmosphere
+        atmosphere = self.atmosphere
         if self.gas == "boyle":
             return Boyle(engine, ratio, atmosphere)
         intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
@@ -234,11 +251,12 @@ class EngineTable(
     def _imported(self) -> Imported:
         if self.atmosphere_bar is not None:
             require_positive("engine.atmosphere_bar", self.atmosphere_bar)
-        around = Surroundings(self._atmosphere, self.compression_ratio)
+        around = Surroundings(self.atmosphere, self.compression_ratio)
         return read_trace(Path(self.gas), self, around)
 
     @property
-    def _atmosphere(self) -> float:
+    def atmosphere(self) -> float:
+        """Absolute pressure in the crankcase, MPa."""
         return ATMOSPHERE if self.atmosphere_bar is None else self.atmosphere_bar * BAR
 
     def _needed(self, key: str) -> float:
@@ -246,6 +264,18 @@ class EngineTable(
         rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
         require(value is not None, f"engine.{key}", None, rule, remedy)
         return float(value)
+
+
+_LOADS = ("peak_pressure_bar", "torque_Nm")
+
+
+def _require_full_load(name: str, point: Mapping[str, float]) -> None:
+    """Require a speed, and either a peak pressure or a torque."""
+    rule = f"must have rpm and one of {', '.join(_LOADS)}, and nothing else"
+    valid = len(point) == 2 and "rpm" in point and any(load in point for load in _LOADS)
+    require(valid, name, ", ".join(point), rule)
+    for key_, value in point.items():
+        require_positive(f"{name}.{key_}", value)
 
 
 def located_gas(name: str, gas: str, folder: Path) -> str:

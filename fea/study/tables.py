@@ -297,11 +297,13 @@ def _word(option: Any) -> str:
         return "a table"
     if typing.get_origin(option) is tuple:
         entries = typing.get_args(option)[0]
+        if typing.get_origin(entries) is dict:
+            return "a list of tables of numbers"
         return "a list of texts" if entries is str else f"a list of {_WORDS[entries].removeprefix('a ')}s"
     return _WORDS[option]
 
 
-def _convert(value: object, option: Any) -> Any:
+def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one line a type
     """Return `value` as `option`, or None if it is of another type."""
     if typing.get_origin(option) is tuple:
         item = typing.get_args(option)[0]
@@ -309,6 +311,11 @@ def _convert(value: object, option: Any) -> Any:
             return None
         converted = tuple(_convert(entry, item) for entry in value)
         return None if None in converted else converted
+    if typing.get_origin(option) is dict:
+        if not isinstance(value, Mapping):
+            return None
+        entries = {key: _convert(entry, typing.get_args(option)[1]) for key, entry in value.items()}
+        return None if None in entries.values() else entries
     if _is_enum(option):
         return option(value) if value in list(option) else None
     if option is float:

@@ -157,7 +157,7 @@ def settled(part: PartRows, row: int, cycle: EstimatedCycle) -> Floats:
     if cycle.estimated:
         size, mean = deviator_norm(history)[0], history[0, 5]
         most = cycle.allowed * size.max()
-        error, pressed = (np.minimum(own[row] * cycle.error, most) for own in (part.apart, part.pressed))
+        error, pressed = (np.minimum(own[row] * cycle.error, most) for own in part.of_errors)
         apart = distances_from_middle(history[:, :5], history[:, :5, size.argmax()])[0]
         outside = apart + error > (1 - _NEAR_BALL) * apart.max()
         tensest = mean + pressed > (mean - pressed).max()

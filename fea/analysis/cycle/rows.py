@@ -1,6 +1,7 @@
 """The places of a part, with their stresses over cycles, and bounds on these that need few instants."""
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -36,20 +37,22 @@ class PartRows:
         if not counts.any():  # a part has a worst place
             counts[:] = True
         self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
-        self.joint = own.joint
-        self._norms = [
-            norms(units, joint)[0] for units, joint in zip((self._even, self._odd), own.joint, strict=True)
-        ]
+        self.joint, self._balanced = own.joint, analysis.loads.balanced
         self.material = analysis.materials[number]
         self._criterion, self.regions = analysis.fatigue, analysis.regions.at(own.nodes[counts])
         self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
         points = analysis.mesh.cell.points[own.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
 
-        self.apart, self.pressed = self._of_errors(analysis.loads.balanced())
+    @cached_property
+    def _norms(self) -> list[Reals]:
+        units = zip((self._even, self._odd), self.joint, strict=True)
+        return [norms(own, joint)[0] for own, joint in units]
 
-    def _of_errors(self, balanced: Weights | None) -> tuple[Floats, Floats]:
+    @cached_property
+    def of_errors(self) -> tuple[Floats, Floats]:
         """Largest von Mises and mean stress (n_rows,) that errors of weights of unit length can cause."""
+        balanced = self._balanced()
         largest, pressed = np.zeros((2, len(self._sides), len(self._even)))
         if balanced is not None:
             units = [(q, z.astype(q.dtype)) for q, z in zip((self._even, self._odd), balanced, strict=True)]
@@ -77,7 +80,7 @@ class PartRows:
 
         `error` (n_instants,): that of the weights.
         """
-        return np.minimum(self.apart[rows][:, None] * error, most[:, None])
+        return np.minimum(self.of_errors[0][rows][:, None] * error, most[:, None])
 
     def block(self, along: Path, rows: Ints) -> Block:
         """Return some rows over a path."""

@@ -1,0 +1,96 @@
+"""What `fea limits` found, as `summary.json` holds it, and in words."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fea.base.note import Note
+
+# What ends a rod, by the mode; the place is that of the whole rod.
+_ENDS = {
+    "yield": "{place} yields",
+    "fatigue": "{place} fails by fatigue",
+    "buckling": "the shank buckles",
+    "bolt yield": "the bolts yield",
+    "bolt fatigue": "the bolts fail by fatigue",
+    "joint opening": "the joint opens",
+    "joint slip": "the joint slips",
+    "bushing lifting": "the bushing lifts off its seat",
+    "shells lifting": "the shells lift off their seat",
+}
+# Modes that end it at one crank angle.
+_AT_ONCE = {"yield", "buckling", "bolt yield", "joint opening", "joint slip"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitFigures:
+    """A point at which a safety factor is the required one."""
+
+    mode: str
+    rpm: float
+    peak_pressure_bar: float  #: absolute
+    bar: float | None  #: of the factor, by the stress there, percent; None where there is no estimate
+    gas_scale: float  #: multiple of the charge of the study: the key of [engine] that gives this peak
+    at_mm: tuple[float, ...] | None  #: None where the mode has no place
+    crank_deg: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Largest(LimitFigures):
+    """The largest speed along a line of operation, or the largest peak pressure at a speed."""
+
+    value: float  #: rpm, or absolute peak pressure, bar
+    bar: float | None  #: of the value, in its unit; None where the stress has no error bar
+    place: str  #: in words; empty where the mode has no place
+    boost_bar: float  #: gauge pressure in the intake
+    safe_from: float | None  #: the least value that is safe, where it is not the least of all
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitsFigures:
+    """The limits of a rod in its engine."""
+
+    study: str
+    required_safety_factor: float
+    text: str  #: the answer in words
+    trusted: bool
+    rpm: float  #: of the study, the highest
+    #: safe_rpm, safe_boost: up to which speed, rpm, and boost, bar, it is safe; None where it is nowhere
+    safe_rpm: float | None
+    safe_boost: float | None
+    largest_rpm: Largest | None
+    largest_peak_pressure_bar: Largest | None
+    closed_throttle: Largest | None
+    limits: tuple[LimitFigures, ...]
+    #: (rpm, lowest, highest): peak pressures, bar, that are safe at some speeds, with what ends them
+    table: tuple[tuple[str, ...], ...]
+    notes: tuple[Note, ...]
+    files: tuple[str, ...]
+    timings_s: Mapping[str, float]
+    total_s: float
+    schema: str = "fea/limits/1"
+
+    def reaches(self, rpm: float | None, boost: float | None) -> bool:
+        """Whether the rod reaches a speed at full load, and a boost, bar, at its speed, less error bars."""
+        fast, pressed = self.largest_rpm, self.largest_peak_pressure_bar
+        if rpm is not None and (self.safe_rpm is None or rpm > self.safe_rpm - ((fast and fast.bar) or 0.0)):
+            return False
+        if boost is None:
+            return True
+        if pressed is None:
+            return self.safe_boost is not None and boost <= self.safe_boost
+        spread = (pressed.bar or 0.0) / pressed.value * (pressed.boost_bar + 1.0)
+        return pressed.boost_bar - spread >= boost and (rpm is None or pressed.rpm >= rpm)
+
+
+def ends(largest: Largest) -> str:
+    """Say what ends a rod."""
+    said = _ENDS[largest.mode].format(place=f"the {largest.place}")
+    return f"{said}, at {largest.crank_deg:.0f}°" if largest.mode in _AT_ONCE else said
+
+
+def with_bar(value: float, bar: float | None, unit: str) -> str:
+    """A value with its bar, rounded to what the bar vouches for."""
+    if bar is None:
+        return f"{float(f'{value:.3g}'):.0f} {unit}"
+    step = 10 if unit == "rpm" else 1
+    return f"{step * round(value / step):.0f} ± {max(step * round(bar / step), step):.0f} {unit}"

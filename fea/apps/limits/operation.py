@@ -1,0 +1,112 @@
+"""The operating points of a map: engine speed, and a multiple of the engine's charge."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fea.base.units import BAR, RPM
+from fea.rod.loading import EngineLoading
+from geometry.arrays import Floats
+from geometry.mass import MassProperties
+from loads.crank_cycle import CrankCycle
+from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled
+from loads.slider_crank import cycle_angles
+
+# Absolute pressure in the intake behind a closed throttle at high speed, bar, and the compression ratio where
+# the study gives none: the pull at the dead centre of gas exchange does not depend on it.
+CLOSED_THROTTLE, _COMPRESSION = 0.3, 10.0
+# Share of the torque that friction and the drive of auxiliaries leave (Heywood 1988, §2.4: 0.9 at full load
+# and low speed to 0.75 at the highest).
+MECHANICAL_EFFICIENCY = 0.85
+# Mean piston speeds, m/s, of idling, and far above those of racing engines (28).
+_IDLING, _FASTEST = 2.2, 50.0
+
+
+@dataclass(frozen=True, eq=False)
+class Operation:
+    """An engine at any speed and charge."""
+
+    loading: EngineLoading
+    rod: MassProperties
+
+    def cycle(self, rpm: float, scale: float) -> CrankCycle:
+        """Return the crank cycle at a speed, rpm, and a multiple of the engine's charge."""
+        return self.loading.with_scale(scale).crank_cycle(self.rod, rpm)
+
+    def peak(self, rpm: float, scale: float = 1.0) -> float:
+        """Absolute peak pressure, MPa."""
+        atmosphere, gauge = self.loading.table.atmosphere, self._gauge(rpm)
+        if isinstance(self.loading.gas, Otto):
+            return scale * (gauge + atmosphere)
+        return scale * gauge + atmosphere
+
+    def scale(self, rpm: float, peak: float) -> float:
+        """Return the multiple of the charge that gives an absolute peak pressure, MPa."""
+        none = self.peak(rpm, 0.0)
+        return (peak - none) / (self.peak(rpm) - none)
+
+    def _gauge(self, rpm: float) -> float:
+        angles = np.concatenate([cycle_angles(), self.loading.gas.samples])
+        return float(self.loading.gas.pressure(angles, np.asarray(rpm * RPM)).max())
+
+    @property
+    def burns(self) -> bool:
+        """Whether there is gas whose pressure can be scaled."""
+        gas = self.loading.gas
+        return not isinstance(gas.gas if isinstance(gas, Scaled) else gas, NoGas)
+
+    @property
+    def idle(self) -> float:
+        """Speed, rpm, at the mean piston speed of idling engines."""
+        return self._at(_IDLING)
+
+    @property
+    def fastest(self) -> float:
+        """Speed, rpm, above that of any engine of this stroke."""
+        return self._at(_FASTEST)
+
+    def _at(self, piston_speed: float) -> float:
+        return piston_speed * 30_000 / (2 * self.loading.engine.crank_radius)
+
+    def boost(self, scale: float) -> float:
+        """Gauge pressure in the intake, bar, in proportion to the charge."""
+        table = self.loading.table
+        given = table.intake_pressure_bar
+        today = table.atmosphere / BAR if given is None else given * (table.gas_scale or 1.0)
+        return scale * today - table.atmosphere / BAR
+
+    @cached_property
+    def full_load(self) -> tuple[Floats, Floats] | None:
+        """Speeds (n,), rpm, and absolute peak pressures (n,), MPa, that the study gives for full load."""
+        points = sorted(self.loading.table.full_load or (), key=lambda point: point["rpm"])
+        if not points or not self.burns:
+            return None
+        peaks = [
+            point["peak_pressure_bar"] * BAR
+            if "peak_pressure_bar" in point
+            else self.peak(point["rpm"], self._scale_of_torque(point["rpm"], point["torque_Nm"]))
+            for point in points
+        ]
+        return np.array([point["rpm"] for point in points]), np.array(peaks)
+
+    def _scale_of_torque(self, rpm: float, torque: float) -> float:
+        """Return the multiple of the charge at which the engine gives a mean torque, N·m."""
+        count, angles = self.loading.engine.cylinders, cycle_angles()[:-1]
+        low, high = (
+            count * float(self.cycle(rpm, scale).at(angles).torque.mean()) / 1e3 for scale in (0.5, 1.0)
+        )
+        return 0.5 + 0.5 * (torque / MECHANICAL_EFFICIENCY - low) / (high - low)
+
+    def today(self, rpm: float) -> float:
+        """Return the charge of full load at a speed; that of the study where it gives no curve."""
+        if self.full_load is None:
+            return float(self.burns)
+        return self.scale(rpm, float(np.interp(rpm, *self.full_load)))
+
+    def closed_throttle(self) -> "Operation":
+        """Return the engine as its vehicle drives it, with the throttle closed and no combustion."""
+        table, engine = self.loading.table, self.loading.engine
+        ratio = table.compression_ratio or _COMPRESSION
+        gas = Otto(engine, ratio, None, CLOSED_THROTTLE * BAR, table.atmosphere, HEAT_RATIO_AIR)
+        return Operation(EngineLoading(engine, gas, table), self.rod)

@@ -1,0 +1,242 @@
+"""Safety factors against every mode of failure at an operating point, from unit solutions.
+
+Every place of the rod is evaluated at a few points only, on rays from rest through speed squared and charge.
+In these coordinates loads grow in proportion, and a norm of stress is convex: between two of these rays a
+place is at most as stressed as the mean of both says. The places that may be the worst somewhere are
+evaluated elsewhere, and every place again where a limit is stated in words.
+
+A cycle is evaluated in two stages: at every few degrees, then at every degree around the instants that
+decide.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+
+from fea.analysis.assembly_report import FITS
+from fea.analysis.buckling import compression, part_at, shank
+from fea.analysis.cycle.assembly_history import bolt_forces
+from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.analysis.prepare import PreparedRod
+from fea.base.units import DEG
+from fea.contact.assembly_state import AssemblyState, FaceState
+from fea.judge.bolt import BoltResult
+from fea.judge.column import Plane, column
+from fea.judge.history import signed_equivalent
+from fea.machine.threads import side_by_side
+from geometry.arrays import Floats, Ints
+from loads.crank_cycle import CrankCycle
+from loads.instants import joined
+from loads.slider_crank import cycle_angles
+
+
+class Mode(StrEnum):
+    """A way to fail."""
+
+    YIELD = "yield"
+    FATIGUE = "fatigue"
+    BUCKLING = "buckling"
+    BOLT_YIELD = "bolt yield"
+    BOLT_FATIGUE = "bolt fatigue"
+    JOINT_OPENING = "joint opening"
+    JOINT_SLIP = "joint slip"
+    BUSHING = "bushing lifting"
+    SHELLS = "shells lifting"
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The least safety factor against one mode."""
+
+    factor: float
+    at: tuple[float, float, float] | None = None  #: mm; None where the mode has no place
+    crank_angle: float | None = None  #: rad
+
+
+State = Mapping[Mode, Worst]
+
+# Degrees from one instant of the first stage to the next, on all places and on those that may be the worst;
+# and half the width of the second, whose instants are a degree apart.
+_EVERY_PLACE, _COARSE, _WINDOW = 10, 6, 6
+# Places of a part that are looked at in the second stage against each mode.
+_CLOSEST = 12
+# A place is followed if its utilisation comes as near to the largest, on any of so many rays between two that
+# were evaluated; and at most so many of a part for each.
+_NEAR, _BETWEEN, _MOST = 0.85, 4, 60
+_BLOCK = 2000  # rows evaluated at once
+# A joint that slides has a reserve of 1: see `fea.analysis.survival`.
+_SLIDING = 1e-3
+_TINY = 1e-12
+_STRESSED = (Mode.YIELD, Mode.FATIGUE)
+
+
+class States:
+    """The factors of a rod at any crank cycle."""
+
+    def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
+        self._rod, self._analysis = rod, analysis
+        self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
+        self._followed: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
+        stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
+        material = rod.materials[part_at(rod.mesh.whole, least.x)]
+        elastic = (material.youngs_modulus, material.yield_strength)
+        self._column = min(column(plane, stations, least, *elastic).least for plane in Plane)
+
+    def usage(self, cycle: CrankCycle) -> list[Floats]:
+        """Utilisations (2, n_rows) of every place of each part, against yield and fatigue."""
+        angles = np.arange(0, 720, _EVERY_PLACE) * DEG
+        weights = self._analysis.weights(cycle, np.append(angles, _peak(cycle)))
+
+        def block(item: tuple[PartRows, int]) -> Floats:
+            part, start = item
+            rows = np.arange(start, min(start + _BLOCK, len(part.points)))
+            return _usage(part, part.stress(weights, rows), rows)
+
+        found = []
+        for part in self._parts:
+            starts = [(part, start) for start in range(0, len(part.points), _BLOCK)]
+            found.append(np.concatenate(list(side_by_side(block, starts)), axis=1))
+        return found
+
+    def follow(self, rays: Sequence[Sequence[Floats]]) -> None:
+        """Follow the places that may be the worst between rays, by the utilisations of each on every ray."""
+        for before, after in pairwise(rays if len(rays) > 1 else [*rays, *rays]):
+            for share in np.linspace(0, 1, _BETWEEN + 1):
+                between = [(1 - share) * a + share * b for a, b in zip(before, after, strict=True)]
+                self._follow(between, _NEAR)
+
+    def _follow(self, usage: Sequence[Floats], near: float) -> bool:
+        """Follow places by their utilisations; whether any of them is new."""
+        largest, new = np.max([own.max(axis=1) for own in usage], axis=0), False
+        for number, own in enumerate(usage):
+            rows = [self._followed[number]]
+            for mode, most in zip(own, largest, strict=True):
+                order = np.argsort(-mode)[:_MOST]
+                rows.append(order[(mode[order] >= near * most) & (mode[order] > 0)])
+            every = np.unique(np.concatenate(rows))
+            new |= len(every) > len(self._followed[number])
+            self._followed[number] = every
+        return new
+
+    def certify(self, cycle: CrankCycle, state: State) -> bool:
+        """Look at every place; whether none is worse than those that a state is of, else follow it."""
+        usage, right = self.usage(cycle), True
+        for number, mode in enumerate(_STRESSED):
+            if mode in state:
+                right &= max(float(own[number].max()) for own in usage) <= 1.001 / state[mode].factor
+        return right or not self._follow(usage, 0.97)
+
+    def at(self, cycle: CrankCycle) -> State:
+        """Return the factor of each mode over a cycle, with its place."""
+        angles = np.append(np.arange(0, 720, _COARSE) * DEG, _peak(cycle))
+        weights = self._analysis.weights(cycle, angles)
+        histories = [part.stress(weights, rows) for part, rows in self._pairs()]
+        usage = [_usage(part, own, rows) for (part, rows), own in zip(self._pairs(), histories, strict=True)]
+        closest = [np.unique(np.argsort(-own, axis=1)[:, :_CLOSEST]) for own in usage]
+        windows = _windows(angles, histories, usage)
+        more = self._analysis.weights(cycle, windows)
+        every, found = np.append(angles, windows), dict[Mode, Worst]()
+        for (part, rows), own, some in zip(self._pairs(), histories, closest, strict=True):
+            history = np.concatenate([own[some], part.stress(more, rows[some])], axis=2)
+            for mode, used in zip(_STRESSED, _usage(part, history, rows[some]), strict=True):
+                row = int(used.argmax())
+                factor = 1 / max(float(used[row]), _TINY)
+                if used[row] > 0 and (mode not in found or factor < found[mode].factor):
+                    signed = signed_equivalent(history[row : row + 1])[0]
+                    x, y, z = part.points[rows[some[row]]].tolist()
+                    found[mode] = Worst(factor, (x, y, z), float(every[np.abs(signed).argmax()]))
+        return found | self._buckling(cycle) | self._of_assembly(cycle, every)
+
+    def _pairs(self) -> list[tuple[PartRows, Ints]]:
+        every = zip(self._parts, self._followed, strict=True)
+        return [(part, rows) for part, rows in every if rows.size]
+
+    def _buckling(self, cycle: CrankCycle) -> dict[Mode, Worst]:
+        pushed = compression(cycle.degrees)
+        worst = int(pushed.argmax())
+        force = max(float(pushed[worst]), _TINY)
+        return {Mode.BUCKLING: Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))}
+
+    def _of_assembly(self, cycle: CrankCycle, angles: Floats) -> dict[Mode, Worst]:
+        """Return the factors of bolts, joint and press fits."""
+        pins, assembling = self._rod.assembly_contact, self._rod.assembling
+        if pins is None or assembling is None:
+            return {}
+        angles = np.sort(angles)
+        states = [pins.assembly.sums(state) for state in pins.states(cycle.at(angles), cycle)]
+        rest = pins.state_under(joined([pins.resting])[0])
+        turned = assembling.table.bolt_stretch_mm is None
+        bolts = [BoltResult.of(assembling.bolt.bolt, own, turned=turned) for own in bolt_forces(states)]
+        hardest, tired = min(bolts, key=_working), min(bolts, key=_tiring)
+        found = {
+            Mode.BOLT_YIELD: Worst(hardest.working_safety, None, float(angles[hardest.largest_at])),
+            Mode.BOLT_FATIGUE: Worst(tired.fatigue_safety, None, float(angles[tired.largest_at])),
+        }
+        return found | _of_faces(states, rest, angles)
+
+
+def _working(bolt: BoltResult) -> float:
+    return bolt.working_safety
+
+
+def _tiring(bolt: BoltResult) -> float:
+    return bolt.fatigue_safety
+
+
+def _of_faces(states: Sequence[AssemblyState], rest: AssemblyState, angles: Floats) -> dict[Mode, Worst]:
+    """Factors against opening of the joint, its slip, and press fits that lift."""
+    slips = np.array([np.inf if (own := s.joint.slip_safety) is None else own - _SLIDING for s in states])
+    opening = [_kept(own.joint, own.joint.edge_pressure, rest.joint.edge_pressure) for own in states]
+    courses = {Mode.JOINT_OPENING: np.array(opening), Mode.JOINT_SLIP: slips}
+    for seat, name in FITS.items():
+        if seat in rest.faces:
+            least = rest.faces[seat].least
+            lifted = [_kept(state.faces[seat], state.faces[seat].least, least) for state in states]
+            courses[Mode(f"{name} lifting")] = np.array(lifted)
+    return {
+        mode: Worst(float(course.min()), None, float(angles[course.argmin()]))
+        for mode, course in courses.items()
+        if np.isfinite(course).any()
+    }
+
+
+def _kept(face: FaceState, pressure: float | None, rest: float | None) -> float:
+    """Pressure at rest over what a load takes of it: 1 where nothing is left, less the more has opened."""
+    if not rest or pressure is None:
+        return np.inf
+    if pressure <= 0:
+        return 1 / (1 + face.open_share)
+    return rest / max(rest - pressure, _TINY * rest)
+
+
+def _peak(cycle: CrankCycle) -> float:
+    """Crank angle of the largest gas pressure, rad."""
+    angles = np.concatenate([cycle_angles(), cycle.gas.samples])
+    return float(angles[cycle.gas.pressure(angles, np.asarray(cycle.speed)).argmax()])
+
+
+def _usage(part: PartRows, history: Floats, rows: Ints) -> Floats:
+    """Utilisations (2, n) against yield and fatigue of histories (n, 6, n_instants) of some rows."""
+    signed = signed_equivalent(history)
+    highest, lowest = signed.max(axis=1), signed.min(axis=1)
+    factors = part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)
+    return np.asarray(
+        [1 / np.maximum(np.nan_to_num(own, nan=np.inf, posinf=np.inf), _TINY) for own in factors]
+    )
+
+
+def _windows(angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats]) -> Floats:
+    """Crank angles around the instants at which the worst places of each mode have their extremes."""
+    found = set[int]()
+    for mode in range(len(_STRESSED)):
+        number = int(np.argmax([own[mode].max(initial=0.0) for own in usage]))
+        for row in np.argsort(-usage[number][mode])[:3]:
+            signed = signed_equivalent(histories[number][row : row + 1])[0]
+            found |= {int(signed.argmax()), int(signed.argmin())}
+    around = np.arange(-_WINDOW, _WINDOW + 1)
+    centres = np.round(angles[sorted(found)] / DEG)
+    return np.asarray(np.unique(np.mod(centres[:, None] + around, 720)) * DEG)

@@ -1,0 +1,79 @@
+"""`fea limits`."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fea.cli.options import Json, Quiet, StudyName, Threads, print_json, takes
+from fea.machine.exit_codes import CHECK_FAILED, UNSAFE
+from fea.study.flags import NO_FLAGS, Flags
+from fea.study.study import DEFAULT_STUDY, load_study
+
+if TYPE_CHECKING:
+    from fea.apps.limits.figures import LimitsFigures
+
+
+@takes(
+    "engine",
+    "material",
+    "pressure",
+    "size",
+    "tolerance",
+    min_safety="Required safety factor; default: that of the study, or 1.",
+    rpm="Engine speeds of today, rpm; the highest is that at which the largest peak pressure is found.",
+)
+def limits(
+    study: StudyName = DEFAULT_STUDY,
+    *,
+    flags: Flags = NO_FLAGS,
+    min_rpm: float | None = None,
+    min_boost: float | None = None,
+    out: Path | None = None,
+    threads: Threads = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Find how fast a rod can turn, how much peak pressure it stands, and what ends it.
+
+    Parameters
+    ----------
+    min_rpm
+        Speed that the rod must reach at today's load, less its error bar: else exit code 6.
+    min_boost
+        Boost, bar, that it must stand at this speed, less its error bar: else exit code 6.
+    out
+        Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
+    """
+    from fea.machine.threads import limit_threads
+
+    limit_threads(threads)
+    asked = flags.applied(load_study(study))
+
+    from fea.apps.limits.run_limits import limits as found
+    from fea.machine.clock import stages
+
+    folder = Path("results") / f"{asked.name}-limits" if out is None else out
+    with stages(silent=quiet or json) as listener:
+        figures = found(asked, folder, listener, at_rpm=min_rpm)
+    if json:
+        print_json(figures)
+    elif not quiet:
+        _print(figures, folder)
+    if not figures.trusted:
+        return CHECK_FAILED
+    return 0 if figures.reaches(min_rpm, min_boost) else UNSAFE
+
+
+def _print(figures: "LimitsFigures", folder: Path) -> None:
+    from fea.output.target import near
+    from fea.output.terminal.prose import print_lines, terminal
+
+    lines = [figures.text, ""]
+    if figures.table:
+        lines += [f"{'rpm':>6}  {'safe peak pressure, bar':<24} ended by"]
+        lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in figures.table]
+        lines += [""]
+    lines += [str(note) for note in figures.notes[:6]]
+    lines += [f"Written to {near(folder)} ({len(figures.files)} files): {', '.join(figures.files)}."]
+    print_lines(terminal(), lines)
+    sys.stdout.flush()
