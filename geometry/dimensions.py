@@ -109,7 +109,8 @@ class Dimensions:
     )
     pocket_floor_radius: float = _mm("radius between flange and web", _times("shank_width", 0.02, 0.5))
     pocket_setback: float = _mm(
-        "distance of the pockets' ends from the rings", _times("length", 0.004, 0.2)
+        "distance of the ends of pockets, or of a tubular shank's bore, from the rings",
+        _times("length", 0.004, 0.2),
     )  #: or feet of the ring steps
     #: Options: 0 leaves them out.
     small_end_crown_width: float = _option(
@@ -148,9 +149,14 @@ class Dimensions:
         "not together with small_end_crown_width_mm", "0.5", _times("small_end_bore", 0.004, 0.1)
     )
     oil_gallery: float = _option(
-        "diameter of an oil passage drilled along the shank; of a tubular shank, its bore",
+        "diameter of an oil passage drilled along the shank, from bore to bore",
         "3.0",
-        _times("shank_width", 0.05, 0.8),
+        _times("shank_width", 0.05, 0.6),
+    )
+    shank_bore: float = _option(
+        'diameter to which a "tubular" shank is bored, from the big end to before the small end',
+        "9.0",
+        _times("shank_width", 0.15, 0.9),
     )
 
     @property
@@ -201,8 +207,18 @@ class Dimensions:
 
     @property
     def drilled_thickness(self) -> float:
-        """Thickness of what an oil gallery runs through: of the web, or of the shank, mm."""
+        """Thickness of what is drilled along the rod: of the web, or of the shank, mm."""
         return self.web_thickness if self.has_pockets else min(self.shank_width, self.least_depth)
+
+    @property
+    def shank_bore_end(self) -> float:
+        """The x where the bore of a tubular shank ends, mm."""
+        return self.length - self.small_end_radius - self.pocket_setback
+
+    @property
+    def shank_bore_round(self) -> float:
+        """Radius at the end of that bore, whose bottom is flat in the middle, mm."""
+        return 0.4 * self.shank_bore
 
     @property
     def smallest_cell(self) -> Mirror:

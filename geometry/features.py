@@ -60,7 +60,7 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     field = HeightField(rod)
     outline, full = field.outline, 2 * math.pi
     big, small = outline.bores
-    drilled = _window(big.radius, rod.oil_gallery / 2)
+    drilled = _window(big.radius, max(rod.oil_gallery, rod.shank_bore) / 2)
     area = full * big.radius * rod.crank_bearing_width - drilled
     yield _cylinder(FeatureKind.BORE, big, area, full, rod.big_end_ring)
     drilled = _window(small.radius, rod.oil_gallery / 2)
@@ -72,6 +72,7 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
         (FeatureKind.HOLE, rod.cap_bolt, turn),
         (FeatureKind.HOLE, rod.oil_hole, 0.0),
         (FeatureKind.GALLERY, rod.oil_gallery, 0.0),
+        (FeatureKind.GALLERY, rod.shank_bore, 0.0),
     ):
         if diameter:
             yield _lengthwise(kind, diameter / 2, angle)
@@ -252,7 +253,7 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
     if assembly.shell:
         radius = rod.big_end_bore / 2 + assembly.shell
         whole = 2 * math.pi * radius * rod.big_end_width
-        areas[Surface.SHELL_SEAT] = whole - _window(radius, rod.oil_gallery / 2)
+        areas[Surface.SHELL_SEAT] = whole - _window(radius, max(rod.oil_gallery, rod.shank_bore) / 2)
     if (seat := assembly.bolt) is not None:
         areas[Surface.BOLT_HEAD] = _annuli(seat.head_diameter, rod.cap_bolt)
         wall = 2 * math.pi * rod.cap_bolt * seat.engaged

@@ -68,7 +68,7 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     default("pocket_floor_radius", max(min(0.5 * corner, 0.3 * (along_web - web)), 0.1))
     default("pocket_setback", 0.05 * gap)
     if rod["shank_section"] == ShankSection.TUBULAR:
-        default("oil_gallery", 0.5 * min(depth, shank))
+        default("shank_bore", 0.5 * min(depth, shank))
     if bolt := rod.get("cap_bolt", 0.0):
         _default_bosses(rod, bolt, big_radius)
     return Rod(**rod)

@@ -24,7 +24,7 @@ def check(rod: Dimensions) -> None:
     if rod.has_pockets:
         _web(rod)
         _pocket(rod, web_pocket(rod, Outline(rod).edge))
-    _gallery(rod)
+    _drilled(rod)
 
 
 def require_of(rod: Dimensions, name: str, holds: bool, rule: str, remedy: str = "") -> None:  # noqa: FBT001
@@ -187,19 +187,30 @@ def _pocket(rod: Dimensions, pocket: Pocket) -> None:
     require_of(rod, "pocket_corner_radius", fits, rule, "Reduce it.")
 
 
-# A gallery takes at most this part of the web, or of the shank, that it runs through.
+# A hole along the rod takes at most this part of the web, or of the shank, that it runs through.
 _DRILLED = 0.75
 
 
-def _gallery(rod: Dimensions) -> None:
-    rule = "is missing: it is the bore of the tubular shank"
-    bored = rod.oil_gallery > 0 or rod.shank_section is not ShankSection.TUBULAR
-    require_of(rod, "oil_gallery", bored, rule, 'Give it, or choose shank_section = "rectangular".')
+def _drilled(rod: Dimensions) -> None:
+    tubular = rod.shank_section is ShankSection.TUBULAR
+    rule = "is missing: a tubular shank has a bore" if tubular else "belongs to a tubular shank alone"
+    remedy = "Give it, or choose" if tubular else "Remove it, or choose"
+    remedy += f' shank_section = "{ShankSection.RECTANGULAR if tubular else ShankSection.TUBULAR}".'
+    require_of(rod, "shank_bore", (rod.shank_bore > 0) == tubular, rule, remedy)
+    begins = rod.shank_bore_end - rod.shank_bore_round
+    rule = (
+        f"leaves no straight bore beyond the big end's ring: its end is rounded from x = {begins:.4g} mm on"
+    )
+    deep = not tubular or begins > rod.big_end_radius
+    require_of(rod, "shank_bore", deep, rule, "Reduce it, or pocket_setback_mm.")
     what, name = ("web", "web_thickness_mm") if rod.has_pockets else ("shank", "the shank")
     most, remedy = _DRILLED * rod.drilled_thickness, f"Reduce it, or thicken {name}."
-    _at_most(rod, "oil_gallery", most, f", {_DRILLED:g} of the {what} that it runs through", remedy)
-    for end in _ENDS:
-        bore, width = getattr(rod, f"{end}_bore"), getattr(rod, f"{end}_width")
-        room = 0.5 * min(bore, width - 2 * getattr(rod, f"{end}_chamfer"))
-        what = f": half of the {end.replace('_', ' ')}'s bore and of its width between chamfers"
-        _at_most(rod, "oil_gallery", room, what, "Reduce it.")
+    for hole, ends in (("shank_bore", _ENDS[:1]), ("oil_gallery", _ENDS)):
+        _at_most(rod, hole, most, f", {_DRILLED:g} of the {what} that it runs through", remedy)
+        for end in ends:
+            bore, width = getattr(rod, f"{end}_bore"), getattr(rod, f"{end}_width")
+            room = 0.5 * min(bore, width - 2 * getattr(rod, f"{end}_chamfer"))
+            where = f": half of the {end.replace('_', ' ')}'s bore and of its width between chamfers"
+            _at_most(rod, hole, room, where, "Reduce it.")
+    if tubular:
+        _at_most(rod, "oil_gallery", 0.9 * rod.shank_bore, ", 0.9 of the shank's bore", "Reduce it.")

@@ -98,14 +98,21 @@ class HeightField:
         """Return the z up to which holes and pockets in the sides leave the rod hollow, mm."""
         rod, bosses = self.rod, self.outline.bosses
         z = np.where(x > rod.length, half_chord(rod.oil_hole / 2, y), 0.0)
-        along = half_chord(rod.oil_gallery / 2, y)
-        z = np.where((x > 0) & (x < rod.length), np.maximum(z, along), z)
+        z = np.maximum(z, half_chord(self._drilled_radius(x), y))
         if self.pocket is not None and self.pocket.in_sides:
             z = np.maximum(z, self.pocket.half_height(x, np.abs(y)))
         if bosses is not None:
             bolt = half_chord(bosses.bolt_radius, y - bosses.bolt_at)
             z = np.maximum(z, np.where(np.abs(x) < bosses.half_length, bolt, 0.0))
         return z
+
+    def _drilled_radius(self, x: Floats) -> Floats:
+        """Radius at `x` of what is drilled along the rod's axis, mm."""
+        rod = self.rod
+        round_ = rod.shank_bore_round
+        short = np.maximum(x - rod.shank_bore_end + round_, 0.0)
+        bore = np.where(x < rod.shank_bore_end, rod.shank_bore / 2 - round_ + half_chord(round_, short), 0.0)
+        return np.where((x > 0) & (x < rod.length), np.maximum(bore, rod.oil_gallery / 2), 0.0)
 
     def sections(self, x: Floats) -> tuple[Section, ...]:
         """Integrate the sections at `x` (n,), mm."""
@@ -168,17 +175,23 @@ class HeightField:
             for inset in (0.0, self.pocket.floor_radius):
                 ends += [self.pocket.big_end + inset, self.pocket.small_end - inset]
             ends += [big.center[0], big.end[0], small.start[0], small.center[0]]
-        ends += self._gallery_stations()
+        ends += self._drilled_stations()
         hole = self.rod.oil_hole / 2
         for radius in (self.rod.small_end_bore / 2, self.rod.small_end_radius):
             ends.append(self.rod.length + math.sqrt(radius**2 - hole**2))
         ends.append(self.rod.length - self.rod.small_end_radius)
         return np.unique(np.clip(ends, first, last))
 
-    def _gallery_stations(self) -> Iterator[float]:
-        """Yield x where the gallery ends, ever closer to where the chord of a bore is singular."""
-        half = self.rod.oil_gallery / 2
-        for bore, side in zip(self.outline.bores, (1, -1), strict=True):
+    def _drilled_stations(self) -> Iterator[float]:
+        """Yield x where holes along the axis end, ever closer to where the chord of a bore is singular."""
+        rod, (big, small) = self.rod, self.outline.bores
+        gallery, wide = rod.oil_gallery / 2, rod.shank_bore / 2
+        if wide:
+            round_ = rod.shank_bore_round
+            above = max(gallery - (wide - round_), 0.0)
+            yield rod.shank_bore_end
+            yield from (rod.shank_bore_end - round_ + math.sqrt(round_**2 - y**2) for y in (above, round_))
+        for bore, side, half in ((big, 1, max(gallery, wide)), (small, -1, gallery)):
             short = bore.radius - math.sqrt(bore.radius**2 - half**2)
             while 0 < short < bore.radius:
                 yield bore.center[0] + side * (bore.radius - short)
@@ -202,7 +215,8 @@ class HeightField:
         circles += [(center, rim) for center, rim, _ in self.chamfers]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
         seams = [half_chord(radius, x - center) for center, radius in circles]
-        levels = [self.rod.oil_hole / 2, self.rod.oil_gallery / 2]
+        seams.append(self._drilled_radius(x))
+        levels = [self.rod.oil_hole / 2]
         if self.pocket is not None and self.pocket.in_sides:
             seams.append(self.pocket.floor_begins(x))
             levels += [self.pocket.floor, self.pocket.floor + self.pocket.floor_radius]
@@ -264,8 +278,8 @@ def walls(rod: Dimensions) -> dict[str, float]:
     }
     if rod.has_pockets:
         thickness |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
-    if rod.oil_gallery:
-        thickness["wall beside the oil gallery"] = (rod.drilled_thickness - rod.oil_gallery) / 2
+    if drilled := max(rod.oil_gallery, rod.shank_bore):
+        thickness["wall beside the hole along the shank"] = (rod.drilled_thickness - drilled) / 2
     if rod.cap_bolt:
         thickness["wall between bolt hole and bore"] = (
             rod.cap_bolt_spacing - rod.cap_bolt - rod.big_end_bore

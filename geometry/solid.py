@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import gmsh
 
@@ -16,7 +17,7 @@ from geometry.mass import MassProperties, joined
 from geometry.outline import Outline
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
-from geometry.segments import Line, Segment
+from geometry.segments import Arc, Line, Segment
 from geometry.side_faces import RingStep, ring_steps, space_beside, web_pocket
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
@@ -188,6 +189,8 @@ def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
     occ, tools = gmsh.model.occ, []
     if rod.oil_gallery:
         tools.append(occ.addCylinder(0, 0, 0, rod.length, 0, 0, rod.oil_gallery / 2))
+    if rod.shank_bore:
+        tools.append(_bore_along(rod))
     if rod.oil_hole:
         tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))
     if rod.cap_bolt:
@@ -197,6 +200,17 @@ def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
             occ.rotate([(kernel.SOLID, bolt) for bolt in bolts], 0, 0, 0, 0, 0, 1, turn)
         tools += bolts
     return tools
+
+
+def _bore_along(rod: Rod) -> int:
+    """Draw the bore of a tubular shank, from the big end's centre to its rounded end."""
+    radius, round_, end = rod.shank_bore / 2, rod.shank_bore_round, rod.shank_bore_end
+    arc = Arc((radius - round_, end - round_), round_, 0.0, math.pi / 2)
+    corners = [arc.end, (0.0, end), (0.0, 0.0), (radius, 0.0), arc.start]
+    profile: tuple[Segment, ...] = (arc, *(Line(a, b) for a, b in pairwise(corners)))
+    bore = kernel.revolution(profile, 0.0)
+    gmsh.model.occ.rotate([(kernel.SOLID, bore)], 0, 0, 0, 0, 1, 0, math.pi / 2)
+    return bore
 
 
 def _chamfers(rod: Rod, mirror: Mirror) -> list[int]:

@@ -33,7 +33,11 @@ REFUSED = [
     ("rod.web_thickness_mm", {"shank_section": "H", "web_thickness": 19}),  # thicker than the shank is deep
     ("rod.flange_thickness_mm", {"shank_section": "H", "flange_thickness": 10}),  # half of the width
     ("rod.oil_gallery_mm", {"oil_gallery": 6.0}),  # wider than the web allows
-    ("rod.oil_gallery_mm", {"shank_section": "tubular"}),  # without its bore
+    ("rod.shank_bore_mm", {"shank_section": "tubular"}),  # without it
+    ("rod.shank_bore_mm", {"shank_bore": 4.0}),  # of an I-section
+    ("rod.shank_bore_mm", {"shank_section": "tubular", "shank_bore": 15.0}),  # hardly a wall
+    ("rod.shank_bore_mm", {"shank_section": "tubular", "shank_bore": 8.0, "pocket_setback": 90.0}),
+    ("rod.oil_gallery_mm", {"shank_section": "tubular", "shank_bore": 5.0, "oil_gallery": 4.8}),
     ("rod.oil_gallery_mm", {"shank_section": "rectangular", "oil_gallery": 12.0}),  # half of the small bore
 ]
 

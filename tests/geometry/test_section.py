@@ -23,6 +23,7 @@ RODS = {
     "H, drilled": proportioned(150, 52, 22, shank_section="H", cap_bolt=9.0, oil_gallery=3.0),
     "I, drilled": proportioned(150, 52, 22, oil_gallery=3.0),
     "tubular": proportioned(150, 52, 22, shank_section="tubular", small_end_chamfer=0.5),
+    "tubular, drilled": proportioned(150, 52, 22, shank_section="tubular", oil_gallery=3.0),
 }
 
 
@@ -72,7 +73,7 @@ def test_a_tubular_shank_is_a_rectangle_less_its_bore():
         "shank_depth_big_end": 18.0,
         "shank_depth_small_end": 18.0,
         "shank_width": 16.0,
-        "oil_gallery": 9.0,
+        "shank_bore": 9.0,
     }
     section = HeightField(proportioned(150, 52, 22, shank_section="tubular", **given)).section(80.0)
     assert section.area == pytest.approx(18 * 16 - np.pi * 4.5**2, rel=1e-9)

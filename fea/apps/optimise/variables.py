@@ -120,8 +120,8 @@ def variables(study: Study) -> Variables:
     for key, (low, high) in bounds.items():
         rule = f"is 0 in this rod, so the feature is left out: it cannot vary from {low:g} to {high:g} mm"
         require(own[key] > 0, f"rod.{key}", own[key], rule, "Give it a value, or do not name it as free.")
-        rule = "cannot be free: the shank is rectangular, so that it has no effect"
-        of_pocket = dimension_of(key) in _OF_POCKET
+        rule = "cannot be free: the shank has no pockets, so that it has no effect"
+        of_pocket = dimension_of(key) in _OF_POCKET and not (rod.shank_bore and key == "pocket_setback_mm")
         require(rod.has_pockets or not of_pocket, f"optimise.free.{key}", None, rule, "Leave it out.")
         rule = f"must lie between its bounds, {low:g} and {high:g} mm, where the search starts"
         require(low <= own[key] <= high, f"rod.{key}", own[key], rule, "Widen the bounds.")
