@@ -148,7 +148,7 @@ class WholeEngine:
 def whole_engine(
     engine: Engine, rod: MassProperties, gas: GasModel, speed: npt.ArrayLike, crank_angle: npt.ArrayLike
 ) -> WholeEngine:
-    """Compute every cylinder of an engine; cylinder k is at the crank angle θ − k·phase from its own axis.
+    """Compute every cylinder of an engine; each is at θ less its firing angle from its own axis.
 
     Its force on the frame is turned from its axis to that of the first.
 
@@ -160,7 +160,7 @@ def whole_engine(
         When an angle or a speed is not finite or a speed is negative.
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
-    cycles = tuple(cycle(engine, rod, gas, speed, theta - k * engine.phase) for k in range(engine.cylinders))
+    cycles = tuple(cycle(engine, rod, gas, speed, theta - after) for after in engine.firing_angles)
     axes = engine.axes or (0.0,) * engine.cylinders
     shaking = [
         to_engine_axes(Vector(c.shaking_x, c.shaking_y), np.asarray(-axis))

@@ -31,6 +31,8 @@ class Engine:
     phase: float = 0.0  #: crank angle between consecutive cylinders, rad
     #: axis of each cylinder from that of the first in the sense of rotation, rad; empty for an in-line engine
     axes: tuple[float, ...] = ()
+    #: crank angle at which each cylinder fires after the first, rad; empty for equal intervals of `phase`
+    firing: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         require_positive("engine.stroke_mm", self.crank_radius)
@@ -74,6 +76,11 @@ class Engine:
             f"must be a whole number from 1 to {MOST_CYLINDERS}",
         )
         require_number("engine.phase_deg", self.phase)
+
+    @property
+    def firing_angles(self) -> tuple[float, ...]:
+        """Crank angle at which each cylinder fires after the first, rad."""
+        return self.firing or tuple(k * self.phase for k in range(self.cylinders))
 
     @property
     def largest_rod_tangent(self) -> float:

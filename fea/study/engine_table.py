@@ -1,8 +1,9 @@
 """[engine]: the engine and its gas."""
 
 import dataclasses
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,13 @@ class EngineTable(
     banks: str | None = key(
         '"ABAB"', "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately"
     )
+    crank_pins_deg: tuple[float, ...] | None = key(
+        "[0, 0, 240, 240]",
+        "how far the crank pin of each cylinder, in the order of firing, is behind that of the first; the "
+        "same where they share one. Each fires at its dead centre nearest to even firing. Default: the pins "
+        "that let them fire at intervals of phase_deg",
+        within(-720.0, 720.0, " degrees"),
+    )
     pin_offset_mm: float = key(
         "0.0",
         "distance of the cylinder axis from the crank axis, positive towards the side of the crank pin after "
@@ -185,6 +193,7 @@ class EngineTable(
         phase = self.phase_deg
         if phase is None:  # even firing of a four-stroke engine
             phase = 720.0 / max(self.cylinders, 1)
+        axes = self._axes()
         return Engine(
             crank_radius=self.stroke_mm / 2,
             rod_length=rod_length,
@@ -194,8 +203,26 @@ class EngineTable(
             friction=self.friction,
             cylinders=self.cylinders,
             phase=phase * DEG,
-            axes=self._axes(),
+            axes=axes,
+            firing=self._firing(phase, axes),
         )
+
+    def _firing(self, phase: float, axes: Sequence[float]) -> tuple[float, ...]:
+        """Crank angle at which each cylinder fires, rad, where the crank pins are given; else empty."""
+        if self.crank_pins_deg is None:
+            return ()
+        name, pins = "engine.crank_pins_deg", self.crank_pins_deg
+        rule = f"must give the pin of each of {self.cylinders} cylinders, beginning with 0 for the first"
+        require(len(pins) == self.cylinders and pins[:1] == (0.0,), name, pins, rule)
+        fires = []
+        for number, (pin, axis) in enumerate(zip(pins, axes or (0.0,) * len(pins), strict=True)):
+            top, even = pin + axis / DEG, number * phase
+            fires.append(top + 360.0 * round((even - top) / 360.0))
+        listed = ", ".join(f"{angle:g}" for angle in fires)
+        ordered = all(one <= other for one, other in itertools.pairwise(fires))
+        rule = f"puts the cylinders out of their order: they would fire at {listed} degrees"
+        require(ordered, name, pins, rule, "List pins and banks in the order of firing.")
+        return tuple(angle * DEG for angle in fires)
 
     def _axes(self) -> tuple[float, ...]:
         """Axis of each cylinder from that of the first, rad; empty for an in-line engine."""
@@ -327,7 +354,8 @@ def layout_notes(table: EngineTable) -> list[Note]:
         return []
     summed = f"the shaking forces of the whole engine are those of {table.cylinders} cylinders in line"
     real = f"the {preset.name} engine is of {preset.layout} layout"
-    return [warning(f"{summed}, but {real} (set engine.bank_angle_deg); the torque does not depend on it")]
+    remedy = "set engine.bank_angle_deg, and engine.crank_pins_deg if it fires unevenly"
+    return [warning(f"{summed}, but {real} ({remedy}); with even firing, the torque is the same")]
 
 
 def _assumed(table: EngineTable, preset: EnginePreset) -> list[str]:

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
+from fea.study.engine_table import EngineTable
 from fea.study.traces import shipped_trace
+from geometry.errors import InvalidValue
 from loads.dynamics import cycle, whole_engine
 from loads.engine import Engine
 from loads.gas import Boyle, NoGas
@@ -65,3 +67,43 @@ def test_the_first_order_of_a_right_angled_twin_turns_with_the_crank():
     forwards, backwards = (abs(np.mean(force * np.exp(-1j * k * turn))) for k in (1, -1))
     assert forwards > 0
     assert backwards < 1e-3 * forwards
+
+
+def table(**keys):
+    return EngineTable(stroke_mm=94.0, bore_mm=76.0, piston_mass_kg=0.5, **keys)
+
+
+@pytest.mark.parametrize(
+    ("keys", "fires"),
+    [
+        ({"cylinders": 2, "bank_angle_deg": 45.0, "crank_pins_deg": (0.0, 0.0)}, [0, 405]),
+        ({"cylinders": 2, "bank_angle_deg": 90.0, "crank_pins_deg": (0.0, 0.0)}, [0, 450]),
+        (  # an early V6 of 90 degrees with three crank pins fires at intervals of 90 and 150 degrees
+            {
+                "cylinders": 6,
+                "bank_angle_deg": 90.0,
+                "crank_pins_deg": (0.0, 0.0, 240.0, 240.0, 120.0, 120.0),
+            },
+            [0, 90, 240, 330, 480, 570],
+        ),
+        (  # the later one, with pins split by 30 degrees, at equal ones
+            {
+                "cylinders": 6,
+                "bank_angle_deg": 90.0,
+                "crank_pins_deg": (0.0, 30.0, 240.0, 270.0, 120.0, 150.0),
+            },
+            [0, 120, 240, 360, 480, 600],
+        ),
+        ({"cylinders": 4, "crank_pins_deg": (0.0, 270.0, 90.0, 180.0)}, [0, 270, 450, 540]),  # crossplane
+    ],
+)
+def test_cylinders_fire_when_their_crank_pins_reach_the_top(keys, fires):
+    engine = table(**keys).engine(141.0)
+    np.testing.assert_allclose(np.degrees(engine.firing_angles), fires, atol=1e-9)
+
+
+def test_crank_pins_that_cannot_be_are_refused():
+    with pytest.raises(InvalidValue, match="pin of each of 2 cylinders"):
+        table(cylinders=2, crank_pins_deg=(0.0,)).engine(141.0)
+    with pytest.raises(InvalidValue, match="would fire at 0, 300, 180 degrees"):
+        table(cylinders=3, phase_deg=180.0, crank_pins_deg=(0.0, 300.0, 180.0)).engine(141.0)
