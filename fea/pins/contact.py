@@ -297,7 +297,11 @@ class ContactPins(PinModel):
         why = self.excluded_because
         require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")
         with self.structure.clock("contact"):
-            return BoreContact(self.structure, self.fits)
+            return self._problem()
+
+    def _problem(self) -> BoreContact:
+        """The problem of this model: a rod in parts has more in contact."""
+        return BoreContact(self.structure, self.fits)
 
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
         """Return what acts on the rod at instants: see `PinModel.respond`."""
