@@ -9,6 +9,7 @@ import numpy as np
 from fea.analysis.figures import EnvelopeFigures
 from fea.analysis.motion import Known, agreeing, motion
 from fea.analysis.prepare import PreparedRod, prepare
+from fea.base.choices import UnitSystem
 from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
@@ -16,6 +17,7 @@ from fea.output.pictures.process import ready_to_draw
 from fea.output.report.sections import marks
 from fea.output.report.write import write_report
 from fea.output.stored_run import StoredRun, read_run
+from fea.output.units import shown_in
 from fea.rod.given import PART, meshed_rod
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.study.option_tables import PINS
@@ -90,10 +92,13 @@ _REFUSALS = (
 )  # fmt: skip
 
 
-def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> list[Path]:
+def report_run(
+    folder: Path, listener: Callable[[str], None] | None = None, units: UnitSystem | None = None
+) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
-    The listener is told the name of each stage as it begins.
+    The listener is told the name of each stage as it begins. The figures are in the given units, or in
+    those of the run.
 
     Raises
     ------
@@ -107,17 +112,17 @@ def report_run(folder: Path, listener: Callable[[str], None] | None = None) -> l
     speeds = sorted({place.parent for place in folder.glob(f"*/{SUMMARY}")})
     with ready_to_draw():
         if (folder / SUMMARY).is_file() or not speeds:
-            return [_report(folder, clock)]
-        return [_report(speed, clock) for speed in speeds]
+            return [_report(folder, clock, units)]
+        return [_report(speed, clock, units) for speed in speeds]
 
 
-def _report(folder: Path, clock: Clock) -> Path:
+def _report(folder: Path, clock: Clock, units: UnitSystem | None) -> Path:
     with clock("read"):
         run = read_run(folder)
         cycle = run.summary.cycle if run.fields else None
     if cycle is not None:
         run = _with_motion(run, cycle, clock)
-    with clock("report"):
+    with clock("report"), shown_in(units or run.study.output.units):
         write_report(folder / REPORT, run)
     return folder / REPORT
 

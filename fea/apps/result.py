@@ -18,6 +18,7 @@ from fea.output.json_file import as_dict, json_text
 from fea.output.run_files import pays_to_draw, write_files
 from fea.output.target import PictureError
 from fea.output.text import write_text
+from fea.output.units import shown_in
 from fea.output.vtu import vtk_grid, write_vtu
 from fea.study.flags import python_flags
 from fea.study.study import DEFAULT_STUDY, Study, load_study
@@ -83,7 +84,7 @@ class Result(RunResult):
         """
         output = replace(self.study.output, screenshot=screenshot, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
-        with run_folder(Path(folder)) as place:
+        with shown_in(output.units), run_folder(Path(folder)) as place:
             _, without_pictures = drawn.write_into(place, Clock())
             if without_pictures:
                 raise PictureError(without_pictures)
@@ -128,9 +129,9 @@ class Result(RunResult):
         from fea.output.report.write import still  # noqa: PLC0415
 
         worst = self.summary.worst_case
-        if worst not in self.cases:
-            return head(self)
-        with TemporaryDirectory() as scratch:
+        with shown_in(self.study.output.units), TemporaryDirectory() as scratch:
+            if worst not in self.cases:
+                return head(self)
             place = Path(scratch)
             cells = self.cases[worst].cell_data(self.materials)
             write_vtu(place / f"{worst}.vtu", self.mesh, self.fields[worst], cells)

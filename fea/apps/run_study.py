@@ -8,6 +8,7 @@ from fea.apps.places import places_of
 from fea.machine.clock import Clock
 from fea.machine.threads import imported_meanwhile
 from fea.output.pictures.process import ready_to_draw
+from fea.output.units import shown_in
 from fea.output.vtu import LIBRARIES
 from fea.rod.discretise import drawn_once
 from fea.study.study import Study
@@ -44,4 +45,5 @@ def run_study(
             mesh = adaptive_mesh(study, clock)
         from fea.apps.write_run import write_runs  # noqa: PLC0415 - what solves is loaded while gmsh meshes
 
-        return write_runs(study, mesh, places, clock, listener)
+        with shown_in(study.output.units):
+            return write_runs(study, mesh, places, clock, listener)

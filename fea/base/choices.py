@@ -64,6 +64,13 @@ class CycleAccuracy(StrEnum):
     EXACT = "exact"
 
 
+class UnitSystem(StrEnum):
+    """The units that a reader is shown; data files are in SI units and mm whatever is shown."""
+
+    SI = "si"
+    US = "us"
+
+
 class PinBody(StrEnum):
     """How a pin in contact gives way: as an elastic body of revolution, or not at all."""
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from fea.base.choices import UnitSystem
 from fea.cli.options import Json, Quiet, Threads, print_json, print_written
 
 
@@ -30,7 +31,14 @@ def export(run: Path, file: Path, *, json: Json = False, quiet: Quiet = False) -
             sys.stdout.write(f"Note: {note}.\n")
 
 
-def report(run: Path, *, threads: Threads = None, json: Json = False, quiet: Quiet = False) -> None:
+def report(
+    run: Path,
+    *,
+    units: UnitSystem | None = None,
+    threads: Threads = None,
+    json: Json = False,
+    quiet: Quiet = False,
+) -> None:
     """Write the report of an earlier run: the whole analysis in one file, with the rod in 3-D.
 
     Parameters
@@ -38,6 +46,8 @@ def report(run: Path, *, threads: Threads = None, json: Json = False, quiet: Qui
     run
         The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
         report is report.html in the folder of each speed.
+    units
+        Units that are shown: si or us; default: those of the run.
     """
     from fea.machine.threads import limit_threads
 
@@ -48,14 +58,16 @@ def report(run: Path, *, threads: Threads = None, json: Json = False, quiet: Qui
     from fea.output.target import near
 
     with stages(silent=quiet or json) as listener:
-        reports = report_run(run, listener)
+        reports = report_run(run, listener, units)
     if json:
         print_json({"files": reports})
     elif not quiet:
         print_written(near(path) for path in reports)
 
 
-def view(file: Path, *, field: str | None = None, out: Path | None = None) -> None:
+def view(
+    file: Path, *, field: str | None = None, out: Path | None = None, units: UnitSystem = UnitSystem.SI
+) -> None:
     """Draw a result: a load case, the envelope of the crank cycle, or a mode; or open a report.
 
     Parameters
@@ -68,15 +80,19 @@ def view(file: Path, *, field: str | None = None, out: Path | None = None) -> No
         mode_2, …. Default: the first of these that the file has.
     out
         The .png file to write; default: next to the result.
+    units
+        Units of the picture: si or us.
     """
     if file.suffix.lower() == ".html":
         _open(file, field, out)
         return
     from fea.output.pictures.picture import picture_of
     from fea.output.target import require_target
+    from fea.output.units import shown_in
 
     require_target("--out", out, (".png",))
-    picture = picture_of(file, out or file.with_suffix(".png"), field)
+    with shown_in(units):
+        picture = picture_of(file, out or file.with_suffix(".png"), field)
     _say(f"Wrote {picture}")
 
 

@@ -9,7 +9,7 @@ from fea.study.study import DEFAULT_STUDY, Study, load_study
 from geometry.errors import require
 
 
-@takes("rpm", "engine", *FILE_FLAGS)
+@takes("rpm", "engine", "units", *FILE_FLAGS)
 def loads(
     study: StudyName = DEFAULT_STUDY,
     *,
@@ -39,6 +39,8 @@ def loads(
     asked = flags.applied(load_study(study))
     _keep_trace(asked, csv)
     reports = study_forces(asked, every_cylinder=cylinders == "all")
+    from fea.output.units import shown_in
+
     if csv is not None:
         from fea.analysis.forces import stacked
         from fea.output.columns_csv import write_columns
@@ -47,13 +49,15 @@ def loads(
     if plot is not None:
         from fea.output.plots.forces import plot_forces
 
-        plot_forces(plot, reports, asked.name)
+        with shown_in(asked.output.units):
+            plot_forces(plot, reports, asked.name)
     if json:
         print_json(one_or_all([report.figures(asked.name) for report in reports]))
     elif not quiet:
         from fea.output.terminal.forces import print_forces
 
-        print_forces(reports, asked.name)
+        with shown_in(asked.output.units):
+            print_forces(reports, asked.name)
         print_written((csv, plot))
 
 

@@ -14,6 +14,7 @@ from fea.study.study import DEFAULT_STUDY, load_study
 @takes(
     "engine",
     "material",
+    "units",
     min_safety="Required safety factor against yielding, fatigue and buckling; default: that of the study, "
     "or 1.",
     rpm="Engine speeds that it must bear: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
@@ -57,16 +58,19 @@ def optimise(
 
     from fea.apps.optimise.run_optimise import optimise as optimised
     from fea.machine.clock import progress_line
+    from fea.output.units import shown_in
 
     folder = Path("results") / f"{asked.name}-optimised" if out is None else out
-    with progress_line("meshing the first rod", silent=quiet or json) as show:
+    units = asked.output.units
+    with shown_in(units), progress_line("meshing the first rod", silent=quiet or json) as show:
         figures, complaint = optimised(asked, folder, show)
     if json:
         print_json(figures)
     elif not quiet:
         from fea.apps.optimise.figures import print_table
 
-        print_table(figures, folder)
+        with shown_in(units):
+            print_table(figures, folder)
     if complaint:
         sys.stderr.write(f"fea: {complaint}\n")
     if not figures.trusted:

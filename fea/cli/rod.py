@@ -11,7 +11,7 @@ from fea.study.study import DEFAULT_STUDY, load_study
 from geometry.errors import require
 
 
-@takes(*FILE_FLAGS, size=DEFAULT_SIZE)
+@takes("units", *FILE_FLAGS, size=DEFAULT_SIZE)
 def rod(
     study: StudyName = DEFAULT_STUDY,
     *,
@@ -82,8 +82,10 @@ def rod(
         print_json(figures)
     elif not quiet:
         from fea.output.terminal.rod import print_rod
+        from fea.output.units import shown_in
 
-        print_rod(figures)
+        with shown_in(asked.output.units):
+            print_rod(figures)
         print_written(written)
     return 0
 

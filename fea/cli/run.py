@@ -51,8 +51,10 @@ def run(
     elif not quiet:
         from fea.output.target import near
         from fea.output.terminal.run import print_runs
+        from fea.output.units import shown_in
 
-        print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
+        with shown_in(asked.output.units):
+            print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
         print_written(near(report.film) for report in reports if report.film)
     for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
         sys.stderr.write(f"fea: {text}\n")

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fea.base.choices import UnitSystem
 from fea.cli.options import Json, Quiet, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
 
@@ -22,6 +23,7 @@ def sweep(
     retry_failed: bool = False,
     limit_minutes: float = 60.0,
     study: int | None = None,
+    units: UnitSystem = UnitSystem.SI,
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -43,6 +45,8 @@ def sweep(
         Minutes that a rod may take; one that takes longer is ended and listed as failed.
     study
         Print the study of this row of the table, which fea run takes, and compute nothing.
+    units
+        Units of the report: si or us; the table is in those that its columns name.
     """
     from fea.apps.sweep.sweep_file import load_sweep
 
@@ -56,16 +60,18 @@ def sweep(
 
     require_extra()
     from fea.apps.sweep.run_sweep import run_sweep
+    from fea.output.units import shown_in
 
-    report = run_sweep(
-        asked,
-        Path("results") / asked.name if out is None else out,
-        workers=workers,
-        address=cluster,
-        retry_failed=retry_failed,
-        minutes=limit_minutes,
-        silent=quiet or json,
-    )
+    with shown_in(units):
+        report = run_sweep(
+            asked,
+            Path("results") / asked.name if out is None else out,
+            workers=workers,
+            address=cluster,
+            retry_failed=retry_failed,
+            minutes=limit_minutes,
+            silent=quiet or json,
+        )
     if json:
         print_json(report)
     elif not quiet:

@@ -8,6 +8,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fea.output.report.coding import policy
+from fea.output.units import in_text
 
 
 def html_page(room: str, template: str, style: str, script: str, **values: Any) -> str:
@@ -38,6 +39,7 @@ def environment(room: str) -> Environment:
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        finalize=lambda value: in_text(value) if type(value) is str else value,
     )
     templates.filters["sentence"] = _sentence
     templates.filters["proper"] = lambda text: str(text).replace("-", "−")

@@ -14,6 +14,7 @@ from fea.base.choices import (
     SolverName,
     Support,
     Symmetry,
+    UnitSystem,
 )
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
@@ -263,6 +264,14 @@ class OutputTable(Table, table="output"):
         default=False,
         stated=True,
         flag="report",
+    )
+    units: UnitSystem = key(
+        '"si"',
+        "of tables, pictures, plots and report: si, or us (in, lbf, psi, lb, °F, hp); data files are in SI "
+        "units and mm all the same",
+        default=UnitSystem.SI,
+        stated=True,
+        flag="units",
     )
     pvd_step_deg: float | None = key(
         "10",

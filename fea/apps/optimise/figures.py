@@ -17,6 +17,7 @@ from fea.base.note import Note
 from fea.machine.clock import duration
 from fea.output.target import near
 from fea.output.terminal.prose import print_lines, terminal, unusual
+from fea.output.units import in_heading, in_unit
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
@@ -178,11 +179,12 @@ def answer(figures: OptimiseFigures) -> str:
 
 
 def _dimensions(figures: OptimiseFigures) -> Table:
-    table = _table("dimension, mm", "from", "to", "before", "after", "")
+    table = _table(in_heading("dimension, mm"), "from", "to", "before", "after", "")
     for one in figures.dimensions:
         row = (one.low_mm, one.high_mm, one.before_mm, one.after_mm)
         bound = "" if one.bound is None else f"at its {one.bound} value"
-        table.add_row(one.key.removesuffix("_mm"), *(f"{value:.4g}" for value in row), bound)
+        sizes = (f"{in_unit(value, 'mm'):.4g}" for value in row)
+        table.add_row(one.key.removesuffix("_mm"), *sizes, bound)
     return table
 
 

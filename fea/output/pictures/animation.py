@@ -14,6 +14,7 @@ from fea.output.pictures.process import REMEDY, environments, run_drawing
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
+from fea.output.units import scale, unit
 from fea.pins.model import Weights
 from fea.stress.stress import von_mises
 from geometry.arrays import Floats
@@ -94,7 +95,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
         block = slice(start, start + BLOCK)
         moved = rod.displacement(rpm, angles[block])[nodes]
         displacement[block] = np.moveaxis(moved, -1, 0)
-        stress[block] = _von_mises(rod, weights.at(block))[nodes].T
+        stress[block] = scale("MPa") * _von_mises(rod, weights.at(block))[nodes].T
     return Film(
         skin=DrawnSurface(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
@@ -104,6 +105,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
         rod_length=engine.rod_length,
         pin_offset=engine.pin_offset,
         title=(rod.study.name, f"{rpm:g} rpm"),
+        unit=unit("MPa"),
     )
 
 

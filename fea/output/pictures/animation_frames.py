@@ -29,23 +29,24 @@ COLUMN = 224  # width of the text beside the picture
 class Page:
     """The content that is the same on every page.
 
-    `peak` is the largest von Mises stress of the whole cycle, MPa, so that colours mean the same everywhere;
-    `factor` magnifies the displacements; `size` is that of the picture, pixels.
+    `peak` is the largest von Mises stress of the whole cycle, in the `unit` of stress, so that colours mean
+    the same everywhere; `factor` magnifies the displacements; `size` is that of the picture, pixels.
     """
 
     title: Sequence[str]
     peak: float
     factor: float
     size: tuple[int, int]
+    unit: str = "MPa"
 
     def drawn(self, image: npt.NDArray[np.uint8], crank_deg: float, stress: float) -> Image.Image:
-        """Return the page of an image (height, width, 3) with crank angle and largest stress, MPa."""
+        """Return the page of an image (height, width, 3) with crank angle and largest stress."""
         page = self._blank.copy()
         page.paste(Image.fromarray(image), (0, 0))
         pen, left = ImageDraw.Draw(page), self.size[0]
         top = MARGIN + (len(self.title) + 1) * LINE
         self._write(pen, (left, top), f"crank angle {crank_deg:.0f}°", 20)
-        self._write(pen, (left, top + LINE), f"largest stress {stress:.0f} MPa", 15)
+        self._write(pen, (left, top + LINE), f"largest stress {stress:.0f} {self.unit}", 15)
         return page
 
     @cached_property
@@ -58,7 +59,7 @@ class Page:
         bands = Bands.up_to(self.peak)
         limits, colours = bands.limits, bands.colours
         top = height // 2 - len(colours) * BAR // 2 + LINE
-        self._write(pen, (width, top - 1.6 * LINE), "von Mises stress, MPa", 16)
+        self._write(pen, (width, top - 1.6 * LINE), f"von Mises stress, {self.unit}", 16)
         bottom = top + len(colours) * BAR
         for number, colour in enumerate(colours):
             low = bottom - number * BAR
@@ -172,7 +173,7 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
 def draw_film(film: Film, target: Path) -> None:
     """Draw an animation and write its file, a .gif or .mp4."""
     film = replace(film, skin=replace(film.skin, pieces=PIECES))
-    page = Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE)
+    page = Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE, film.unit)
     stress = film.von_mises.max(axis=1)
     pages = [
         page.drawn(image, film.crank_angle[k] / DEG, float(stress[k])) for k, image in enumerate(images(film))

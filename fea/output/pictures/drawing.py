@@ -29,6 +29,7 @@ from fea.output.pictures.strokes import (
     write,
 )
 from fea.output.pictures.surface import DrawnSurface, refined_line
+from fea.output.units import in_text, scale, shown_in, unit
 from geometry.arrays import Floats
 from geometry.system import CAN_FORK
 
@@ -105,12 +106,13 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
     add_lines(plotter, elements, INK, 1.0, opacity=0.35)
     add_edges(plotter, skin, scene.deformed, frame, (INK, 2.0))
     _add_ring(plotter, frame, frame.view.across(scene.deformed[scene.node]), 0.06 * half)
-    length = round_down(0.6 * half)
+    shown = round_down(0.6 * half * scale("mm"))
+    length = shown / scale("mm")
     start = frame.place((0.03, 0.08))
     end = start + np.array([length, 0.0])
     add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
     above = (start + end) / 2 + np.array([0.0, 0.06 * half])
-    write(plotter, f" {length:g} mm ", frame.relative(above), size=20, centred=True, ground=0.7)
+    write(plotter, f" {shown:g} {unit('mm')} ", frame.relative(above), size=20, centred=True, ground=0.7)
     frame.aim(plotter)
 
 
@@ -132,14 +134,14 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
     lines = [
         scene.worst,
-        f"at x = {x}, y = {y}, z = {z} mm",
+        f"at x, y, z = {x}, {y}, {z} mm",
         *([f"blue: {limits[-1]:g} and above"] if scene.field.capped else []),
         *([_moved(scene)] if scene.displaced > 0 else []),
         *notes,
         *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
-        write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
+        write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
 
 
 def _moved(scene: Scene) -> str:
@@ -236,10 +238,13 @@ def draw_all(pictures: Sequence[Picture]) -> None:
 
 def _draw_each(pictures: Sequence[Picture]) -> None:
     for picture in pictures:
-        if picture.mesh_only:
-            image = draw_mesh(read_skin(picture.vtu), picture.title)
-        else:
-            scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
-            scene = replace(scene, origin=picture.origin)
-            image = draw(scene, picture.title, picture.notes, picture.marks)
+        with shown_in(picture.units):
+            image = _drawn(picture)
         save(image, Path(picture.png))
+
+
+def _drawn(picture: Picture) -> Image.Image:
+    if picture.mesh_only:
+        return draw_mesh(read_skin(picture.vtu), picture.title)
+    scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
+    return draw(replace(scene, origin=picture.origin), picture.title, picture.notes, picture.marks)

@@ -19,13 +19,14 @@ class Film:
 
     skin: DrawnSurface  #: its outer surface without load, rod frame, mm
     displacement: Singles  #: (n_frames, n_nodes, 3) of the skin's nodes, rod frame, mm
-    von_mises: Singles  #: (n_frames, n_nodes), MPa
+    von_mises: Singles  #: (n_frames, n_nodes), in the unit that is shown
     crank_angle: Floats  #: (n_frames,), rad
     #: crank_radius, rod_length, pin_offset: of the engine, mm
     crank_radius: float
     rod_length: float
     pin_offset: float
     title: tuple[str, ...]  #: lines of the title: study and speed
+    unit: str = "MPa"  #: of the stress
 
     @cached_property
     def exaggeration(self) -> float:

@@ -50,7 +50,7 @@ class Scene:
         points, tets, data = _read(vtu)
         if name not in data:
             raise ValueError(f"{vtu} is not a result of a run: it has no array {name}.")
-        field = field_of(name)
+        field = field_of(name).in_units()
         values = field.values(data)
         worst = field.worst(values)
         return cls(
@@ -59,7 +59,7 @@ class Scene:
             data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
             values,
             points[worst] if at is None else np.array(at),
-            float(values[worst]) if peak is None else peak,
+            float(values[worst]) if peak is None else field.scale * peak,
             error_percent,
         )
 

@@ -3,11 +3,14 @@
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from dataclasses import field as field_of_dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fea.analysis.figures import Summary
+from fea.base.choices import UnitSystem
+from fea.output import units
 from fea.output.json_file import read_summary
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -28,6 +31,13 @@ class Field:
     #: low, signed: whether the smallest value is the worst, and whether negative values are meaningful
     low: bool = False
     signed: bool = False
+    scale: float = 1.0  #: from the unit of the array to that of the legend
+
+    def in_units(self) -> "Field":
+        """Return the field in the units that are shown."""
+        name = self.unit.strip()
+        unit = f" {units.unit(name)}" if name else ""
+        return replace(self, label=units.in_heading(self.label), unit=unit, scale=units.scale(name))
 
     @property
     def capped(self) -> bool:
@@ -41,8 +51,8 @@ class Field:
         return f"{'min' if self.low else 'max'} {value:.4g}{self.unit}"
 
     def values(self, data: Mapping[str, Floats]) -> Floats:
-        """Return its values (n_nodes,) from the arrays of a result."""
-        array = data[self.name]
+        """Return its values (n_nodes,) in the unit of its legend, from the arrays of a result."""
+        array = self.scale * np.asarray(data[self.name])
         if array.ndim > 1:
             return np.asarray(np.linalg.norm(array, axis=1))
         # A negative safety factor stands for an unknown one.
@@ -137,6 +147,7 @@ class Picture:
     field: str = VON_MISES  #: the array that the colours show
     error_percent: float | None = None  #: error bar of the peak
     marks: tuple[tuple[str, tuple[float, float, float]], ...] = ()  #: names and places, mm, of sharp edges
+    units: UnitSystem = field_of_dataclass(default_factory=units.system)  #: that are shown
 
 
 def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from fea.analysis.forces import ForceReport
 from fea.analysis.speed_map import MODES, SpeedMap, rounded
 from fea.output.plots.figure import new_figure, save
+from fea.output.units import scale, unit
 
 # Column, title, unit, and factor from the column's unit to that unit.
 _PANELS: tuple[tuple[str, str, str, float], ...] = (
@@ -40,9 +41,9 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     """
     figure = new_figure(11, 13)
     axes = np.ravel(figure.subplots(4, 2, sharex=True))
-    for panel, (column, heading, unit, scale) in zip(axes, _PANELS, strict=True):
-        _draw(panel, reports, column, scale)
-        _decorate(panel, heading, unit)
+    for panel, (column, heading, name, factor) in zip(axes, _PANELS, strict=True):
+        _draw(panel, reports, column, factor * scale(name))
+        _decorate(panel, heading, unit(name))
     _draw_samples(axes[0], reports)
     for panel in axes[-2:]:
         panel.set_xlabel("crank angle, °")
@@ -61,13 +62,13 @@ def _draw_samples(panel: Any, reports: Sequence[ForceReport]) -> None:
     """Draw the samples of a user's pressure trace over the gas force, and their pressures on the right."""
     traces = [report.samples for report in reports if report.samples is not None]
     for i, trace in enumerate(traces):
-        force = trace.bar * trace.newtons_per_bar * 1e-3
+        force = trace.bar * trace.newtons_per_bar * 1e-3 * scale("kN")
         label = f"{trace.source}, as read" if i == 0 else None
         panel.plot(trace.degrees, force, ".", color="tab:orange", ms=5, zorder=1, label=label)
     if traces:
-        per_bar = traces[0].newtons_per_bar * 1e-3
+        per_bar = traces[0].newtons_per_bar * 1e-3 * scale("kN") / scale("bar")
         right = panel.secondary_yaxis("right", functions=(lambda kn: kn / per_bar, lambda bar: bar * per_bar))
-        right.set_ylabel("bar gauge")
+        right.set_ylabel(f"{unit('bar')} gauge")
 
 
 def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:
@@ -87,7 +88,7 @@ def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
     figure.colorbar(scale, ax=axes.tolist(), location="bottom", label="speed, rpm", aspect=60, pad=0.02)
 
 
-def _draw(panel: Any, reports: Sequence[ForceReport], column: str, scale: float) -> None:
+def _draw(panel: Any, reports: Sequence[ForceReport], column: str, factor: float) -> None:
     from matplotlib import colormaps  # noqa: PLC0415
 
     shades = colormaps["viridis"](_places(reports))
@@ -95,32 +96,32 @@ def _draw(panel: Any, reports: Sequence[ForceReport], column: str, scale: float)
         engine = report.engine
         summed = engine is not None and not np.isnan(np.asarray(engine[column])).all()
         if engine is not None and summed:
-            _line(panel, engine, column, scale, color=shade, label=f"{report.rpm:g} rpm")
+            _line(panel, engine, column, factor, color=shade, label=f"{report.rpm:g} rpm")
         style = {"ls": "--", "lw": 0.8, "alpha": 0.7} if summed else {"label": f"{report.rpm:g} rpm"}
-        _line(panel, report.first, column, scale, color=shade, **style)
+        _line(panel, report.first, column, factor, color=shade, **style)
 
 
-def _line(panel: Any, table: Any, column: str, scale: float, **style: Any) -> None:
-    panel.plot(np.asarray(table["crank_deg"]), np.asarray(table[column]) * scale, **({"lw": 1.4} | style))
+def _line(panel: Any, table: Any, column: str, factor: float, **style: Any) -> None:
+    panel.plot(np.asarray(table["crank_deg"]), np.asarray(table[column]) * factor, **({"lw": 1.4} | style))
 
 
-def _decorate(panel: Any, heading: str, unit: str) -> None:
+def _decorate(panel: Any, heading: str, name: str) -> None:
     panel.set_title(heading, fontsize=10)
-    panel.set_ylabel(unit)
+    panel.set_ylabel(name)
     panel.set_xlim(0, 720)
     panel.set_xticks(range(0, 721, 90))
     panel.grid(alpha=0.3)
     panel.axhline(0, color="0.5", lw=0.8)
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + 0.12 * (high - low))
-    for degrees, name in _DEAD_CENTRES:
+    for degrees, centre in _DEAD_CENTRES:
         panel.axvline(degrees, color="0.5", lw=0.8, ls=":")
         side = {0: "left", 720: "right"}.get(degrees, "center")
         inwards = {"left": 6, "right": -6}.get(side, 0)
         panel.text(
             degrees + inwards,
             0.99,
-            name,
+            centre,
             transform=panel.get_xaxis_transform(),
             ha=side,
             va="top",

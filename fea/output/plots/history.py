@@ -14,6 +14,7 @@ from fea.analysis.result import RunResult
 from fea.base.units import DEG
 from fea.output.pictures.scale import round_up
 from fea.output.target import PictureError, reported
+from fea.output.units import in_heading, in_text, scale
 from geometry.arrays import Floats
 
 _SIZE, _FINER = (1100, 660), 3  # pixels, and the factor of oversampling
@@ -61,6 +62,7 @@ def plot_histories(
     PictureError
         The file could not be written.
     """
+    histories = [(place, scale("MPa") * np.asarray(signed)) for place, signed in histories]
     panel = _Panel(np.array([signed for _, signed in histories]))
     panel.text((_SIZE[0] / 2, 18), f"{title}: most stressed places", _TITLE, "mm")
     panel.axes()
@@ -69,13 +71,13 @@ def plot_histories(
         colour = _COLOURS[number % len(_COLOURS)]
         panel.curve(angles / DEG, signed, colour)
         x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
-        panel.name(number, f"({x:g}, {y:g}, {z:g}) mm".replace("-", "−"), colour)
+        panel.name(number, in_text(f"({x:g}, {y:g}, {z:g}) mm").replace("-", "−"), colour)
     with reported(path, "Choose another directory.", kind=PictureError):
         panel.picture().save(path, format="PNG", compress_level=2)
 
 
 class _Panel:
-    """Axes for some curves of stress (n_curves, n), MPa."""
+    """Axes for some curves of stress (n_curves, n), in the unit that is shown."""
 
     def __init__(self, stress: Floats) -> None:
         low, high = min(0.0, float(stress.min())), max(0.0, float(stress.max()))
@@ -105,7 +107,7 @@ class _Panel:
         self._line(corners, _INK, 1)
         self.text(((_LEFT + _RIGHT) / 2, _BOTTOM + 42), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
         self.text((_LEFT, _SIZE[1] - 20), _SIGN, _SMALL, "lm", _GREY)
-        self._upwards("signed von Mises stress, MPa")
+        self._upwards(in_heading("signed von Mises stress, MPa"))
 
     def mark(self, marks: Mapping[str, float]) -> None:
         """Mark crank angles, degrees, with names above the panel in as many rows as avoid overlaps."""
@@ -121,7 +123,7 @@ class _Panel:
             self.text((x + 4 if fits else x - 4, top), name, _SMALL, "ls" if fits else "rs", _GREY)
 
     def curve(self, degrees: Floats, stress: Floats, colour: str) -> None:
-        """Draw stress, MPa, over crank angles."""
+        """Draw stress over crank angles."""
         pairs = zip(degrees.tolist(), stress.tolist(), strict=True)
         self._line([(self._x(angle), self._y(value)) for angle, value in pairs], colour, 2)
 

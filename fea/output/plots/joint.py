@@ -12,7 +12,9 @@ from fea.base.units import DEG, KN
 from fea.contact.assembly_state import AssemblyState
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
+from fea.output.pictures.scale import round_up
 from fea.output.plots.figure import new_figure, save
+from fea.output.units import in_heading, in_text, scale, unit
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
@@ -62,18 +64,21 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
     factor = _rounded(min(_SHOWN * reach / size, _MOST)) if size > 0 else 1.0
     points = mesh.points + factor * moved
     near = case.counts & (np.abs(mesh.points[:, :2]).max(axis=1) < _AROUND * reach)
-    limit = float(case.von_mises[near if near.any() else case.counts].max())
+    stress = scale("MPa") * case.von_mises
+    limit = float(stress[near if near.any() else case.counts].max())
     drawn = axes.tripcolor(
         points[:, 1],
         points[:, 0],
         facets,
-        case.von_mises,
+        stress,
         shading="gouraud",
         cmap="viridis",
         vmin=0,
         vmax=limit,
     )
-    figure.colorbar(drawn, ax=axes, shrink=0.6, label="von Mises stress, MPa", location="bottom", pad=0.01)
+    figure.colorbar(
+        drawn, ax=axes, shrink=0.6, label=in_heading("von Mises stress, MPa"), location="bottom", pad=0.01
+    )
     around = _AROUND * reach
     for side in (Surface.JOINT, Surface.JOINT_CAP):
         ends = mesh.facets[side][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
@@ -82,15 +87,16 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
         axes.plot(at[..., 1].T, at[..., 0].T, color="k", lw=1.2)
     for bolt in () if state is None else state.bolts:
         axes.annotate(
-            f"{bolt.force / KN:.1f} kN",
+            in_text(f"{bolt.force / KN:.1f} kN"),
             (bolt.at[1], bolt.at[0]),
             (bolt.at[1], bolt.at[0] - 0.8 * around),
             ha="center",
             fontsize=9,
             arrowprops={"arrowstyle": "-", "ls": "-.", "lw": 0.8, "color": "0.3"},
         )
-    axes.set(xlim=(-around, around), ylim=(-around, around), aspect="equal", xlabel="y, mm", ylabel="x, mm")
-    opened = f"; gap at most {1e3 * gap:.0f} µm" if gap > 0 else ""
+    axes.set(xlim=(-around, around), ylim=(-around, around), aspect="equal")
+    _in_lengths(axes, "y, mm", "x, mm")
+    opened = in_text(f"; gap at most {1e3 * gap:.0f} µm") if gap > 0 else ""
     axes.set_title(f"{name}: moved since assembly, × {factor:g}{opened}", fontsize=10)
 
 
@@ -102,7 +108,14 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
     pressure, seat = np.zeros(len(z)), case.seats[Surface.JOINT]
     pressure[seat.nodes] = seat.pressure
     drawn = axes.tripcolor(
-        across, z, facets, pressure, shading="gouraud", cmap="magma_r", vmin=0, vmax=largest
+        across,
+        z,
+        facets,
+        scale("MPa") * pressure,
+        shading="gouraud",
+        cmap="magma_r",
+        vmin=0,
+        vmax=scale("MPa") * largest,
     )
     opened = np.zeros(len(z)) if case.gap is None else case.gap
     if opened[facets].max() > 0:
@@ -115,25 +128,44 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
             colors="none",
             hatches=["////"],
         )
-    figure.colorbar(drawn, ax=axes, label="MPa")
-    axes.set(aspect="equal", xlabel="" if name != ASSEMBLY else "along the joint, mm", ylabel="z, mm")
+    figure.colorbar(drawn, ax=axes, label=unit("MPa"))
+    axes.set(aspect="equal")
+    _in_lengths(axes, "" if name != ASSEMBLY else "along the joint, mm", "z, mm")
     hatched = " (hatched: open)" if opened[facets].max() > 0 else ""
     axes.set_title(f"{name}: pressure on the joint{hatched}", fontsize=10)
+
+
+def _in_lengths(axes: Any, across: str, up: str) -> None:
+    """Label axes in mm, with ticks in the unit that is shown."""
+    from matplotlib.ticker import FuncFormatter, MultipleLocator  # noqa: PLC0415 - only a plot needs it
+
+    axes.set(xlabel=in_heading(across), ylabel=in_heading(up))
+    if scale("mm") != 1:
+        low, high = axes.get_xlim()
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(MultipleLocator(round_up(scale("mm") * (high - low) / 5) / scale("mm")))
+            axis.set_major_formatter(FuncFormatter(lambda at, _: f"{scale('mm') * at:.3g}"))
 
 
 def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleResult | None) -> None:
     if cycle is not None and cycle.states:
         for number, force in enumerate(bolt_forces(cycle.states), 1):
-            axes.plot(cycle.angles / DEG, force / KN, label=f"bolt {number}", lw=1.4)
-        axes.set(xlabel="crank angle, °", ylabel="bolt force, kN", xlim=(0, 720), xticks=range(0, 721, 90))
+            axes.plot(cycle.angles / DEG, force / KN * scale("kN"), label=f"bolt {number}", lw=1.4)
+        axes.set(xlabel="crank angle, °", xlim=(0, 720), xticks=range(0, 721, 90))
     else:
         forces, place = bolt_forces(list(states.values())), np.arange(len(states))
         width = 0.8 / len(forces)
         for number, force in enumerate(forces):
-            axes.bar(place + (number + 0.5) * width - 0.4, force / KN, width, label=f"bolt {number + 1}")
+            axes.bar(
+                place + (number + 0.5) * width - 0.4,
+                force / KN * scale("kN"),
+                width,
+                label=f"bolt {number + 1}",
+            )
         axes.set_xticks(place, list(states))
-        low, high = forces.min() / KN, forces.max() / KN
-        axes.set(ylabel="bolt force, kN", ylim=(max(low - 0.5 * (high - low) - 1, 0), high + 1))
+        low, high, one = (value * scale("kN") for value in (forces.min() / KN, forces.max() / KN, 1.0))
+        axes.set(ylim=(max(low - 0.5 * (high - low) - one, 0), high + one))
+    axes.set(ylabel=in_heading("bolt force, kN"))
     axes.legend(frameon=False, fontsize=8)
 
 
@@ -194,14 +226,14 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
         angle, pressures = _around(surface, x, touched.values())
         for number, (case, found) in enumerate(touched.items()):
             colour, pressure = f"C{number}", pressures[..., number]
-            above.plot(angle, pressure.mean(axis=1), color=colour, label=case, lw=1.4)
-            above.plot(angle, pressure.max(axis=1), color=colour, lw=0.7, ls=":")
+            above.plot(angle, scale("MPa") * pressure.mean(axis=1), color=colour, label=case, lw=1.4)
+            above.plot(angle, scale("MPa") * pressure.max(axis=1), color=colour, lw=0.7, ls=":")
             shape = bore_shape(found.mesh, surface, x, found.distortion)
             turned = np.concatenate([shape.direction, shape.direction[1:] + np.pi])
-            change = 1e3 * np.concatenate([shape.change, shape.change[1:]])
+            change = 1e3 * scale("µm") * np.concatenate([shape.change, shape.change[1:]])
             below.plot(turned, change, color=colour, lw=1.4)
-        _decorate(above, f"{name}: contact pressure, MPa (dotted: largest along the bore)")
-        _decorate(below, f"{name}: change of diameter, µm")
+        _decorate(above, f"{name}: contact pressure, {unit('MPa')} (dotted: largest along the bore)")
+        _decorate(below, f"{name}: change of diameter, {unit('µm')}")
         above.set_ylim(0)
     panels[0, 0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8)
     figure.suptitle(f"{title}. 0°: along the rod, from the crank pin to the piston pin", fontsize=11)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.output.pictures.scale import round_up
+from fea.output.units import scale, unit
 from geometry.arrays import Floats
 
 # Of the drawing, which is scaled to the width of the page.
@@ -67,11 +68,13 @@ def chart(
     curves: Mapping[str, Floats],
     marks: Mapping[str, float],
 ) -> Chart:
-    """Draw curves (n,), by name, over crank angles (n,) in degrees; the marks are those of the load cases.
+    """Draw curves (n,), by name and in the unit of the heading, over crank angles (n,) in degrees.
 
-    A single curve needs no name (``""``).
+    The marks are the angles of the load cases, by their names. A single curve needs no name (``""``).
     """
-    values = np.stack([np.asarray(curve, float) for curve in curves.values()])
+    curves = {name: scale(heading.unit) * np.asarray(curve, float) for name, curve in curves.items()}
+    heading = heading._replace(unit=unit(heading.unit))
+    values = np.stack(list(curves.values()))
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     step = round_up((high - low or 1.0) / _STEPS)
     first, last = int(np.floor(low / step + 1e-9)), int(np.ceil(high / step - 1e-9))

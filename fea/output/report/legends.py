@@ -10,6 +10,7 @@ from fea.analysis.result import Array, Run
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.terminal.run_lines import factor, number, place
+from fea.output.units import in_text
 
 _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
 # In the order in which a load case offers them.
@@ -54,10 +55,11 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
 
 
 def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> dict[str, Any]:
-    field = field_named(name)
+    field = field_named(name).in_units()
     values = np.asarray(field.values(data), float)
     finite = values[np.isfinite(values)]
-    worst = known.get(name, float(finite.min() if field.low else finite.max()) if finite.size else 0.0)
+    largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0
+    worst = field.scale * known[name] if name in known else largest
     if field.signed:
         bands = Bands.around_zero(float(finite.min()), float(finite.max()))
     else:
@@ -68,7 +70,9 @@ def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float])
         "label": label,
         "unit": unit,
         "low": field.low and not field.signed,
-        "limits": [float(f"{limit:.6g}") for limit in bands.limits],
+        "factor": field.scale,
+        "limits": [float(f"{limit / field.scale:.6g}") for limit in bands.limits],
+        "labels": [f"{limit:.6g}" for limit in bands.limits],
         "colours": ["#" + bytes(colour).hex() for colour in bands.colours],
         "above": bool(finite.size and finite.max() > bands.limits[-1] * (1 + 1e-9)),
     }
@@ -112,5 +116,12 @@ def _said(spot: SpotFigures) -> str:
 
 
 def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> dict[str, Any]:
-    where = f"x, y, z = {place(at)} mm"
-    return {"title": title, "text": text, "place": where, "at": list(at), "result": result, "field": field}
+    where = in_text(f"x, y, z = {place(at)} mm")
+    return {
+        "title": title,
+        "text": in_text(text),
+        "place": where,
+        "at": list(at),
+        "result": result,
+        "field": field,
+    }

@@ -16,6 +16,7 @@ from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
 from fea.output.target import PictureError
 from fea.output.terminal.run_lines import bar, factor, number, place
+from fea.output.units import unit
 from geometry.errors import require
 
 _VERDICTS = {
@@ -149,6 +150,7 @@ def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
         "cases": head_table(run.summary),
         "picture": None if picture is None else base64.b64encode(picture).decode(),
         "worst": run.summary.worst_case,
+        "length": unit("mm"),
     }
 
 

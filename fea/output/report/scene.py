@@ -15,6 +15,7 @@ from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.legends import case_fields, envelope_fields, hot_spots, instant_fields
 from fea.output.report.surface import Surface
+from fea.output.units import scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints
 from loads.bearing import Arc, BorePressure
@@ -118,12 +119,19 @@ def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
         "bores": [bore._asdict() for bore in run.bores],
         "pressure": pressure_kind(run.summary.model.pressure),
         "clamped": run.study.analysis.support is Support.CLAMPED,
+        "shown": {"length": _unit("mm", 1, 2), "force": _unit("kN", 1, 0, 1e-3)},
         "results": results,
         "spots": hot_spots(run),
         "first": {"result": run.summary.worst_case, "field": "von_mises"},
         "arrays": packer.entries,
     }
     return Scene(header, packer.text(), surface.order == mesh.order)
+
+
+def _unit(name: str, si: int, us: int, per: float = 1.0) -> dict[str, Any]:
+    """Return a unit for the page, with the decimals that it has, in SI units or in US units."""
+    digits = si if unit(name) == name else us
+    return {"unit": unit(name), "factor": per * scale(name), "digits": digits}
 
 
 def _exaggeration(run: Run, mesh: TetMesh) -> float:

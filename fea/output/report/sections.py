@@ -11,6 +11,7 @@ import numpy as np
 
 from fea.analysis.figures import Summary
 from fea.analysis.result import Run
+from fea.output import units
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
 from fea.output.report.tables import (
@@ -89,7 +90,16 @@ def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[Input
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        yield Input(name, shown(value), unit, origin)
+        yield Input(name, shown(_in_unit(value, unit)), units.unit(unit), origin)
+
+
+def _in_unit(value: object, name: str) -> object:
+    """Return a number, or each of a list, in the unit that is shown in place of its own."""
+    if isinstance(value, list | tuple):
+        return [_in_unit(each, name) for each in value]
+    if units.unit(name) == name or isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    return float(f"{units.in_unit(value, name):.6g}")
 
 
 def _defaults(table: str) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from fea.judge.verdict import Verdict
 from fea.output.report.wording import figure
 from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
 from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
+from fea.output.units import in_cells, in_heading, in_rows
 
 _CHECKS = {
     "finite": "Load cases with values that are not finite",
@@ -43,6 +44,7 @@ _CHECKS = {
     "contact_balance": "Contact pressures against the forces of the pins",
     "buckling": "Residual of the buckling modes",
 }
+_QUANTITY = ("quantity", "value")
 _PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
 
@@ -55,6 +57,18 @@ class Table:
     rows: tuple[tuple[str, ...], ...]  #: cells as text
     marked: tuple[int, ...] = ()  #: numbers of rows that stand out
     text: tuple[int, ...] = (0,)  #: numbers of columns that hold words and not figures
+
+    @property
+    def shown_head(self) -> list[str]:
+        """The headings with the units that are shown."""
+        return [in_heading(title) for title in self.head]
+
+    @property
+    def shown_rows(self) -> list[list[str]]:
+        """The cells in these units; where a row holds a single quantity, its heading names the unit."""
+        if self.head == _QUANTITY:
+            return [[in_heading(row[0]), *in_cells(row[0], row[1:])] for row in self.rows]
+        return list(in_rows(self.head, self.rows))
 
 
 def case_table(summary: Summary) -> Table:
@@ -276,4 +290,4 @@ def _bolts(bolts: BoltsFigures) -> Table:
         ("safety factor against fatigue", factor(bolts.fatigue_safety_factor)),
         ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
     )
-    return Table(f"Bolts, {bolts.thread}, by VDI 2230", ("quantity", "value"), rows)
+    return Table(f"Bolts, {bolts.thread}, by VDI 2230", _QUANTITY, rows)

@@ -1,7 +1,7 @@
 """The report of a sweep: one HTML page with its drawings, each point linked to its study."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from fea.output.html import html_page, page_file
 from fea.output.pictures.scale import round_up
 from fea.output.report.coding import embedded_json
 from fea.output.text import write_text
+from fea.output.units import in_unit, unit
 from geometry.arrays import Floats, Ints
 
 _UNITS = {
@@ -28,7 +29,7 @@ def label(name: str) -> str:
     plain = name.removeprefix("rod.")
     ending = next((end for end in _UNITS if plain.endswith(end)), "")
     words = plain.removesuffix(ending).replace(".", " ").replace("_", " ")
-    return f"{words} ({_UNITS[ending]})" if ending else {"factor": "least factor"}.get(words, words)
+    return f"{words} ({unit(_UNITS[ending])})" if ending else {"factor": "least factor"}.get(words, words)
 
 
 _STEPS = 4
@@ -245,6 +246,7 @@ def write_sweep_report(path: Path, swept: Swept) -> None:
 
 def sweep_page(swept: Swept) -> str:
     """Return the report of a sweep as HTML."""
+    swept = replace(swept, keys=_in_units(swept.keys), figures=_in_units(swept.figures))
     factors = swept.figures.get("factor", ())
     return html_page(
         "sweep_report",
@@ -259,6 +261,12 @@ def sweep_page(swept: Swept) -> str:
         fails={n for n, factor in enumerate(factors) if factor < 1},
         data=embedded_json(_data(swept)),
     )
+
+
+def _in_units(columns: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return columns, whose names hold their units, in the units that are shown."""
+    named = {name: next((end for end in _UNITS if name.endswith(end)), "") for name in columns}
+    return {name: in_unit(columns[name], _UNITS.get(end, "")) for name, end in named.items()}
 
 
 def _data(swept: Swept) -> dict[str, Any]:

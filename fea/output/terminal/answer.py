@@ -198,7 +198,7 @@ def _cycle(summary: Summary) -> list[str]:
     said = f"Cycle: yielding {factor(found.min_safety_factor)} at {number(found.crank_deg, '.0f')}°"
     if found.fatigue is None:
         return [f"{said}; fatigue is not judged."]
-    stress = f"mean {found.fatigue.mean_MPa:.0f}, amplitude {found.fatigue.amplitude_MPa:.0f} MPa"
+    stress = f"mean {found.fatigue.mean_MPa:.0f} MPa, amplitude {found.fatigue.amplitude_MPa:.0f} MPa"
     fatigue = factor(found.fatigue.fatigue_safety_factor)
     return [f"{said}; fatigue {fatigue} ({found.fatigue_criterion}), {stress}."]
 

@@ -7,9 +7,11 @@ from rich.table import Table
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
 from fea.base.note import UNITS, by_consequence
 from fea.base.units import RPM
+from fea.output import units
 from fea.output.terminal.prose import in_full, print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
+from fea.output.units import in_unit
 
 _NAMES = {
     "gas_N": ("gas force", "N"),
@@ -61,14 +63,9 @@ def _extremes(report: ForceReport, study: str) -> Table:
 
 
 def _add(table: Table, name: str, unit: str, e: Extreme) -> None:
-    table.add_row(
-        name,
-        _shown(e.max),
-        _at(e.max, e.max_crank_deg),
-        _shown(e.min),
-        _at(e.min, e.min_crank_deg),
-        unit,
-    )
+    most, least = (_shown(in_unit(value, unit)) for value in (e.max, e.min))
+    ends = _at(e.max, e.max_crank_deg), _at(e.min, e.min_crank_deg)
+    table.add_row(name, most, ends[0], least, ends[1], units.unit(unit))
 
 
 def _at(value: float, degrees: float) -> str:
@@ -76,7 +73,8 @@ def _at(value: float, degrees: float) -> str:
 
 
 def _mean(name: str, torque: float, rpm: float) -> tuple[str, ...]:
-    return name, f"{torque:.1f}", "", "", "", f"N·m ({torque * rpm * RPM / 1e3:.1f} kW)"
+    power = f"{in_unit(torque * rpm * RPM / 1e3, 'kW'):.1f} {units.unit('kW')}"
+    return name, f"{in_unit(torque, 'N·m'):.1f}", "", "", "", f"{units.unit('N·m')} ({power})"
 
 
 def _overview(reports: Sequence[ForceReport], study: str) -> Table:

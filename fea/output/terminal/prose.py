@@ -8,13 +8,14 @@ from textwrap import wrap
 from rich.console import Console
 
 from fea.base.note import UNITS, Note, NoteKind
+from fea.output.units import Verbatim, in_text
 
 MOST_LINES = 10  # after the table of a run
 _MOST_UNUSUAL = 2
 WIDTH = 80  # of what is not a terminal: a file, a pipe
 _INDENT = "  "
 # Blanks within a figure, at which no line is broken.
-_TOGETHER = re.compile(r"(?<=±) | (?=±)|(?<=\d) (?=(?:MPa|mm|µm|kN|rpm|h|%)\b)")
+_TOGETHER = re.compile(r"(?<=±) | (?=±)|(?<=\d) (?=(?:MPa|mm|µm|kN|ksi|in|lbf|rpm|h|%)\b)")
 # Headings of the notes that are printed in full.
 _HEADINGS = {
     NoteKind.DOUBT: "Doubts",
@@ -41,7 +42,7 @@ def wrapped(text: str, width: int) -> list[str]:
 def print_lines(console: Console, lines: Iterable[str], style: str = "") -> None:
     """Print texts, each broken at words to the width of the console."""
     for text in lines:
-        for line in wrapped(text, console.width):
+        for line in wrapped(in_text(text), console.width):
             console.print(line, markup=False, soft_wrap=True, style=style)
 
 
@@ -56,9 +57,9 @@ def fitting(statements: Iterable[str], end: Iterable[str], width: int) -> list[s
 
     They are taken in their order; one that is too long for what is left is passed over.
     """
-    chosen, left = list[str](), MOST_LINES - sum(len(wrapped(text, width)) for text in end)
+    chosen, left = list[str](), MOST_LINES - sum(len(wrapped(in_text(text), width)) for text in end)
     for text in statements:
-        needed = len(wrapped(text, width))
+        needed = len(wrapped(in_text(text), width))
         if needed <= left:
             chosen.append(text)
             left -= needed
@@ -70,7 +71,7 @@ def unusual(notes: Iterable[Note]) -> list[str]:
     said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
     left = len(said) - _MOST_UNUSUAL
     more = f" Unusual, too: {left} more values (--verbose)." if left > 0 else ""
-    return [f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}"] if said else []
+    return [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
 
 
 def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:

@@ -19,12 +19,13 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
     console = console or terminal()
     x, y, z = figures.center_of_gravity_mm
     tensor = figures.inertia_kg_m2
+    axes = [f"{2 * 'xyz'[k]} {tensor[k][k]:.4g} kg·m²" for k in range(3)]
     mesh = figures.mesh
     lines = [
         f"{figures.study}: {figures.mass_kg:.4g} kg, {figures.length_mm:.6g} mm between the bores",
         *unusual(figures.assumed),
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
-        f"inertia about it, kg·m²: xx {tensor[0][0]:.4g}, yy {tensor[1][1]:.4g}, zz {tensor[2][2]:.4g}",
+        f"inertia about it: {', '.join(axes)}",
         *_found(figures),
         *_column(figures),
     ]
@@ -74,7 +75,7 @@ def _column(figures: RodReport) -> list[str]:
     return [
         (
             f"least section {least.area_mm2:.2f} mm² at x = {least.x_mm:.1f} mm, "
-            f"I_y {least.inertia_y_mm4:.0f} and I_z {least.inertia_z_mm4:.0f} mm⁴"
+            f"I_y {least.inertia_y_mm4:.0f} mm⁴ and I_z {least.inertia_z_mm4:.0f} mm⁴"
         ),
         (
             f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1), "

@@ -41,6 +41,7 @@ from fea.output.terminal.run_lines import (
     sharp_edge_lines,
 )
 from fea.output.terminal.sweep import print_sweep
+from fea.output.units import in_heading, in_rows
 
 _ENDLESS = 1000
 _CASE, _ANGLE, _PLACE, _MOVED = "case", "crank\n°", "at x, y, z\nmm", "displ.\nmm"
@@ -91,12 +92,13 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
     kept = [title not in without for title in _COLUMNS]
     for title in compress(_COLUMNS, kept):
         left = title in {_CASE, _PLACE}
-        table.add_column(title, justify="left" if left else "right", no_wrap=True)
+        table.add_column(in_heading(title), justify="left" if left else "right", no_wrap=True)
     for case, result in summary.results.items():
-        cells = [case, *_cells(summary.loads[case], result)]
+        (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result)]])
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
-            table.add_row(*compress(sharp_cells(result.sharp_edges[0]), kept))
+            (cells,) = in_rows(_COLUMNS, [sharp_cells(result.sharp_edges[0])])
+            table.add_row(*compress(cells, kept))
     return table
 
 
@@ -163,12 +165,12 @@ def _diverging(summary: Summary) -> list[str]:
     if not cases:
         return []
     stresses = ", ".join(
-        f"{name} {number(case.singular_max_von_mises_MPa, '.1f')}" for name, case in cases.items()
+        f"{name} {number(case.singular_max_von_mises_MPa, '.1f')} MPa" for name, case in cases.items()
     )
     places = ", ".join(dict.fromkeys(case.singular_where or "" for case in cases.values()))
     why = "where the exact stress is infinite and finer elements give ever higher values"
     rest = "the figures above and their ± are of the rest of the rod"
-    return [f"Diverging: {stresses} MPa near singular places ({places}), {why}; {rest}."]
+    return [f"Diverging: {stresses} near singular places ({places}), {why}; {rest}."]
 
 
 def _contact(summary: Summary) -> list[str]:
@@ -204,7 +206,7 @@ def _cycle(summary: Summary) -> list[str]:
     if fatigue is None:
         return [f"{static}; fatigue is not judged (see the notes).", *endurance]
     judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({place(fatigue.at_mm)}) mm"
-    history = f"mean {fatigue.mean_MPa:.0f}, amplitude {fatigue.amplitude_MPa:.0f} MPa"
+    history = f"mean {fatigue.mean_MPa:.0f} MPa, amplitude {fatigue.amplitude_MPa:.0f} MPa"
     ratio = f"R = {fatigue.stress_ratio:.2f} ({envelope.fatigue_criterion})"
     return [f"{static}; {judged}: {history}, {ratio}.", *endurance]
 

@@ -18,6 +18,7 @@ from fea.analysis.figures import (
 )
 from fea.base.choices import Region
 from fea.output.text import error_bar
+from fea.output.units import in_heading, in_rows
 
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
@@ -60,10 +61,10 @@ def plain_table(
     **options: Any,
 ) -> Table:
     """Return a table without vertical rules, figures to the right but for the columns on the left."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, **options)
-    for title in columns:
-        table.add_column(title, justify="left" if title in left else "right", no_wrap=no_wrap)
-    for row in rows:
+    table, titles = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, **options), list(columns)
+    for title in titles:
+        table.add_column(in_heading(title), justify="left" if title in left else "right", no_wrap=no_wrap)
+    for row in in_rows(titles, rows):
         table.add_row(*row)
     return table
 

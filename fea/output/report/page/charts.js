@@ -22,4 +22,4 @@ class Charts {
 }
 
 const signed = (value) => (value + 0 === 0 ? 0 : value).toLocaleString("en", { maximumSignificantDigits: 4, useGrouping: false }).replace("-", "−");
-const tenths = (value) => (Math.round(10 * value) / 10 + 0).toFixed(1).replace("-", "−");
+const fixed = (value, digits) => (Number(value.toFixed(digits)) + 0).toFixed(digits).replace("-", "−");

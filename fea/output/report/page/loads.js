@@ -7,6 +7,7 @@ class Loads {
     this.bores = header.bores;
     this.pressure = header.pressure;
     this.clamped = header.clamped;
+    this.force = header.shown.force;
     const sizes = header.results.flatMap((result) => resultForces(result)).map((force) => Math.hypot(...force));
     this.largest = Math.max(...sizes, 1e-9);
     const touches = header.results.flatMap((result) => result.touch ?? []).map((touch) => touch[2]);
@@ -39,7 +40,7 @@ class Loads {
         const reach = ARROW * length * (size / this.largest);
         solids.push({ ...arrow([bore.x, 0, z], direction, reach, 0.016 * length), tint: [...tint, 1] });
         const tip = plus([bore.x, 0, z], direction, reach + 0.05 * length);
-        labels.push({ at: tip, text: `${(size / 1000).toFixed(1)} kN` });
+        labels.push({ at: tip, text: `${fixed(this.force.factor * size, this.force.digits)} ${this.force.unit}` });
       }
       const arc = this.arc(k, force, acting.touch, touching);
       if (arc) {

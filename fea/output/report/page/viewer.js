@@ -231,10 +231,15 @@ class Viewer {
     return plus(this.surface.place(node), Array.from(this.moved.subarray(3 * node, 3 * node + 3)), this.scale);
   }
 
+  where(place) {
+    const { unit, factor, digits } = this.header.shown.length;
+    return `${place.map((at) => fixed(factor * at, digits)).join(", ")} ${unit}`;
+  }
+
   said(value) {
-    const { unit, low } = this.field;
+    const { unit, low, factor } = this.field;
     if (Number.isNaN(value)) return "not judged";
-    const digits = low ? value.toFixed(2) : signed(value);
+    const digits = low ? value.toFixed(2) : signed(factor * value);
     return unit ? `${digits} ${unit}` : digits;
   }
 
@@ -252,8 +257,7 @@ class Viewer {
     const found = share && this.valueAt(share);
     note.hidden = !found;
     if (!found) return;
-    const place = found.place.map(tenths).join(", ");
-    note.textContent = `${this.said(found.value)} at ${place} mm`;
+    note.textContent = `${this.said(found.value)} at ${this.where(found.place)}`;
     note.style.left = `${100 * Math.min(0.72, share[0])}%`;
     note.style.top = `${100 * Math.max(0.08, share[1])}%`;
   }
@@ -278,12 +282,12 @@ class Viewer {
       slider.setAttribute("aria-valuetext", `${Math.round(shown.angle)} degrees`);
       if (header.kind !== "envelope") this.charts.at(shown.angle);
     }
-    const worst = this.worst(field), place = this.surface.place(worst).map(tenths).join(", ");
+    const worst = this.worst(field), place = this.where(this.surface.place(worst));
     const away = field.away ? " (away from places where the elastic stress is infinite)" : "";
     const most = field.low ? "least" : field.name === "principal_3" ? "lowest" : "largest";
     const size = this.still || shown.scale === 0 ? "not deformed" : `deformation × ${shown.scale}`;
     const text = `${header.title}${angle}: ${field.label}, ${most} ${this.said(this.values[worst])} at ` +
-      `x, y, z = ${place} mm${away}; ${size}.`;
+      `x, y, z = ${place}${away}; ${size}.`;
     const caption = part("caption");
     if (!this.playing) caption.textContent = text;
     this.canvas.setAttribute("aria-label", `The rod in three dimensions. ${text}`);
@@ -317,12 +321,12 @@ class Viewer {
     field.colours.forEach((colour, k) => {
       const band = document.createElement("span");
       band.style.background = colour;
-      band.dataset.low = String(field.limits[k]).replace("-", "−");
-      if (k === field.colours.length - 1) band.dataset.high = String(field.limits[k + 1]).replace("-", "−") + (field.above ? "+" : "");
+      band.dataset.low = field.labels[k].replace("-", "−");
+      if (k === field.colours.length - 1) band.dataset.high = field.labels[k + 1].replace("-", "−") + (field.above ? "+" : "");
       bar.append(band);
     });
     box.replaceChildren(title, bar);
-    const ends = `${field.limits[0]} to ${field.limits[field.limits.length - 1]} ${field.unit}`;
+    const ends = `${field.labels[0]} to ${field.labels[field.labels.length - 1]} ${field.unit}`;
     box.setAttribute("aria-label", `Legend: ${field.label}, ${field.colours.length} bands from ${ends}`);
   }
 
