@@ -82,6 +82,8 @@ def require_closed(surface: SurfaceMesh) -> None:
     sides = np.sort(surface.facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     ends, uses = np.unique(sides, axis=0, return_counts=True)
     wrong = ends[uses != 2]
+    if len(wrong) and (uses % 2 == 0).all() and len(crossings(surface)):
+        raise MeshError(_what_is_wrong(surface, ""))
     if len(wrong) and (uses % 2 == 0).all():
         raise MeshError(
             f"bodies touch in its surface: {len(wrong)} sides belong to four triangles, "

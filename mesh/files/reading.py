@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 from geometry.session import session
 from mesh.files.fill import filled, require_closed, tets_of_model
-from mesh.files.surface_mesh import SurfaceMesh
+from mesh.files.surface_mesh import SurfaceMesh, apart
 from mesh.files.tets import FORMATS, TetFile, tet_file
 from mesh.tetmesh import MeshError
 
@@ -161,10 +162,15 @@ def stl_surface(path: Path) -> SurfaceMesh:
         _, nodes = gmsh.model.mesh.getElementsByType(2)
     order = np.argsort(tags)
     facets = np.searchsorted(tags[order], nodes).reshape(-1, 3).astype(np.int64)
-    surface = SurfaceMesh(coordinates.reshape(-1, 3)[order], _without_pairs(facets))
+    every = SurfaceMesh(coordinates.reshape(-1, 3)[order], facets)
     if not len(facets):
         raise MeshError("it holds no triangles. Export the rod as STEP")
-    require_closed(surface)
+    surface = replace(every, facets=_without_pairs(facets))
+    try:
+        require_closed(surface)
+    except MeshError:
+        surface = apart(every)
+        require_closed(surface)
     return surface if surface.volume > 0 else SurfaceMesh(surface.points, surface.facets[:, ::-1])
 
 

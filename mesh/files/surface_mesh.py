@@ -8,6 +8,10 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from mesh.tetmesh import FACET_EDGES
 
+_SIDES = [[0, 1], [1, 2], [2, 0]]
+# Angle up to which two facets lie on each other, rad.
+_TWIN = 1e-6
+
 
 @dataclass(frozen=True)
 class SurfaceMesh:
@@ -67,3 +71,36 @@ class SurfaceMesh:
         by_label = np.argsort(label, kind="stable")
         starts = np.flatnonzero(np.diff(label[by_label])) + 1
         return [facets[group] for group in np.split(by_label, starts)]
+
+
+def apart(surface: SurfaceMesh) -> SurfaceMesh:
+    """Give bodies that have sides in common nodes of their own.
+
+    Of the four facets at such a side, those belong together that are next to each other through material.
+    """
+    sides = surface.facets[:, _SIDES].reshape(-1, 2)
+    _, which, uses = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(which.ravel(), kind="stable")
+    of_side = np.split(order // 3, np.cumsum(uses)[:-1])
+    links = [rows for rows in of_side if len(rows) == 2]
+    for number in np.flatnonzero(uses == 4):
+        links += _through_material(surface, of_side[number], *sides[order[np.cumsum(uses)[number] - 1]])
+    body = linked_groups(len(surface.facets), *np.array(links, dtype=np.int64).reshape(-1, 2).T)
+    count = len(surface.points)
+    keys, facets = np.unique(body[:, None] * count + surface.facets, return_inverse=True)
+    return SurfaceMesh(surface.points[keys % count], facets.reshape(-1, 3))
+
+
+def _through_material(surface: SurfaceMesh, rows: Ints, start: int, end: int) -> list[Ints]:
+    """Pairs of facets at a side, each with the next one through the material behind it."""
+    along = surface.points[end] - surface.points[start]
+    along = along / np.linalg.norm(along)
+    arms = surface.corners[rows].mean(axis=1) - surface.points[start]
+    arms -= np.outer(arms @ along, along)
+    forwards = (np.cross(along, arms) * surface.normals[rows]).sum(axis=1) > 0
+    pairs = []
+    for one in np.flatnonzero(forwards):
+        turned = np.arctan2(-arms @ surface.normals[rows[one]], arms @ arms[one] / np.linalg.norm(arms[one]))
+        turned = np.where(forwards, np.inf, (turned - _TWIN) % (2 * np.pi))  # one that lies on it comes last
+        pairs.append(rows[[one, turned.argmin()]])
+    return pairs

@@ -101,8 +101,9 @@ def test_two_bodies_of_one_file_are_one_rod_or_the_way_out_is_said(parts, tmp_pa
     texts = [(folder / f"{name}.stl").read_text() for name in ("rod", "cap")]
     merged = texts[0][: texts[0].rindex("endsolid")] + texts[1][texts[1].index("\n") + 1 :]
     (tmp_path / "both.stl").write_text(merged)  # where the bodies have sides in common
-    with pytest.raises(MeshError, match=r"bodies touch .* to a file each \(rod\.cap\)"):
-        stl_surface(tmp_path / "both.stl")
+    bodies = shells(stl_surface(tmp_path / "both.stl"))
+    assert [body.volume for body in bodies] == pytest.approx([sizes["rod"], sizes["cap"]], rel=0.01)
+    assert with_cap(*bodies).volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.01)
 
 
 def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):
