@@ -1,6 +1,7 @@
 """Studies drawn at random over the input space: each is rechecked, marked or refused, none wrong or crashed.
 
     python tests/benchmarks/random_studies.py --count 2000 --resume outcomes.json --workers 2
+    python tests/benchmarks/random_studies.py --count 500 --section H
 
 The check of `tests/support/recheck.py` looks at the written files alone. Every study runs in a process that
 may crash or hang without taking the others with it. `--report FILE.md` writes the counts of what is kept.
@@ -31,6 +32,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--section", help="of every shank: I, H, rectangular or tubular")
     parser.add_argument("--again", nargs="*", help="seeds to run once more; all that were bad without any")
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     parser.add_argument("--report", type=Path, help="a Markdown file for the counts")
@@ -41,7 +43,9 @@ def main() -> None:
         kept = {seed: entry for seed, entry in kept.items() if seed not in (arguments.again or bad)}
     seeds = [str(seed) for seed in range(arguments.first, arguments.first + arguments.count)]
     with ThreadPoolExecutor(arguments.workers) as threads:
-        coming = {threads.submit(attempt, int(seed)): seed for seed in seeds if seed not in kept}
+        coming = {
+            threads.submit(attempt, int(seed), arguments.section): seed for seed in seeds if seed not in kept
+        }
         for done in as_completed(coming):
             kept[coming[done]] = done.result()
             if arguments.resume:
@@ -59,7 +63,7 @@ def keep(path: Path, kept: dict[str, dict]) -> None:
     beside.replace(path)
 
 
-def attempt(seed: int) -> dict[str, object]:
+def attempt(seed: int, section: str | None) -> dict[str, object]:
     """One study in the process of this thread, which is started anew when it hangs or dies."""
     process = getattr(_own, "process", None)
     if process is None:
@@ -69,7 +73,7 @@ def attempt(seed: int) -> dict[str, object]:
         process.start()
         theirs.close()
     try:
-        _own.pipe.send(seed)
+        _own.pipe.send((seed, section))
         end, limit = time.monotonic() + WALL, used(process.pid) + CPU
         while time.monotonic() < end and used(process.pid) < limit:
             if _own.pipe.poll(1.0):
@@ -94,7 +98,7 @@ def serve(pipe) -> None:
     from drawn_studies import outcome
 
     while True:
-        pipe.send(outcome(pipe.recv()))
+        pipe.send(outcome(*pipe.recv()))
 
 
 def report(kept: dict[str, dict]) -> str:

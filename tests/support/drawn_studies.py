@@ -12,8 +12,11 @@ from rods import random_rod
 LIMITS = {"equilibrium": 1e-6, "section": 0.03, "piston": 1e-6}
 
 
-def outcome(seed):
-    """What became of a study: refused, rechecked, marked (untrusted), or what must never be."""
+def outcome(seed, section=None):
+    """What became of a study: refused, rechecked, marked (untrusted), or what must never be.
+
+    With a `section`, its rod is drawn from dimensions and has that shank.
+    """
     from fea import run
     from fea.__main__ import exit_code
     from fea.study.study import load_study
@@ -21,7 +24,7 @@ def outcome(seed):
     with tempfile.TemporaryDirectory(prefix="fea-drawn-") as scratch:
         folder = Path(scratch)
         try:
-            told = written(seed, folder)
+            told = written(seed, folder, section)
             figures = run(str(folder / "study.toml"), out=folder / "r")
             told = replace(told, materials=materials(load_study(str(folder / "study.toml")), told.bushing))
             if not figures["trusted"]:
@@ -42,7 +45,7 @@ def materials(study, bushing):
     return tuple((m.youngs_modulus, m.poissons_ratio, m.density) for m in study.materials(parts))
 
 
-def written(seed, folder):
+def written(seed, folder, section=None):
     """Draw a study and write it as `study.toml`, with the files it names; return what it tells.
 
     A fifth of the studies is harsh: each value anywhere in its range, whatever the others are; every second
@@ -59,7 +62,7 @@ def written(seed, folder):
 
     draw, more = np.random.default_rng([seed, 11]), np.random.default_rng([seed, 12])
     harsh = seed % 5 == 4
-    rod, rod_text = drawn_rod(seed, draw, folder, harsh=harsh)
+    rod, rod_text = drawn_rod(seed, draw, folder, harsh=harsh, section=section)
     if "rod.step" in rod_text and more.random() < 0.5:
         move(folder / "rod.step", more)
     tables = {"material": drawn_material(draw, harsh=harsh)}
@@ -106,7 +109,7 @@ def written(seed, folder):
     return replace(told, pressure=tables["analysis"]["pressure"], clamped=clamped)
 
 
-def drawn_rod(seed, draw, folder, *, harsh):
+def drawn_rod(seed, draw, folder, *, harsh, section=None):
     """A rod and the [rod] table that gives it."""
     from fea.study.rod_table import RodTable
     from fea.study.tables import toml_text
@@ -114,9 +117,11 @@ def drawn_rod(seed, draw, folder, *, harsh):
     from geometry.rod import proportioned
 
     kind = draw.choice(["preset", "scaled", "proportioned", "proportioned", "step"])
+    if section:
+        kind = "step" if kind == "step" else "proportioned"
     if harsh:
         again = range(10_000 * seed, 10_000 * seed + 200) if seed % 10 == 9 else ()
-        drawn = map(random_rod, (seed, *again))
+        drawn = (random_rod(one, section) for one in (seed, *again))
         rod = refusal = next(drawn)
         while isinstance(rod, Exception):
             rod = next(drawn, None)
@@ -131,7 +136,12 @@ def drawn_rod(seed, draw, folder, *, harsh):
     else:
         length = float(np.exp(draw.uniform(np.log(60), np.log(400))))
         big = length * draw.uniform(0.26, 0.42)
-        rod = proportioned(length, big, big * draw.uniform(0.38, 0.62), **drawn_options(draw))
+        options = drawn_options(draw)
+        if section:
+            options = {"shank_section": section}
+        rod = proportioned(length, big, big * draw.uniform(0.38, 0.62), **options)
+        if section and draw.random() < 0.5:
+            rod = replace(rod, oil_gallery=0.3 * rod.drilled_thickness)
         rod = varied(with_options(rod, draw, plain=kind == "step"), draw, {})
     if kind == "step" and not harsh:
         from geometry.cad.formats import export_step
@@ -190,7 +200,9 @@ def with_options(rod, draw, *, plain):
     chosen = {name: size for name, size in sizes.items() if draw.random() < 0.25}
     if plain:
         chosen.pop("bushing", None)
-    given = {field.name: getattr(rod, field.name) for field in fields(rod) if field.name not in options()}
+    along = ("oil_gallery", "shank_bore")
+    left_out = set(options()).difference(along)
+    given = {field.name: getattr(rod, field.name) for field in fields(rod) if field.name not in left_out}
     return proportioned(**given, **chosen)
 
 

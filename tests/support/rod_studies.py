@@ -7,12 +7,13 @@ from fea.study.engine_table import EngineTable
 from fea.study.option_tables import SpeedTable
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
+from geometry.dimensions import ShankSection
 from geometry.errors import InvalidValue
 
 
-def random_study(seed: int) -> Study | None:
+def random_study(seed: int, section: ShankSection | None = None) -> Study | None:
     """A random rod in a random engine at full speed; None where the rod is refused."""
-    rod = random_rod(seed)
+    rod = random_rod(seed, section)
     if isinstance(rod, InvalidValue):
         return None
     draw = np.random.default_rng(10_000 + seed)
