@@ -46,6 +46,10 @@ def test_a_rectangular_shank_has_no_web():
     assert not {"web_thickness_mm", "flange_thickness_mm"} & set(found.keys)
     with pytest.raises(InvalidValue, match="no effect"):
         variables(free(web_thickness_mm=(3.0, 7.0)).with_rod(shank_section="rectangular"))
+    assert "web_thickness_mm" in variables(LEON.with_rod(shank_section="H")).keys
+    bounds = {"shank_bore_mm": (4.0, 6.0), "pocket_setback_mm": (3.0, 5.0)}
+    bored = free(**bounds).with_rod(shank_section="tubular", shank_bore_mm=5.0)
+    assert variables(bored).keys == tuple(bounds)
 
 
 @settings(max_examples=25)

@@ -128,20 +128,22 @@ def test_an_oblique_split_has_its_plane_through_the_big_end():
         build(LEON_2001, Mirror.QUARTER, assembly)
 
 
-@pytest.mark.parametrize("angle", [35.0, -20.0])
-def test_bosses_turn_with_an_oblique_split(angle):
+@pytest.mark.parametrize(
+    ("angle", "rod"), [(35.0, STUBBY), (-10.0, replace(STUBBY, shank_section="H", oil_gallery=2.0))]
+)
+def test_bosses_turn_with_an_oblique_split(angle, rod):
     bolt = BoltSeat(head_diameter=14.0, grip=14.0, engaged=10.0)
     assembly = Assembly(split=angle, shell=1.5, bolt=bolt)
     with session():
-        solid = build(STUBBY, Mirror.HALF, assembly)
-        found = {surface: drawn_area(solid, surface) for surface in contact_areas(STUBBY, assembly)}
+        solid = build(rod, Mirror.HALF, assembly)
+        found = {surface: drawn_area(solid, surface) for surface in contact_areas(rod, assembly)}
         heads = np.concatenate([edge_points(face) for face in solid.faces[Surface.BOLT_HEAD]])
     # About the big end's centre, mass, centre of gravity and I_z do not change as both bosses turn.
-    straight = HeightField(STUBBY).mass()
+    straight = HeightField(rod).mass()
     assert solid.mass.mass == pytest.approx(straight.mass, rel=1e-6)
     assert solid.mass.center == pytest.approx(straight.center, abs=1e-3)
     assert solid.mass.inertia_z == pytest.approx(straight.inertia_z, rel=1e-6)
-    assert found == pytest.approx(contact_areas(STUBBY, assembly), rel=1e-6)
+    assert found == pytest.approx(contact_areas(rod, assembly), rel=1e-6)
     normal = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0])
     assert heads @ normal == pytest.approx(-12.0, abs=1e-9)
     for axis, side in zip(solid.bolts, (1, -1), strict=True):
@@ -198,6 +200,7 @@ WRONG = {
     "plane through the shank": (LEON_2001, Assembly(split=60.0), "assembly.split"),
     "plane along the rod": (LEON_2001, Assembly(split=-90.0), "assembly.split"),
     "boss in the shank": (BOLTED, Assembly(split=45.0), "assembly.split"),
+    "boss in a pocket": (replace(STUBBY, shank_section="H"), Assembly(split=35.0), "assembly.split"),
     "shells in one piece": (BOLTED, Assembly(split=None, shell=1.5), "assembly.shell_thickness_mm"),
     "bolts in one piece": (BOLTED, Assembly(split=None, bolt=NUTS), "assembly.bolt_head_mm"),
 }

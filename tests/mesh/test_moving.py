@@ -56,7 +56,8 @@ def test_the_same_dimensions_give_the_same_mesh(base):
 
 
 def test_a_mesh_does_not_follow_another_shape_or_further_than_its_elements_bear(base):
-    assert moved(base, STUDY.rod.with_dimensions({"shank_section": "rectangular"})) is None
+    for section in ("rectangular", "H"):
+        assert moved(base, STUDY.rod.with_dimensions({"shank_section": section})) is None
     assert moved(base, STUDY.rod.with_dimensions({"oil_hole_mm": 3.0})) is None
     thin = {"small_end_ring_mm": 2.0, "big_end_ring_mm": 3.0, "shank_depth_big_end_mm": 20.0}
     assert moved(base, STUDY.rod.with_dimensions(thin)) is None
