@@ -10,9 +10,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fea.machine.isolated import CrashError, OvertimeError, fresh
+from fea.machine.remedies import meshing_remedy, picture_remedy, solver_remedy
 from geometry.system import physical_memory, usable_processors
 
-_APT = "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1 libegl1"
+_GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ def examine() -> list[Finding]:
     """Try everything that a run may need."""
     return [
         _python(),
-        _library("geometry and meshing", "gmsh", "import gmsh; gmsh.initialize(); gmsh.finalize()", _APT),
+        _library("geometry and meshing", "gmsh", _GMSH, meshing_remedy()),
         _library("finite elements", "scikit-fem", "import skfem", "pip install scikit-fem"),
         _pardiso(),
         _rendering(),
@@ -86,14 +87,14 @@ def _pardiso() -> Finding:
         complaint,
         good=False,
         needed=True,
-        remedy="pip install pypardiso (on x86-64), or pip install cvxopt pymetis",
+        remedy=solver_remedy(),
     )
 
 
 def _rendering() -> Finding:
     complaint = _tried("from fea.output.pictures.picture import try_rendering; try_rendering()")
     found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
-    return Finding("pictures", found, complaint is None, needed=False, remedy=_APT)
+    return Finding("pictures", found, complaint is None, needed=False, remedy=picture_remedy())
 
 
 def _processors() -> Finding:

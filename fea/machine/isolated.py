@@ -321,20 +321,22 @@ def serve(*, patient: bool) -> None:
             signal.signal(number, signal.SIG_IGN)
     through()
     orders: SimpleQueue[bytes] = SimpleQueue()
-    _Inside.answers = os.fdopen(os.dup(1), "wb")
+    pipe, _Inside.answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    # On Windows, a library that looks at standard input as it loads would wait for the thread that reads it.
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # libraries print
-    threading.Thread(target=_listen, args=(orders,), kwargs={"patient": patient}, daemon=True).start()
+    threading.Thread(target=_listen, args=(pipe, orders), kwargs={"patient": patient}, daemon=True).start()
     with suppress(KeyboardInterrupt):
         while True:
             _answer(partial(_unpacked, orders.get()))
     os._exit(1)
 
 
-def _listen(orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
+def _listen(pipe: IO[bytes], orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
     """Take jobs, and end this process with the one that asks, also in the middle of a job."""
     with suppress(EOFError):
         while True:
-            orders.put(pickle.load(sys.stdin.buffer))  # noqa: S301 - from our own process
+            orders.put(pickle.load(pipe))  # noqa: S301 - from our own process
     if not patient:
         os._exit(0)
     if CAN_FORK:

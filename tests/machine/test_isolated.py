@@ -38,6 +38,12 @@ def test_results_and_errors_come_back_and_a_crash_is_an_error():
         assert not process.alive
 
 
+def test_a_job_finds_standard_input_empty():
+    """And can look at it while a thread waits for orders: Windows would make it wait too."""
+    with fresh() as process:
+        assert process.run(os.read, 0, 1, seconds=20) == b""
+
+
 def test_where_processes_cannot_be_copied_a_fresh_one_does_the_job(monkeypatch):
     monkeypatch.setattr(isolated, "CAN_FORK", False)
     told = []

@@ -9,8 +9,9 @@ import numpy as np
 
 from fea.analysis.prepare import PreparedRod
 from fea.machine.clock import Clock
+from fea.machine.remedies import picture_remedy
 from fea.output.pictures.film import Film
-from fea.output.pictures.process import REMEDY, environments, run_drawing
+from fea.output.pictures.process import environments, run_drawing
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
@@ -59,7 +60,7 @@ def drawn(film: Film, suffix: str) -> bytes:
             )
             if not said:
                 return target.read_bytes()
-    raise PictureError(f"the animation could not be drawn: {said}. {REMEDY}")
+    raise PictureError(f"the animation could not be drawn: {said}. Remedy: {picture_remedy()}.")
 
 
 def write_film(path: Path, content: bytes) -> None:

@@ -7,7 +7,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fea.analysis.figures import Summary
-from fea.output.pictures.process import REMEDY, environments, run_drawing
+from fea.machine.remedies import picture_remedy
+from fea.output.pictures.process import environments, run_drawing
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
 from fea.output.pictures.strokes import is_complete_png
 from fea.output.target import PictureError
@@ -100,4 +101,6 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
-    raise PictureError(f"{', '.join(missing)} could not be drawn: {said or _NOTHING}. {REMEDY}")
+    raise PictureError(
+        f"{', '.join(missing)} could not be drawn: {said or _NOTHING}. Remedy: {picture_remedy()}."
+    )

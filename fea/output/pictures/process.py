@@ -9,8 +9,6 @@ from importlib import import_module
 
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 
-REMEDY = "Install the OpenGL libraries; on Debian or Ubuntu: apt-get install libegl1 libgl1 libxrender1."
-
 _RENDER = "fea.output.pictures.drawing"
 _ready: ContextVar[IsolatedProcess | None] = ContextVar("_ready", default=None)
 

@@ -1,0 +1,57 @@
+"""What to do on the system at hand where something that a run needs is missing: the only table of it."""
+
+import platform
+import sys
+from contextlib import suppress
+
+# By system: what gmsh needs beyond its wheel, and what off-screen pictures need beyond VTK's.
+_REINSTALL = "pip install --force-reinstall"
+_REMEDIES = {
+    "debian": (
+        "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1",
+        "apt-get install libegl1 libgl1 libxrender1",
+    ),
+    "fedora": (
+        "dnf install mesa-libGLU libglvnd-glx libXrender libXcursor libXft libXinerama libgomp",
+        "dnf install libglvnd-egl mesa-dri-drivers libXrender",
+    ),
+    "linux": (
+        "install libGLU, libGL, libXrender, libXcursor, libXft, libXinerama and libgomp",
+        "install libEGL, libGL and libXrender",
+    ),
+    "darwin": (
+        f"{_REINSTALL} gmsh",
+        f"run it in a session of macOS's desktop, not over ssh; else {_REINSTALL} vtk",
+    ),
+    "win32": (
+        f"install Microsoft's Visual C++ Redistributable (x64), then {_REINSTALL} gmsh",
+        "update the graphics driver; without a graphics card, put the folder of Mesa's osmesa.dll on PATH",
+    ),
+}
+
+
+def meshing_remedy() -> str:
+    """Return what to do where gmsh does not load."""
+    return _REMEDIES[_system()][0]
+
+
+def picture_remedy() -> str:
+    """Return what to do where pictures cannot be drawn."""
+    return _REMEDIES[_system()][1]
+
+
+def solver_remedy() -> str:
+    """Return what to do where there is no direct solver: MKL's exists for x86-64 only."""
+    intel = platform.machine() in ("x86_64", "AMD64")
+    return "pip install pypardiso" if intel else "pip install cvxopt pymetis"
+
+
+def _system() -> str:
+    """Return the key of this system; a Linux distribution is known by itself or those it is like."""
+    if sys.platform != "linux":
+        return sys.platform if sys.platform in _REMEDIES else "linux"
+    with suppress(OSError):
+        release = platform.freedesktop_os_release()
+        kinds = [release["ID"], *release.get("ID_LIKE", "").split()]
+        return next((kind for kind in ("debian", "fedora") if kind in kinds), "linux")
+    return "linux"
