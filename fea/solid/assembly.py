@@ -151,9 +151,21 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
     return Pattern(node_order, scatter, columns.astype(np.int32), indptr.astype(np.int32))
 
 
-def stiffness(mesh: TetMesh, material: Material | Materials, layout: Pattern) -> SymmetricMatrix:
-    """Assemble the stiffness matrix of `mesh`, degrees of freedom node-wise (u_x, u_y, u_z), N/mm."""
-    return _assembled(mesh, material, layout)
+def stiffness(
+    mesh: TetMesh, material: Material | Materials, layout: Pattern, nodal: Floats | None = None
+) -> SymmetricMatrix:
+    """Assemble the stiffness matrix of `mesh`, degrees of freedom node-wise (u_x, u_y, u_z), N/mm.
+
+    The functions are those of the elements, or have the values `nodal` (n_nodes, n_functions) at their nodes.
+    """
+    pairs = local_pairs(layout.node_order.shape[1])
+    values = np.empty((len(mesh.tets), pairs[0].size, 3, 3))
+    for part, gauss in gauss_blocks(mesh, stiffness_degree(mesh.tets.shape[1])):
+        gradients = gauss.gradients if nodal is None else nodal.T @ gauss.gradients
+        order = layout.node_order[part][:, None, :, None]
+        ordered = type(gauss)(np.take_along_axis(gradients, order, axis=2), gauss.volumes)
+        values[part] = node_pair_blocks(ordered, material.of(part), pairs)
+    return layout.matrix(values)
 
 
 def element_stiffness(mesh: TetMesh, material: Material | Materials) -> Floats:
@@ -178,21 +190,7 @@ def linear_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmetric
     ends = np.zeros((mesh.tets.shape[1], 4))
     ends[np.arange(4), np.arange(4)] = 1.0
     ends[np.arange(4, 10)[:, None], EDGES] = 0.5
-    return _assembled(mesh, material, layout, ends)
-
-
-def _assembled(
-    mesh: TetMesh, material: Material | Materials, layout: Pattern, nodal: Floats | None = None
-) -> SymmetricMatrix:
-    """Assemble the element's functions, or those with values `nodal` (n_nodes, n_functions) at its nodes."""
-    pairs = local_pairs(layout.node_order.shape[1])
-    values = np.empty((len(mesh.tets), pairs[0].size, 3, 3))
-    for part, gauss in gauss_blocks(mesh, stiffness_degree(mesh.tets.shape[1])):
-        gradients = gauss.gradients if nodal is None else nodal.T @ gauss.gradients
-        order = layout.node_order[part][:, None, :, None]
-        ordered = type(gauss)(np.take_along_axis(gradients, order, axis=2), gauss.volumes)
-        values[part] = node_pair_blocks(ordered, material.of(part), pairs)
-    return layout.matrix(values)
+    return stiffness(mesh, material, layout, ends)
 
 
 # In second-order elements both the stress and the shape-function gradients are linear.

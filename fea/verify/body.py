@@ -184,9 +184,12 @@ class TouchedBody:
         nodes, values = multipliers.at_nodes(pressure[:, None])
         traction = np.zeros((n_nodes, 3, 1))
         traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
-        recovery = Recovery(self.mesh, mirror_planes(self.mesh), (multipliers.surface,))
-        nodal = recovery.nodal_stress(u, self._material, Parity.SYMMETRIC, {multipliers.surface: traction})
-        return np.asarray(nodal[:, :, 0])
+        pressed = {multipliers.surface: traction}
+        return np.asarray(self._recovery.nodal_stress(u, self._material, Parity.SYMMETRIC, pressed)[:, :, 0])
+
+    @cached_property
+    def _recovery(self) -> Recovery:
+        return Recovery(self.mesh, mirror_planes(self.mesh), (self._pin.multipliers.surface,))
 
 
 def contact_end(place: Floats, p: Floats) -> float:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fea.apps.optimise.designs import Design
@@ -17,7 +16,8 @@ from fea.base.note import Note
 from fea.machine.clock import duration
 from fea.output.target import near
 from fea.output.terminal.prose import print_lines, terminal, unusual
-from fea.output.units import in_heading, in_unit
+from fea.output.terminal.run_lines import plain_table
+from fea.output.units import in_unit
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
@@ -179,7 +179,8 @@ def answer(figures: OptimiseFigures) -> str:
 
 
 def _dimensions(figures: OptimiseFigures) -> Table:
-    table = _table(in_heading("dimension, mm"), "from", "to", "before", "after", "")
+    titles = ("dimension, mm", "from", "to", "before", "after", "")
+    table = plain_table(titles, (), left=(titles[0], ""))
     for one in figures.dimensions:
         row = (one.low_mm, one.high_mm, one.before_mm, one.after_mm)
         bound = "" if one.bound is None else f"at its {one.bound} value"
@@ -189,20 +190,13 @@ def _dimensions(figures: OptimiseFigures) -> Table:
 
 
 def _limits(figures: OptimiseFigures) -> Table:
-    table = _table("safety factor", "required", "before", "after", "less its bar", "")
+    titles = ("safety factor", "required", "before", "after", "less its bar", "")
+    table = plain_table(titles, (), left=(titles[0], ""))
     for limit in figures.limits:
         after = limit.assured_after
         said = "does not hold" if after < limit.required else "governs" if limit.active else ""
         values = (limit.required, limit.before, limit.after, after)
         table.add_row(limit.name, *(f"{value:.3g}" for value in values), said)
-    return table
-
-
-def _table(first: str, *others: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column(first)
-    for title in others:
-        table.add_column(title, justify="right" if title else "left")
     return table
 
 

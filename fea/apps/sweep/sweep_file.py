@@ -11,7 +11,7 @@ from typing import Any
 
 from fea.apps.sweep.base import Base, digest, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, designs, read_designs
-from fea.apps.sweep.variation import Variation, variation
+from fea.apps.sweep.variation import Variation, variation, whole
 from fea.study.paths import is_file, located, require_size
 from fea.study.study import LARGEST_STUDY
 from fea.study.tables import checked, unknown_key
@@ -87,8 +87,8 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
             raise unknown_key(f"{name}.toml:", key, _KEYS)
     require("study" in raw, "study", None, "is missing", "Name the study to vary: a shipped one, or a file.")
     fixed = {key: _fixed(key, value) for key, value in leaves("set", raw.get("set", {}))}
-    frequencies = _whole("frequencies", raw.get("frequencies", 0), 0, _MOST_FREQUENCIES)
-    seed = _whole("seed", raw.get("seed", 0), 0, _MOST_SEED)
+    frequencies = whole("frequencies", raw.get("frequencies", 0), 0, _MOST_FREQUENCIES)
+    seed = whole("seed", raw.get("seed", 0), 0, _MOST_SEED)
     base = read_base(checked("study", raw["study"], str), folder, fixed)
     if "designs" in raw:
         for key in ("vary", "sampling", "samples", "seed"):
@@ -123,10 +123,4 @@ def _samples(samples: object, *, grid: bool) -> int | None:
         require(samples is None, "samples", samples, rule, "Leave it out, or choose another sampling.")
         return None
     require(samples is not None, "samples", None, "is missing", "Say how many designs are wanted.")
-    return _whole("samples", samples, 1, 10**6)
-
-
-def _whole(name: str, value: object, low: int, high: int) -> int:
-    if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
-        return value
-    raise InvalidValue(name, value, f"must be a whole number from {low} to {high}")
+    return whole("samples", samples, 1, 10**6)

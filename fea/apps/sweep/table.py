@@ -19,13 +19,14 @@ FIRST = ("row", "sample", "rpm", "state")
 
 def table(entries: Iterable[Entry]) -> tuple[list[str], list[dict[str, Any]]]:
     """Return the names of the columns, and the rows by them; the varied keys keep their names."""
-    rows = [_row(entry) for entry in entries]
-    names = dict.fromkeys(FIRST)
-    for part in ("design", "figures"):
-        for row in rows:
-            names |= dict.fromkeys(row[part])
-    flat = [{**row["head"], **row["design"], **row["figures"], "reason": row["reason"]} for row in rows]
-    return [*names, "reason"], flat
+    rows, designs, figures = [], dict[str, None](), dict[str, None]()
+    for entry in entries:
+        design = {key: value for key, value in entry.design.items() if key != "speed.rpm"}
+        head = dict(zip(FIRST, (entry.number, entry.sample, entry.rpm, entry.state.value), strict=True))
+        rows.append({**head, **design, **entry.figures, "reason": entry.reason})
+        designs |= dict.fromkeys(design)
+        figures |= dict.fromkeys(entry.figures)
+    return [*dict.fromkeys((*FIRST, *designs, *figures)), "reason"], rows
 
 
 def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
@@ -43,12 +44,6 @@ def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
     writer.writerows([{name: _plain(value) for name, value in row.items()} for row in rows])
     write_text(folder / CSV, text.getvalue())
     _write_parquet(folder / PARQUET, names, rows)
-
-
-def _row(entry: Entry) -> dict[str, Any]:
-    design = {key: value for key, value in entry.design.items() if key != "speed.rpm"}
-    head = {"row": entry.number, "sample": entry.sample, "rpm": entry.rpm, "state": entry.state.value}
-    return {"head": head, "design": design, "figures": entry.figures, "reason": entry.reason}
 
 
 def _plain(value: Any) -> Any:

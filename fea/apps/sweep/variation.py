@@ -142,10 +142,14 @@ def _steps(name: str, steps: object, *, grid: bool) -> int | None:
         return None
     rule = 'is missing: with sampling = "grid", a range has steps'
     require(steps is not None, f"{name}.steps", None, rule, "Give their number, or choose another sampling.")
-    rule = f"must be a whole number from 2 to {_MOST_STEPS}: the values of the grid, both ends included"
-    whole = isinstance(steps, int) and not isinstance(steps, bool) and 2 <= steps <= _MOST_STEPS
-    require(whole, f"{name}.steps", steps, rule)
-    return steps if isinstance(steps, int) else None
+    return whole(f"{name}.steps", steps, 2, _MOST_STEPS, ": the values of the grid, both ends included")
+
+
+def whole(name: str, value: object, low: int, high: int, meaning: str = "") -> int:
+    """Return a whole number between bounds; raises `InvalidValue` for anything else."""
+    if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
+        return value
+    raise InvalidValue(name, value, f"must be a whole number from {low} to {high}{meaning}")
 
 
 _NEEDED: Mapping[Shape, tuple[str, ...]] = {

@@ -16,7 +16,7 @@ from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.report.wording import figure
 from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
-from fea.output.terminal.run_lines import UNKNOWN, bar, factor, kilo, number, place
+from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place
 from fea.output.units import in_cells, in_heading, in_rows
 
 _CHECKS = {
@@ -45,7 +45,6 @@ _CHECKS = {
     "buckling": "Residual of the buckling modes",
 }
 _QUANTITY = ("quantity", "value")
-_PLANES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
 
 @dataclass(frozen=True)
@@ -209,7 +208,7 @@ def buckling_tables(summary: Summary) -> list[Table]:
     if column.case is not None:
         rows = tuple(
             (
-                _PLANES.get(name, name), number(plane.slenderness, ".1f"),
+                SIDES.get(name, name), number(plane.slenderness, ".1f"),
                 *(number(load / 1000, ".1f") for load in _critical(plane)),
                 *(factor(load / column.force_N) for load in _critical(plane)),
             )

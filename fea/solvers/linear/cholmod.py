@@ -7,7 +7,7 @@ from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SingularMatrixError
-from fea.solvers.linear.solver import LinearSolver
+from fea.solvers.linear.solver import NOT_POSITIVE_DEFINITE, LinearSolver
 from geometry.arrays import Floats, Ints
 
 _SUPERNODAL = 2
@@ -55,11 +55,7 @@ class CholmodCholesky(LinearSolver):
         try:
             self._cholmod.numeric(lower, factor)
         except ArithmeticError as error:
-            message = (
-                "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
-                "elements. Check the supports and the mesh"
-            )
-            raise SingularMatrixError(message) from error
+            raise SingularMatrixError(NOT_POSITIVE_DEFINITE) from error
         self._factors[slot] = factor
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:

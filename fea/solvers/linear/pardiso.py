@@ -14,7 +14,7 @@ from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SingularMatrixError
-from fea.solvers.linear.solver import LinearSolver, Operator
+from fea.solvers.linear.solver import NOT_POSITIVE_DEFINITE, LinearSolver, Operator
 from geometry.arrays import Floats
 
 _BLOCK = 3
@@ -97,7 +97,7 @@ class _Handle:
             ctypes.byref(status),
         )
         if status.value == _NOT_POSITIVE_DEFINITE:
-            raise _not_positive_definite()
+            raise SingularMatrixError(NOT_POSITIVE_DEFINITE)
         if status.value in _NO_MEMORY:
             message = f"Pardiso ran out of memory with {rows} rows. Use a larger --size or --solver amg"
             raise MemoryError(message)
@@ -139,13 +139,6 @@ def _integers(array: npt.NDArray[np.int32]) -> Any:
 
 def _doubles(array: Floats) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
-def _not_positive_definite() -> SingularMatrixError:
-    return SingularMatrixError(
-        "the stiffness matrix is not positive definite: the model is under-constrained or has faulty "
-        "elements. Check the supports and the mesh"
-    )
 
 
 class Pardiso(LinearSolver):
@@ -194,7 +187,7 @@ class Pardiso(LinearSolver):
         complement = np.zeros((size, size))
         self._with_schur(_FACTORISE, slot, parts[0], solution=complement)
         if not (self._with_schur.pivots(slot)[:n] > 0).all():
-            raise _not_positive_definite()
+            raise SingularMatrixError(NOT_POSITIVE_DEFINITE)
         self._solve[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n)
         self._sum[slot] = partial(_summed_within, self._with_schur, slot, parts[0], n)
         return -(complement + complement.T) / 2

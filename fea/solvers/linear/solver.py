@@ -13,6 +13,10 @@ from geometry.arrays import Floats
 # From right-hand sides (n, k) to solutions.
 Operator = Callable[[Floats], Floats]
 
+NOT_POSITIVE_DEFINITE = (
+    "the stiffness matrix is not positive definite: the model is under-constrained or has faulty elements. "
+    "Check the supports and the mesh"
+)
 # Columns of forces that are solved for at once.
 _COLUMNS = 128
 

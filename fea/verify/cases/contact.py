@@ -77,13 +77,11 @@ def _largest_hoop(X: float) -> float:
     return 2 * mean + 2 * kappa / (kappa + 1) / math.pi * math.cos(end)
 
 
-def _pinned_plate(mesh: TetMesh, material: Material) -> TouchedBody:
-    """The plate and its steel pin."""
-    multipliers = Multipliers.of(mesh, _INNER, radial(0.0))
+def _steel_pin(mesh: TetMesh) -> PinInBore:
     height = float(mesh.points[:, 2].max())
     pin = Pin(_RADIUS, 0.0, height, None, STEEL.youngs_modulus, STEEL.poissons_ratio)
-    touching = PinInBore(multipliers, (0.0, 0.0), 0.0, pin, cut_y=True, cut_z=True)
-    return TouchedBody(mesh, material, _plane_strain(mesh), touching)
+    multipliers = Multipliers.of(mesh, _INNER, radial(0.0))
+    return PinInBore(multipliers, (0.0, 0.0), 0.0, pin, cut_y=True, cut_z=True)
 
 
 def _persson_figures(body: TouchedBody, material: Material, X: float) -> tuple[float, float, float]:
@@ -120,7 +118,8 @@ def persson(size: float) -> Computed:
         Side(Arc((0.0, 0.0), _PLATE, 0.0, math.pi), _OUTER),
     )
     mesh = mesh_body(Prism(sides, (0.0, size)), _PLATE / 10, fine={_INNER: Fine(size)})
-    steel, aluminium = _pinned_plate(mesh, STEEL), _pinned_plate(mesh, ALUMINIUM)
+    pin, fixed = _steel_pin(mesh), _plane_strain(mesh)
+    steel, aluminium = (TouchedBody(mesh, material, fixed, pin) for material in (STEEL, ALUMINIUM))
     large = "the plate is a ring, sixty times as large as the hole; the rest is the mesh"
     vertices, steep = "half a degree: the distance of two vertices", "its slope is infinite at its peak"
     quantities = []
