@@ -1,4 +1,4 @@
-"""Array types, named after what they hold, and groups of linked things."""
+"""Array types, named after what they hold; equal rows, and groups of linked things."""
 
 from typing import Any
 
@@ -16,6 +16,13 @@ def vector(values: Floats) -> Vector:
     """Return three numbers as plain ones."""
     x, y, z = values.tolist()
     return x, y, z
+
+
+def twins(keys: Ints) -> tuple[Ints, Ints]:
+    """Places (n,) of equal keys, in rising order of these, and of their next equals."""
+    order = np.argsort(keys, kind="stable")
+    same = keys[order[1:]] == keys[order[:-1]]
+    return order[:-1][same], order[1:][same]
 
 
 def linked_groups(count: int, one: Ints, other: Ints) -> Ints:

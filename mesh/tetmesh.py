@@ -172,8 +172,7 @@ def numbered(mesh: TetMesh) -> tuple[TetMesh, Ints]:
     that no element has come last.
     """
     order = scikit_fem_order(mesh.tets, len(mesh.points))
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
+    number = np.argsort(order)
     facets = {surface: number[nodes] for surface, nodes in mesh.facets.items()}
     return replace(mesh, points=mesh.points[order], tets=number[mesh.tets], facets=facets), order
 

@@ -9,13 +9,11 @@ the ring ends.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fea.base.choices import Region
 from fea.base.material import Material
 from fea.rod.meshed_rod import Bores
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
@@ -120,15 +118,9 @@ def _grown(facets: Ints, normal: Floats, near: Mask, bore: Mask) -> Mask:
     corners = facets[number, :3]
     edges = np.sort(corners[:, FACET_EDGES], axis=2)
     adjoins = np.asarray(bore[edges].all(axis=2)).any(axis=1)
-    owner = np.repeat(np.arange(len(number)), 3)
-    key, count = edges.reshape(-1, 2), len(bore)
-    order = np.argsort(key[:, 0] * count + key[:, 1], kind="stable")
-    same = (key[order[1:]] == key[order[:-1]]).all(axis=1)
-    one, other = owner[order[:-1][same]], owner[order[1:][same]]
+    one, other = (side // 3 for side in twins((edges[..., 0] * len(bore) + edges[..., 1]).ravel()))
     flat = (normal[number[one]] * normal[number[other]]).sum(axis=1) > _PLANE
-    links = (np.ones(int(flat.sum()), dtype=np.int8), (one[flat], other[flat]))
-    shape = (len(number), len(number))
-    _, label = connected_components(sparse.csr_array(links, shape=shape), directed=False)
+    label = linked_groups(len(number), one[flat], other[flat])
     chosen = np.zeros(len(facets), dtype=bool)
     chosen[number[np.isin(label, label[adjoins])]] = True
     return chosen

@@ -71,7 +71,7 @@ def to_skfem(mesh: TetMesh, parts: Sequence[str] = ()) -> SkfemMesh:
     np.True_
     """
     order, count = scikit_fem_order(mesh.tets, len(mesh.points)), np.unique(mesh.tets).size
-    number, nodes = _inverse(order), order[:count]
+    number, nodes = np.argsort(order), order[:count]
     corners = np.ascontiguousarray(number[mesh.tets[:, :4]].T)
     bare = _MESHES[mesh.order](np.ascontiguousarray(mesh.points[nodes].T), corners)
     if mesh.order == 2 and count != bare.nvertices + bare.nedges:
@@ -135,7 +135,7 @@ def stiffness_coo(mesh: TetMesh, material: Material | Materials) -> COOData:
     >>> K.shape[0] == 3 * len(rod.mesh.cell.points)
     True
     """
-    number = _inverse(scikit_fem_order(mesh.tets, len(mesh.points)))[mesh.tets].astype(np.int32)
+    number = np.argsort(scikit_fem_order(mesh.tets, len(mesh.points)))[mesh.tets].astype(np.int32)
     dofs = (_AXES * number[:, :, None] + np.arange(_AXES, dtype=np.int32)).reshape(len(mesh.tets), -1).T
     count, size = len(dofs), int(dofs.max()) + 1
     indices = np.empty((2, count, count, len(mesh.tets)), dtype=np.int32)  # by trial, then by test function
@@ -149,7 +149,7 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
     bridged = to_skfem(mesh)
     K = elasticity(material).assemble(_basis(bridged.mesh, stiffness_degree(mesh.tets.shape[1])))
     if (np.diff(bridged.nodes) != 1).any():
-        dofs = (_AXES * _inverse(bridged.nodes)[:, None] + np.arange(_AXES)).ravel()
+        dofs = (_AXES * np.argsort(bridged.nodes)[:, None] + np.arange(_AXES)).ravel()
         K = K[dofs][:, dofs]
     return SymmetricMatrix.of_full(K)
 
@@ -223,13 +223,6 @@ def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
     on_mesh = np.zeros((len(mesh.points), *values.shape[1:]))
     on_mesh[nodes] = values
     return on_mesh
-
-
-def _inverse(order: Ints) -> Ints:
-    """Place of each number in a permutation."""
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    return place
 
 
 def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:

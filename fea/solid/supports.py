@@ -4,14 +4,12 @@ from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.tetmesh import FACES, TetMesh
+from mesh.tetmesh import TetMesh, element_faces, face_keys
 
 # An eigenvalue below this fraction of the largest belongs to a free motion.
 FREE = 1e-8
@@ -19,14 +17,9 @@ FREE = 1e-8
 
 def bodies(mesh: TetMesh) -> Ints:
     """Number (n_elements,) of the body, joined over facets, that each element belongs to."""
-    n_nodes, n_elements = len(mesh.points), len(mesh.tets)
-    a, b, c = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1).T
-    keys = (a * n_nodes + b) * n_nodes + c  # 64 bits hold two million nodes
-    order = np.argsort(keys)
-    shared = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, other = order[shared] // len(FACES), order[shared + 1] // len(FACES)
-    graph = sparse.csr_array((np.ones(one.size, np.int8), (one, other)), shape=(n_elements, n_elements))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    # 64 bits hold the keys of two million nodes.
+    one, other = (face // 4 for face in twins(face_keys(element_faces(mesh.tets), len(mesh.points))))
+    return linked_groups(len(mesh.tets), one, other)
 
 
 def rigid_motions(points: Floats, center: Floats) -> Floats:
@@ -149,11 +142,8 @@ def clamped(mesh: TetMesh, surface: Surface) -> Mask:
 
 def components(mesh: TetMesh) -> npt.NDArray[np.int64]:
     """Number (n_nodes,) of the connected piece of the mesh that each node belongs to."""
-    n_nodes = len(mesh.points)
     first = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
-    links = (np.ones(first.size, dtype=np.int8), (first, mesh.tets[:, 1:].ravel()))
-    _, labels = connected_components(sparse.csr_array(links, shape=(n_nodes, n_nodes)), directed=False)
-    return np.asarray(labels, dtype=np.int64)
+    return linked_groups(len(mesh.points), first, mesh.tets[:, 1:].ravel())
 
 
 def require_restrained(mesh: TetMesh, fixed: Mask) -> None:

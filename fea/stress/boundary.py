@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fea.solid.element import jacobians, shape_functions
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
@@ -94,8 +92,7 @@ class BoundarySurface:
         corner = facet[:, :, None] * 3 + start
         # The two facets run along the edge in opposite directions.
         a, b = corner[:, 0].ravel(), corner[:, 1, ::-1].ravel()
-        graph = sparse.coo_array((np.ones(a.size), (a, b)), shape=(3 * n_facets, 3 * n_facets))
-        return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64).reshape(n_facets, 3)
+        return linked_groups(3 * n_facets, a, b).reshape(n_facets, 3)
 
 
 def facet_normals(points: Floats, facets: Ints) -> Floats:
@@ -125,9 +122,7 @@ def _shared_edges(surface: BoundarySurface) -> Edges:
     facets, points, normals = surface.facets, surface.points, surface.normals
     ends = np.sort(facets[:, FACET_EDGES], axis=2)
     key = (ends[..., 0] * len(points) + ends[..., 1]).ravel()
-    order = np.argsort(key, kind="stable")
-    first = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    facet, place = np.divmod(np.stack([order[first], order[first + 1]], axis=1), 3)
+    facet, place = np.divmod(np.stack(twins(key), axis=1), 3)
     # Second-order facets have a separate normal at the middle of the edge.
     at = place + 3 if facets.shape[1] == 6 else place
     one, other = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]

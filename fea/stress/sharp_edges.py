@@ -5,12 +5,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from fea.solid.element import shape_functions
 from fea.stress.boundary import BoundarySurface
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, linked_groups
 from mesh.creases import Creases
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
@@ -230,9 +228,7 @@ def _flanks(body: BoundarySurface, rows: Ints, along: Floats) -> tuple[Floats, F
 def _patches(body: BoundarySurface, crease: Ints) -> Ints:
     """Number (n_facets,) of the face of each facet: facets are joined but across creases."""
     joined = body.edges.facet[body.edges.smooth & (crease < 0)]
-    n = len(body.facets)
-    graph = sparse.coo_array((np.ones(len(joined)), (joined[:, 0], joined[:, 1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    return linked_groups(len(body.facets), *joined.T)
 
 
 def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
@@ -240,8 +236,7 @@ def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
     total = np.empty(len(ends))
     for number in np.unique(place):
         of_place = np.flatnonzero(place == number)
-        graph = sparse.coo_array((np.ones(of_place.size), ends[of_place].T), shape=(n_points, n_points))
-        _, piece = connected_components(graph, directed=False)
+        piece = linked_groups(n_points, *ends[of_place].T)
         sums = np.bincount(piece[ends[of_place, 0]], size[of_place])
         total[of_place] = sums[piece[ends[of_place, 0]]]
     return total

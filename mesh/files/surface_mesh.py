@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints, Mask, linked_groups
+from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from mesh.tetmesh import FACET_EDGES
 
 _SIDES = [[0, 1], [1, 2], [2, 0]]
@@ -61,10 +61,7 @@ class SurfaceMesh:
         """
         facets = np.flatnonzero(chosen)
         edges = np.sort(self.facets[facets][:, FACET_EDGES], axis=2).reshape(-1, 2)
-        keys = edges[:, 0] * len(self.points) + edges[:, 1]
-        order = np.argsort(keys, kind="stable")
-        pair = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-        one, other = order[pair] // 3, order[pair + 1] // 3
+        one, other = (side // 3 for side in twins(edges[:, 0] * len(self.points) + edges[:, 1]))
         least = np.cos(sharpest) if sharpest < np.pi else -np.inf
         smooth = (self.normals[facets[one]] * self.normals[facets[other]]).sum(axis=1) > least
         label = linked_groups(len(facets), one[smooth], other[smooth])

@@ -200,8 +200,7 @@ def _merged(points: Floats, tets: Ints) -> tuple[Floats, Ints, int]:
     cell = np.round((places - places.min(axis=0)) / grid).astype(np.int64)
     _, first, which = np.unique(cell, axis=0, return_index=True, return_inverse=True)
     order = np.sort(first)  # nodes keep their order
-    place = np.empty_like(first)
-    place[np.argsort(first)] = np.arange(len(first))
+    place = np.argsort(np.argsort(first))
     return places[order], place[which.ravel()][local].reshape(tets.shape), len(used) - len(first)
 
 

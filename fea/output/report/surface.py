@@ -74,9 +74,7 @@ def _appearance(values: Ints) -> tuple[Ints, Ints, Ints]:
     """Distinct values in the order of appearance, where each appears first, and all by their new numbers."""
     found, first, inverse = np.unique(values, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    number = np.empty(len(order), np.int64)
-    number[order] = np.arange(len(order))
-    return found[order], first[order], number[inverse.ravel()]
+    return found[order], first[order], np.argsort(order)[inverse.ravel()]
 
 
 def _by_appearance(table: Ints) -> tuple[Ints, Ints]:
