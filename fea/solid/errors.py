@@ -23,3 +23,7 @@ class ContactError(RuntimeError):
 
 class UnsettledError(ContactError):
     """A step of parts in contact did not settle; a smaller one may."""
+
+
+class FilmError(ContactError):
+    """An oil film was not solved."""

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
-from fea.verify.cases import assemblies, contact, dynamics, elasticity, friction, nafems
+from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
 from fea.verify.layout import markdown, narrow_table, write_document
 from geometry.errors import require
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Listener = Callable[[str], None]
 
 # The modules whose import fills `CASES`.
-MODULES = (assemblies, contact, dynamics, elasticity, friction, nafems)
+MODULES = (assemblies, contact, dynamics, elasticity, film, friction, nafems)
 
 
 def case_names() -> tuple[str, ...]:

@@ -1,0 +1,150 @@
+"""The cells of a film: around the bore and over its width, or half of it."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import lapack
+
+from geometry.arrays import Floats, Ints
+from geometry.errors import require
+
+
+@dataclass(frozen=True)
+class FilmGrid:
+    """Cells of equal size; the first is centred on the angle 0.
+
+    Fields have the shape (n_angle, n_width). `halved`: the cells cover z ≥ 0 only, and z = 0 is a plane of
+    symmetry.
+    """
+
+    radius: float  #: mm
+    width: float  #: of the whole bearing, mm
+    n_angle: int
+    n_width: int
+    halved: bool = True
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of cells around the bore and over the width."""
+        return self.n_angle, self.n_width
+
+    @property
+    def images(self) -> int:
+        """How many cells of the bearing each cell stands for."""
+        return 2 if self.halved else 1
+
+    @property
+    def dx(self) -> float:
+        """Length of a cell around the bore, mm."""
+        return 2 * math.pi * self.radius / self.n_angle
+
+    @property
+    def dz(self) -> float:
+        """Length of a cell along the width, mm."""
+        return self.width / self.images / self.n_width
+
+    @property
+    def area(self) -> float:
+        """Area of a cell, mm²."""
+        return self.dx * self.dz
+
+    @cached_property
+    def angle(self) -> Floats:
+        """Angle (n_angle,) of the cells from rod +x, rad."""
+        return np.linspace(0.0, 2 * math.pi, self.n_angle + 1)[:-1]
+
+    @cached_property
+    def z(self) -> Floats:
+        """Place (n_width,) of the cells along the width, from the middle, mm."""
+        start = 0.0 if self.halved else -self.width / 2
+        return np.asarray(start + self.dz * (np.arange(self.n_width) + 0.5), dtype=np.float64)
+
+    @cached_property
+    def outwards(self) -> Floats:
+        """Unit vectors (n_angle, n_width, 2) from the journal into the bore, (x, y)."""
+        around = np.stack([np.cos(self.angle), np.sin(self.angle)], axis=-1)
+        return np.array(np.broadcast_to(around[:, None], (*self.shape, 2)))
+
+    def resultant(self, pressure: Floats) -> Floats:
+        """Force (2,) of a pressure (n_angle, n_width), MPa, on the whole bore along x and y, N."""
+        along = pressure.sum(axis=1) * (self.area * self.images)
+        return np.array([along @ np.cos(self.angle), along @ np.sin(self.angle)])
+
+    def hole(self, angle: float, diameter: float, z: float = 0.0, parts: int = 4) -> Floats:
+        """Share (n_angle, n_width) of each cell that a round hole at an angle and z covers.
+
+        Each cell is cut into `parts` by `parts`, and the rim of the hole is as soft as one of them is long,
+        so that the share varies continuously while the hole moves.
+        """
+        offsets = (np.arange(parts) + 0.5) / parts - 0.5
+        around = (self.angle - angle + math.pi) % (2 * math.pi) - math.pi
+        x = (self.radius * around)[:, None] + offsets * self.dx
+        along = (self.z - z)[:, None] + offsets * self.dz
+        distance = np.hypot(x[:, None, :, None], along[None, :, None, :])
+        soft = max(self.dx, self.dz) / parts
+        inside = np.clip((diameter / 2 - distance) / soft + 0.5, 0.0, 1.0)
+        return np.asarray(inside.mean(axis=(2, 3)))
+
+    def groove(self, angle: float, arc: float) -> Floats:
+        """Share (n_angle, n_width) of each cell that a groove over the whole width covers; angles in rad."""
+        off = np.abs((self.angle - angle + math.pi) % (2 * math.pi) - math.pi)
+        cell = 2 * math.pi / self.n_angle
+        return np.broadcast_to(np.clip((arc / 2 - off) / cell + 0.5, 0.0, 1.0)[:, None], self.shape)
+
+
+class Stencil:
+    """Solves sets of equations in which each cell of a grid is linked to its four neighbours.
+
+    The cells are numbered from the angle 0 on both sides in turn, so that the neighbours of a cell on the
+    closed ring have numbers within a band.
+    """
+
+    def __init__(self, grid: FilmGrid) -> None:
+        n, m = grid.shape
+        require(n >= 8 and m >= 2, "cells of the film", grid.shape, "must be at least 8 by 2")
+        place = np.empty(n, dtype=np.int64)
+        order = np.stack([np.arange(n), n - 1 - np.arange(n)], axis=1).ravel()[:n]
+        place[order] = np.arange(n)
+        self._order = order
+        self._band = 2 * m
+        number: Ints = place[:, None] * m + np.arange(m)
+        # Columns of the entries of a row: itself, the next and the last angle, the next and the last z.
+        neighbours = [np.roll(number, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
+        columns = np.stack([number, *neighbours])
+        self._rows = 3 * self._band + 1
+        self._at = (columns * self._rows + 2 * self._band + number - columns).ravel()
+        self._size = n * m
+        self._shape = grid.shape
+
+    def solve(self, entries: Floats, right: Floats) -> Floats:
+        """Solve for right-hand sides (n_angle, n_width, k).
+
+        `entries` (5, n_angle, n_width): in the row of each cell, the factors of its own value, of those at
+        the next and the last angle, and of those at the next and the last z, where there is none 0.
+        """
+        band = np.zeros(self._size * self._rows)
+        # Where a neighbour does not exist its entry is 0 and belongs to a cell out of the band.
+        kept = entries.ravel() != 0
+        band[self._at[kept]] = entries.ravel()[kept]
+        columns = right[self._order].reshape(self._size, -1)
+        *_, solution, failed = lapack.dgbsv(
+            self._band, self._band, band.reshape(self._size, self._rows).T, columns, overwrite_ab=True
+        )
+        if failed:
+            raise np.linalg.LinAlgError(f"a film has no solution: row {failed} of its equations")
+        ordered = np.empty((*self._shape, solution.shape[1]))
+        ordered[self._order] = solution.reshape(ordered.shape)
+        return ordered
+
+
+def applied(entries: Floats, values: Floats) -> Floats:
+    """Product of a matrix of `Stencil` entries (5, n, m) with values (n, m, k)."""
+    own, next_x, last_x, next_z, last_z = entries[..., None]
+    result = own * values
+    result += next_x * np.roll(values, -1, 0)
+    result += last_x * np.roll(values, 1, 0)
+    result[:, :-1] += next_z[:, :-1] * values[:, 1:]
+    result[:, 1:] += last_z[:, 1:] * values[:, :-1]
+    return np.asarray(result)

@@ -1,0 +1,134 @@
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from fea.film.cycle import JournalLoads, integrate
+from fea.film.grid import FilmGrid
+from fea.film.journal import Bearing
+from fea.film.oil import Oil
+from fea.film.reynolds import Conditions, Reynolds, Supply
+from fea.solid.errors import FilmError
+
+R, C, SPEED = 25.0, 0.025, 7500.0
+THIN = Oil(1e-8)
+
+
+def bearing(n=48, m=6, *, width=25.0, oil=THIN, halved=True):
+    return Bearing(Reynolds(FilmGrid(R, width, n, m, halved), oil), C)
+
+
+def turning(film, position=(-0.5 * C, 0.0), speed=SPEED, at=0.0):
+    grid = film.reynolds.grid
+    supply = Supply(grid.groove(at, 2 * math.pi / grid.n_angle), 1e-4)
+    return film.solve(film.start(position), Conditions(speed, supply))
+
+
+def force(film, state):
+    return film.reynolds.grid.resultant(state.film.pressure)
+
+
+def test_the_load_converges_with_the_square_of_the_cells():
+    # The edge of the cavitated part moves from cell to cell, so that the order is not quite regular.
+    coarse, middle, fine = (
+        np.hypot(*force(each, turning(each))) for each in (bearing(n, n // 8) for n in (48, 96, 192))
+    )
+    assert 1.7 < math.log2((coarse - middle) / (middle - fine)) < 2.3
+
+
+def test_half_the_width_stands_for_all_of_it():
+    half, whole = bearing(), bearing(m=12, halved=False)
+    one, other = turning(half), turning(whole)
+    assert force(half, one) == pytest.approx(force(whole, other), rel=1e-9)
+    assert one.balance.leaked == pytest.approx(other.balance.leaked, rel=1e-9)
+
+
+def test_a_journal_that_turns_backwards_has_the_mirror_image_of_the_film():
+    film = bearing()
+    one, other = turning(film), turning(film, speed=-SPEED)
+    mirrored = np.roll(other.film.pressure[::-1], 1, axis=0)
+    assert mirrored == pytest.approx(one.film.pressure, rel=1e-9, abs=1e-12)
+
+
+def test_oil_is_conserved():
+    film = bearing()
+    balance = turning(film).balance
+    assert balance.supplied == pytest.approx(balance.leaked, rel=1e-9)
+    assert balance.supplied > 0
+
+
+def test_what_the_journal_gives_is_what_the_film_dissipates():
+    # At rest, torque times speed and the oil's own pressure are all there is.
+    film = bearing()
+    state = turning(film)
+    pull, sheared = film.reynolds.friction(state.film, state.gap, SPEED)
+    driven = pull * SPEED + 1e-4 * state.balance.supplied
+    assert sheared + state.balance.pressed == pytest.approx(driven, rel=2e-3)
+
+
+def test_flow_out_of_a_concentric_bearing_follows_poiseuille():
+    # From a groove amid a wide bearing at rest: Q = 2 · 2πR h³ p/12μ over the length that is left.
+    film = bearing(8, 64, width=100.0)
+    share = np.zeros(film.reynolds.grid.shape)
+    share[:, :1] = 1.0
+    state = film.solve(film.start(), Conditions(0.0, Supply(share, 1.0)))
+    left = 50.0 - film.reynolds.grid.dz / 2
+    exact = 2 * 2 * math.pi * R * C**3 / (12 * THIN.viscosity) / left
+    assert state.balance.leaked == pytest.approx(exact, rel=1e-5)
+
+
+def test_a_step_of_second_order_in_time():
+    # A load that rotates about a constant one.
+    def place(count):
+        film = bearing(24, 3)
+        angle = 2 * math.pi * np.arange(count) / count
+        load = np.stack([3000 + 1000 * np.cos(angle), 1000 * np.sin(angle)], axis=1)
+        acting = JournalLoads(
+            period=0.02,
+            load=load,
+            speed=np.full(count, SPEED),
+            inlet=0.5,
+            grooves=film.reynolds.grid.groove(math.pi, 0.3),
+        )
+        cycle = integrate(film, acting)
+        assert cycle.unrepeated < 1e-3
+        return cycle.eccentricity[0]
+
+    one, two, four = place(24), place(48), place(96)
+    assert 1.6 < math.log2(np.linalg.norm(one - two) / np.linalg.norm(two - four)) < 2.6
+
+
+def test_a_hole_covers_its_area_wherever_it_is():
+    grid = FilmGrid(R, 25.0, 64, 8, halved=False)
+    areas = [grid.hole(angle, 5.0).sum() * grid.area for angle in (0.0, 0.03, 1.0, -3.14)]
+    assert areas == pytest.approx([math.pi * 5.0**2 / 4] * 4, rel=0.02)
+
+
+def test_a_groove_covers_its_arc():
+    grid = FilmGrid(R, 25.0, 64, 8)
+    assert grid.groove(0.37, 0.5).mean() == pytest.approx(0.5 / (2 * math.pi), rel=1e-9)
+
+
+def test_roelands_oil_thickens_under_pressure():
+    oil, pressure = Oil(8e-9, 0.013), np.array([0.0, 1e-3, 50.0, 200.0])
+    relative = oil.relative_viscosity(pressure)
+    assert (relative[1] - 1) / 1e-3 == pytest.approx(0.013, rel=1e-4)
+    assert relative[3] == pytest.approx(8.749, rel=1e-3)  # exp(αp) would be 13.5
+    q, slope = oil.generalised(pressure)
+    exact = [quad(lambda p: 1 / oil.relative_viscosity(np.array(p)), 0, top)[0] for top in pressure]
+    assert q == pytest.approx(exact, rel=1e-9)
+    assert slope == pytest.approx(1 / relative)
+
+
+def test_pressure_of_an_oil_that_thickens_is_higher():
+    plain, thick = bearing(), bearing(oil=Oil(1e-8, 0.02))
+    position = (-0.8 * C, 0.0)
+    one, other = (each.film.pressure.max() for each in (turning(plain, position), turning(thick, position)))
+    assert other > 1.1 * one
+
+
+def test_a_film_that_cannot_carry_the_load_is_an_error():
+    film = bearing()
+    with pytest.raises(FilmError, match="oil film"):
+        film.solve(film.start(), Conditions(0.0), load=np.array([100.0, 0.0]))
