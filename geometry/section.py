@@ -215,8 +215,9 @@ class HeightField:
         circles += [(center, rim) for center, rim, _ in self.chamfers]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
         seams = [half_chord(radius, x - center) for center, radius in circles]
-        seams.append(self._drilled_radius(x))
         levels = [self.rod.oil_hole / 2]
+        if self.rod.oil_gallery or self.rod.shank_bore:
+            seams.append(self._drilled_radius(x))
         if self.pocket is not None and self.pocket.in_sides:
             seams.append(self.pocket.floor_begins(x))
             levels += [self.pocket.floor, self.pocket.floor + self.pocket.floor_radius]
