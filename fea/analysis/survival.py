@@ -67,7 +67,8 @@ class Factor:
         decimals = 2 if self.value >= _SMALL or self.value == 0 else 2 - ceil(log10(self.value))
         bar = ""
         if self.error_percent is not None and not isinf(self.value):
-            bar = f" ± {max(self.value - self.low, 10**-decimals):.{decimals}f}"
+            width = self.value - self.low if isinf(self.high) else (self.high - self.low) / 2
+            bar = f" ± {max(width, 10**-decimals):.{decimals}f}"
         said = ", ".join(part for part in (self.case, self.place) if part)
         case = f" ({said})" if said else ""
         return f"{self.value:.{decimals}f}{bar}{case}"
