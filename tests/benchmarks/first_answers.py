@@ -8,6 +8,7 @@ file that is not there is left out. Other flags, as `--size 14` for a trial, go 
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -50,6 +51,7 @@ CAD_RODS = (
         capless=True,
     ),
 )
+NUMBER = re.compile(r"(?<![\w.-])-?\d+(?:\.\d+)?(?![\w]|\.\d)")
 HEAD = (
     "rod",
     "speed rpm",
@@ -130,14 +132,29 @@ def table(studies: dict[str, str], flags: list[str]) -> tuple[list[str], dict[st
     return lines, found
 
 
-def assumed(found: dict[str, dict[str, Any]]) -> list[str]:
-    """What was assumed of each rod, the notes that several share said once."""
+def assumed(summaries: dict[str, dict[str, Any]]) -> list[str]:
+    """The notes on the rods: those that differ only in numbers are one line, with the range of each number."""
+    texts: dict[str, list[str]] = {}
     rods: dict[str, list[str]] = {}
-    for name, summary in found.items():
+    for name, summary in summaries.items():
         for note in summary["notes"]:
-            rods.setdefault(note, []).append(name)
-    every = len(found)
-    return [f"- {'all' if len(names) == every else ', '.join(names)}: {note}" for note, names in rods.items()]
+            text = re.sub(r"engine [\w.-]+: assumed", "engine: assumed", note)
+            kind = NUMBER.sub("#", text)
+            texts.setdefault(kind, []).append(text)
+            rods.setdefault(kind, []).append(name)
+    lines = []
+    for kind, notes in texts.items():
+        ranges = (
+            f"{least} to {most}" if least != most else least
+            for least, most in (
+                (min(values, key=float), max(values, key=float))
+                for values in zip(*(NUMBER.findall(note) for note in notes), strict=True)
+            )
+        )
+        names = dict.fromkeys(rods[kind])
+        who = "all" if len(names) == len(summaries) else ", ".join(names)
+        lines.append(f"- {who}: {re.sub('#', lambda _: next(ranges), kind)}")
+    return lines
 
 
 def main() -> None:
@@ -165,7 +182,8 @@ TEXT = """# First answers: what a newcomer is told, and whether it is believable
 Made by `python tests/benchmarks/first_answers.py --cad FOLDER --report results/first-answers.md`: `fea run
 STUDY --cycle` at each engine's redline, without other flags than those named below a table. "By" is the
 load case with the smallest factor against yielding; "on" the region of the surface where fatigue governs.
-Coordinates count from the crank pin, +x towards the piston pin.
+Coordinates count from the crank pin, +x towards the piston pin; s are seconds on a machine with other work.
+The widest bar is mostly that of a case which cannot govern.
 
 ## Rods of the engines in the library
 
