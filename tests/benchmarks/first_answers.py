@@ -133,7 +133,7 @@ def table(studies: dict[str, str], flags: list[str]) -> tuple[list[str], dict[st
 
 
 def assumed(summaries: dict[str, dict[str, Any]]) -> list[str]:
-    """The notes on the rods: those that differ only in numbers are one line, with the range of each number."""
+    """The notes on the rods: those that differ only in numbers are one line, with their ranges."""
     texts: dict[str, list[str]] = {}
     rods: dict[str, list[str]] = {}
     for name, summary in summaries.items():
@@ -144,16 +144,16 @@ def assumed(summaries: dict[str, dict[str, Any]]) -> list[str]:
             rods.setdefault(kind, []).append(name)
     lines = []
     for kind, notes in texts.items():
-        ranges = (
+        ranges = [
             f"{least} to {most}" if least != most else least
             for least, most in (
                 (min(values, key=float), max(values, key=float))
                 for values in zip(*(NUMBER.findall(note) for note in notes), strict=True)
             )
-        )
+        ]
         names = dict.fromkeys(rods[kind])
         who = "all" if len(names) == len(summaries) else ", ".join(names)
-        lines.append(f"- {who}: {re.sub('#', lambda _: next(ranges), kind)}")
+        lines.append(f"- {who}: {kind.replace('#', '{}').format(*ranges)}")
     return lines
 
 
