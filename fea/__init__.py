@@ -36,6 +36,7 @@ __all__ = [
 
 # Where each public name is defined.
 _HOMES = {
+    "__version__": "fea.base.version",
     "PreparedRod": "fea.analysis.prepare",
     "Result": "fea.apps.result",
     "Study": "fea.study.study",
@@ -53,7 +54,14 @@ def __getattr__(name: str) -> Any:
     """Load a public name when it is first used."""
     if name not in _HOMES:
         raise AttributeError(f"module 'fea' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    try:
+        return getattr(import_module(_HOMES[name]), name)
+    except ImportError as error:
+        from fea.machine.foreign import foreign_package
+
+        if said := foreign_package(error):
+            raise ImportError(said) from error
+        raise
 
 
 def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:

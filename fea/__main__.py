@@ -80,8 +80,11 @@ _LONGEST_MESSAGE = 1500
 def main() -> None:
     """Run the program and leave with its exit code."""
     _end_quietly()
-    from fea.machine.guard import guarded  # an interrupt of the import has its exit code too
-    from fea.machine.streams import settle_streams
+    try:
+        from fea.machine.guard import guarded  # an interrupt of the import has its exit code too
+        from fea.machine.streams import settle_streams
+    except ImportError as error:
+        sys.exit(_not_loaded(error))
 
     settle_streams()
     code = guarded(_called)
@@ -112,7 +115,6 @@ def _end_quietly() -> None:
 def _called() -> int:
     """Run the command line; report errors that occur before it is loaded."""
     try:
-        from fea.machine.exit_codes import MACHINE
         from geometry.system import end_in_time, interrupt_once
 
         interrupt_once(afresh=True)
@@ -124,10 +126,18 @@ def _called() -> int:
     except Exception as error:
         if os.environ.get("FEA_DEBUG") == "1":
             raise
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        sys.stderr.write(f"fea: the program could not be loaded: {reason}\n")
-        return MACHINE
+        return _not_loaded(error)
     return call(sys.argv[1:])
+
+
+def _not_loaded(error: Exception) -> int:
+    """Say why the program could not be loaded."""
+    from fea.machine.exit_codes import MACHINE
+    from fea.machine.foreign import foreign_package
+
+    reason = foreign_package(error) or " ".join(f"{type(error).__name__}: {error}".split())
+    sys.stderr.write(f"fea: the program could not be loaded: {reason}\n")
+    return MACHINE
 
 
 @cache
@@ -153,9 +163,9 @@ def program() -> "App":
 
 
 def _version() -> str:
-    from importlib.metadata import version
+    from fea.base.version import __version__
 
-    return version("conrod-fea")
+    return __version__
 
 
 def _shown_default(value: object) -> Any:
@@ -179,6 +189,11 @@ def call(arguments: Sequence[str]) -> int:
         _say(AtInterrupt.message)
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
+        from fea.machine.foreign import foreign_package
+
+        if said := foreign_package(error):
+            _say(said)
+            return MACHINE
         code = MACHINE if "bad_alloc" in str(error) else exit_code(error)  # C++: out of memory
         if code is None:
             what = f"internal error: {type(error).__name__}: {error}"

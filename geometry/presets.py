@@ -7,7 +7,7 @@ from types import MappingProxyType
 from geometry.dimensions import ShankSection
 from geometry.rod import Rod
 
-_TABLES = tomllib.loads((files("geometry") / "presets.toml").read_text(encoding="utf-8"))
+_TABLES = tomllib.loads((files(__name__.rpartition(".")[0]) / "presets.toml").read_text(encoding="utf-8"))
 # What is published of each, and what is ours.
 ORIGINS = MappingProxyType({name: table.pop("origin") for name, table in _TABLES.items()})
 PRESETS = MappingProxyType(

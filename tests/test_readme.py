@@ -75,10 +75,16 @@ def test_the_commands_of_the_readme_work(tmp_path):
 
 
 def test_the_study_of_the_readme_runs(tmp_path):
-    study, *_ = blocks("toml")
+    study, us, *_ = blocks("toml")
     (tmp_path / "my-study.toml").write_text(study)
     run(["run", "my-study.toml", "--size", "12", "--out", "run"], tmp_path)
     assert (tmp_path / "run" / "summary.json").exists()
+    (tmp_path / "us.toml").write_text(us, encoding="utf-8")
+    said = "\n".join(run(["loads", "us.toml"], tmp_path))
+    assert " lbf " in said
+    assert " N " not in said
+    stroke = load_study(str(tmp_path / "us.toml")).engine.stroke_mm
+    assert stroke == pytest.approx(3.48 * 25.4)
 
 
 def test_the_keys_of_a_rod_from_cad_are_what_the_readme_says(tmp_path):
@@ -122,3 +128,12 @@ def test_what_the_first_screen_shows_is_small(name, most):
 
 def test_the_picture_of_the_joint_is_small():
     assert (ROOT / "results" / "leon-2001-bolted-joint.png").stat().st_size < 300_000
+
+
+def test_every_system_installs_and_runs_in_two_commands():
+    table = README.partition("## Installation")[2].partition("## ")[0]
+    rows = [row.split("|") for row in re.findall(r"(?m)^\| (?:Linux|Windows).*$", table)]
+    assert "macOS" in rows[0][1]
+    for _, _, install, first, _ in rows:
+        assert "pip install ." in install
+        assert "fea run --rpm 6000" in first

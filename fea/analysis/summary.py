@@ -45,6 +45,7 @@ from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
 from fea.base.note import CANNOT_GOVERN, Note, by_consequence, doubt, remark
 from fea.base.units import DEG, KG_M2
+from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland, fatigue_factor
 from fea.judge.governing import Governing
@@ -128,7 +129,7 @@ def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigur
     )
 
 
-_PACKAGES = ("conrod-fea", "gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
+_PACKAGES = ("gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 
 
 def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
@@ -397,7 +398,8 @@ def _model(rod: PreparedRod) -> ModelFigures:
 
 def _environment() -> EnvironmentFigures:
     return EnvironmentFigures(
-        versions={"python": platform.python_version()} | {name: version(name) for name in _PACKAGES},
+        versions={"python": platform.python_version(), "conrod-fea": __version__}
+        | {name: version(name) for name in _PACKAGES},
         platform=platform.platform(),
         threads=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
     )

@@ -12,7 +12,8 @@ from fea.apps.sweep.base import Base
 from fea.apps.sweep.cluster import ClusterError, Engine
 from fea.apps.sweep.journal import Done, Journal, State
 from fea.apps.sweep.plan import PlannedRow
-from fea.apps.sweep.work import Rod, Task, VersionError, program_version
+from fea.apps.sweep.work import Rod, Task, VersionError
+from fea.base.version import __version__
 from geometry.errors import InvalidValue
 
 
@@ -79,7 +80,7 @@ class Hashed:
 
 def task(jobs, raw=None):
     base = Base("study", raw or {}, Path("/"), ())
-    return Task(tuple(Rod(job, {}, [None]) for job in jobs), base, 0, program_version())
+    return Task(tuple(Rod(job, {}, [None]) for job in jobs), base, 0, __version__)
 
 
 def attempted(raw, compute=None):

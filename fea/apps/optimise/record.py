@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.apps.sweep.base import digest, files_of
-from fea.apps.sweep.work import program_version
+from fea.base.version import __version__
 from fea.output.folder import ANOTHER_OUT, take
 from fea.output.target import OccupiedError, near, reported
 from fea.study.study import Study
@@ -112,4 +112,4 @@ def _identity(study: Study) -> str:
     table = study.optimise
     same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
     files = [digest(path) for path in files_of(same.as_dict())]
-    return hashlib.sha256(json.dumps([program_version(), same.text(), files]).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([__version__, same.text(), files]).encode()).hexdigest()

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from fea.apps.sweep.journal import Done, Journal
-from fea.apps.sweep.work import Task, VersionError, program_version, work
+from fea.apps.sweep.work import Task, VersionError, work
+from fea.base.version import __version__
 from geometry.errors import InvalidValue, require
 from geometry.system import usable_processors
 
@@ -294,7 +295,7 @@ def _unready(error: BaseException) -> VersionError:
     why = error.__cause__ or error
     said = f"{type(why).__name__}: {' '.join(str(why).split())}"
     return VersionError(
-        f"the cluster cannot begin a rod ({said}): install conrod-fea[sweep] {program_version()} where the "
+        f"the cluster cannot begin a rod ({said}): install conrod-fea[sweep] {__version__} where the "
         "scheduler and its workers run, and start them again."
     )
 

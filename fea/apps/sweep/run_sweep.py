@@ -24,7 +24,8 @@ from fea.apps.sweep.statistics import (
 )
 from fea.apps.sweep.sweep_file import Sweep
 from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
-from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task, program_version
+from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
+from fea.base.version import __version__
 from fea.machine.clock import progress_line
 from fea.output.folder import take
 from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
@@ -241,7 +242,7 @@ def _require_ours(folder: Path) -> None:
 
 def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] | None) -> None:
     """Begin the journal, see that it is this sweep's, or add what a longer sweep has more."""
-    meta, asked = journal.meta, {"schema": SCHEMA, "version": program_version(), "sweep": sweep.identity}
+    meta, asked = journal.meta, {"schema": SCHEMA, "version": __version__, "sweep": sweep.identity}
     where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
     if not meta:
         journal.begin(asked, rows(sweep) if new is None else new)
@@ -264,7 +265,7 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
 def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
     """Several rods to compute: the study travels once, and their designs."""
     rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
-    return Task(rods, sweep.base, sweep.frequencies, program_version(), 60 * minutes)
+    return Task(rods, sweep.base, sweep.frequencies, __version__, 60 * minutes)
 
 
 def _report(folder: Path, journal: Journal, computed: int, figures: Statistics) -> SweepReport:

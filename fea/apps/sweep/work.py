@@ -4,11 +4,11 @@ import pickle
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import version
 from typing import Any, NamedTuple
 
 from fea.apps.sweep.base import Base
 from fea.apps.sweep.journal import Done
+from fea.base.version import __version__
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 
 _LONGEST_REASON = 600
@@ -46,11 +46,6 @@ class VersionError(OSError):
     """A worker has another version of this program (exit code 7)."""
 
 
-def program_version() -> str:
-    """Version of this program."""
-    return version("conrod-fea")
-
-
 def work(task: Task, compute: Callable[..., Any] | None = None) -> list[Done]:
     """Compute rods in a process of their own; an error, a crash and the time limit of one are its reasons.
 
@@ -61,9 +56,9 @@ def work(task: Task, compute: Callable[..., Any] | None = None) -> list[Done]:
     VersionError
         This worker's version of the program is not that of the sweep.
     """
-    if task.version != program_version():
+    if task.version != __version__:
         raise VersionError(
-            f"a worker has version {program_version()} of conrod-fea, and this sweep is of {task.version}: "
+            f"a worker has version {__version__} of conrod-fea, and this sweep is of {task.version}: "
             "start its workers with the same version."
         )
     return [_worked(task, rod, compute) for rod in task.rods]
