@@ -12,9 +12,10 @@ from fea.contact.condensed import CondensedInterface
 from fea.contact.guess import Offsets, Places
 from geometry.arrays import Floats, Ints, Mask
 
-# Coupling, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks; and that
-# which rounding leaves.
-_WEAK, NOTHING = 1e-6, 1e-11
+# Couplings, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks: the
+# least one that divides the problem. The larger ones, still little beside the exactness of a cycle, are for
+# rods whose shank is shorter than their ends. And the coupling that rounding leaves.
+_WEAK, NOTHING = (1e-6, 1e-5, 1e-4), 1e-11
 
 
 @dataclass(frozen=True)
@@ -124,25 +125,27 @@ class Block:
     def divided(self) -> list["Block"]:
         """Blocks that hardly know of each other."""
         n_p, n_J = len(self.pins), len(self.interface)
-        label = self._labels()
-        pins, interface, motions = np.split(label, [n_p, n_p + n_J])
-        numbers, kinds = np.unique(np.concatenate([pins, interface])), (pins, interface, motions)
-        if len(numbers) < 2:
+        for weak in _WEAK:
+            pins, interface, motions = kinds = np.split(self._labels(weak), [n_p, n_p + n_J])
+            numbers = np.unique(np.concatenate([pins, interface]))
+            if len(numbers) > 1:
+                break
+        else:
             return [self]
         # A motion that nothing resists goes to any of the blocks, where it is found not to be in balance.
         motions[~np.isin(motions, numbers)] = numbers[0]
         return [self.part(*(np.flatnonzero(kind == each) for kind in kinds)) for each in numbers]
 
-    def _labels(self) -> Ints:
+    def _labels(self, weak: float) -> Ints:
         """Number (n_p + n_J + m,) of the block of every unknown and every motion."""
         even, scaled = self.even, self.effects.of_unit_stiffness()
         n_p, n_J, m = len(self.pins), len(self.interface), self.R.shape[1]
         interface = np.arange(n_p, n_p + n_J)
         linked = np.zeros((n_p + n_J + m,) * 2, dtype=bool)
         A, B = scaled.A - even @ (even.T @ scaled.A), scaled.B
-        linked[:n_p, :n_p] = _strong(A - (A @ even) @ even.T)
-        linked[n_p : n_p + n_J, :n_p] = _strong(B - (B @ even) @ even.T)
-        linked[n_p : n_p + n_J, n_p : n_p + n_J] = _strong(scaled.S)
+        linked[:n_p, :n_p] = np.abs(A - (A @ even) @ even.T) > weak
+        linked[n_p : n_p + n_J, :n_p] = np.abs(B - (B @ even) @ even.T) > weak
+        linked[n_p : n_p + n_J, n_p : n_p + n_J] = np.abs(scaled.S) > weak
         linked[n_p + n_J :, :n_p] = np.abs(self.R.T) > NOTHING
         normal, shear = np.broadcast_arrays(self.places.normal[:, None], self.places.tangential)
         linked[interface[normal[shear >= 0]], interface[shear[shear >= 0]]] = True
@@ -167,10 +170,6 @@ class Block:
         gap = (one.pin_gap - other.pin_gap) * self.effects.press
         gap = (gap - self.even @ (self.even.T @ gap)) * self.effects.press
         return float(max(np.abs(stress).max(initial=0.0) for stress in (one.stress - other.stress, gap)))
-
-
-def _strong(values: Floats) -> Mask:
-    return np.asarray(np.abs(values) > _WEAK)
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def as_one(monkeypatch):
     monkeypatch.setattr(Blocks, "of", classmethod(lambda cls, whole: cls((whole,), ((),))))
 
 
-@pytest.mark.parametrize("coupling", [0.0, 1e-9, 1e-8])
+@pytest.mark.parametrize("coupling", [0.0, 1e-9, 1e-8, 1e-5])
 def test_in_blocks_it_is_the_same(coupling, monkeypatch):
     problem = TwoEnds(coupling)
     assert [len(own.pins) for own in problem.blocks()] == [PINS, PINS]
