@@ -63,6 +63,8 @@ COMMANDS = {
     "init": "Write a study file with comments, ready to edit.\n\n"
     "It explains every key and runs as it is: `fea run study.toml`.\n\n"
     "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",
+    "materials": "List the materials of the library by all their names, or show one with its sources.\n\n"
+    "- `fea materials 4340`: figures and where they come from; `fea run my.toml --material 4340` uses them",
     "schema": "Print the JSON Schema of a study, for editors and other programs.",
     "doctor": "Check what this machine needs to run fea, and what is installed.",
 }
@@ -70,6 +72,7 @@ COMMANDS = {
 _MODULES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "verification") | {
     "report": "export",
     "view": "export",
+    "materials": "init",
     "schema": "init",
     "doctor": "init",
     "modes": "rod",

@@ -85,12 +85,25 @@ class Split(StrEnum):
 
 
 class BoltGrade(StrEnum):
-    """Property classes of bolts (ISO 898-1)."""
+    """Property classes of bolts (ISO 898-1), and grades of aftermarket bolts."""
 
     G8_8 = "8.8"
     G9_8 = "9.8"
     G10_9 = "10.9"
     G12_9 = "12.9"
+    ARP_8740 = "ARP 8740"
+    ARP_2000 = "ARP 2000"
+    L19 = "L19"
+    CUSTOM_AGE_625 = "Custom Age 625+"
+
+
+class Lubricant(StrEnum):
+    """What bolts are tightened with."""
+
+    MOLY = "moly"
+    OIL = "oil"
+    AS_DELIVERED = "as-delivered"
+    DRY = "dry"
 
 
 class ThreadRolled(StrEnum):

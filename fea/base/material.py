@@ -78,6 +78,7 @@ class Material:
     endurance_limit: float | None = None
     torsion_limit: float | None = None  #: likewise, under fully reversed torsion, MPa
     endurance_estimated: bool = False  #: whether S_e was estimated from S_u instead of tests
+    endurance_cycles: float | None = None  #: for which S_e holds, of a metal without a true limit
     marin: Marin = Marin()  #: the factors between the limits of specimens and those of the part
     #: the S–N line of polished specimens, if known: none of the factors is contained in it
     basquin: Basquin | None = None

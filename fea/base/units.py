@@ -19,28 +19,28 @@ M_S2 = 1e3
 DEG = math.pi / 180
 RPM = 2 * math.pi / 60
 
-_INCH, _POUND = 25.4, 0.45359237  # mm, kg
+INCH, _POUND = 25.4, 0.45359237  # mm, kg
 _POUND_FORCE = 9.80665 * _POUND  # N
-_PSI = _POUND_FORCE / _INCH**2  # MPa
+_PSI = _POUND_FORCE / INCH**2  # MPa
 # What else a quantity is given in, by the unit at the end of its key: how much of that unit it is.
 OTHER_UNITS: dict[str, dict[str, float]] = {
-    "mm": {"inches": _INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
-    "um": {"mm": 1e3, "inches": 1e3 * _INCH},
+    "mm": {"inches": INCH, "cm": 10.0, "m": 1e3, "µm": 1e-3},
+    "um": {"mm": 1e3, "inches": 1e3 * INCH},
     "kg": {"g": 1e-3, "lb": _POUND, "t": 1e3},
     "kg_m2": {
         "kg·mm²": 1e-6,
         "kg·cm²": 1e-4,
         "g·cm²": 1e-7,
         "g·mm²": 1e-9,
-        "lb·in²": _POUND * _INCH**2 * 1e-6,
+        "lb·in²": _POUND * INCH**2 * 1e-6,
         "t·mm²": 1e-3,
     },
     "kg_m3": {
         "g/cm³": 1e3,
         "t/mm³": 1e12,
         "kg/mm³": 1e9,
-        "lb/in³": _POUND / _INCH**3 * 1e9,
-        "lb/ft³": _POUND / (12 * _INCH) ** 3 * 1e9,
+        "lb/in³": _POUND / INCH**3 * 1e9,
+        "lb/ft³": _POUND / (12 * INCH) ** 3 * 1e9,
     },
     "GPa": {"MPa": 1e-3, "Pa": 1e-9, "ksi": _PSI, "psi": _PSI * 1e-3, "Mpsi": _PSI * 1e3, "kPa": 1e-6},
     "MPa": {"Pa": 1e-6, "ksi": _PSI * 1e3, "psi": _PSI, "GPa": 1e3, "kPa": 1e-3, "bar": 0.1},
@@ -48,8 +48,8 @@ OTHER_UNITS: dict[str, dict[str, float]] = {
     "kN": {"N": 1e-3, "lbf": _POUND_FORCE * 1e-3, "kgf": 9.80665e-3, "kip": _POUND_FORCE},
     "N": {"kN": 1e3, "lbf": _POUND_FORCE, "kgf": 9.80665},
     "Nm": {
-        "lbf·ft": 12e-3 * _INCH * _POUND_FORCE,
-        "lbf·in": 1e-3 * _INCH * _POUND_FORCE,
+        "lbf·ft": 12e-3 * INCH * _POUND_FORCE,
+        "lbf·in": 1e-3 * INCH * _POUND_FORCE,
         "kgf·m": 9.80665,
         "N·mm": 1e-3,
     },

@@ -1,5 +1,6 @@
-"""`fea init`, `fea schema` and `fea doctor`: what precedes a first run."""
+"""`fea init`, `fea materials`, `fea schema` and `fea doctor`: what precedes a first run."""
 
+import sys
 from pathlib import Path
 
 from rich.console import Console
@@ -57,6 +58,45 @@ def _schema_beside(study: Path) -> Path | None:
         return None
     write_text(path, json_text(study_schema()))
     return path
+
+
+def materials(name: str | None = None, /, *, json: Json = False) -> None:
+    """List the materials of the library, or show one with the source of each figure.
+
+    Parameters
+    ----------
+    name
+        A material, by one of its names.
+    """
+    from fea.study.materials import LIBRARY, library_material
+    from fea.study.tables import unit_of
+
+    found = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
+    if json:
+        print_json([vars(material) | {"temperature_C": 20.0, "stress_ratio": -1.0} for material in found])
+        return
+    if name is None:
+        sys.stdout.write(_ROW.format("", "E", "yield", "ultimate", "endurance", "cycles", "also"))
+        for one in found:
+            cells = (f"{one.figures[key]:g}" if key in one.figures else "–" for key in _LISTED)
+            sys.stdout.write(_ROW.format(one.name, *cells, ", ".join(one.also)))
+    else:
+        sys.stdout.write(
+            f"{found[0].name}: {found[0].title}{''.join(f'; {also}' for also in found[0].also)}\n"
+        )
+        for key, value in found[0].figures.items():
+            words, unit = unit_of(key)
+            sys.stdout.write(f"  {words}: {value:g} {unit}".rstrip() + "\n")
+        sys.stdout.write(f"Source: {found[0].source}\n")
+    sys.stdout.write(_CONDITIONS)
+
+
+_LISTED = ("E_GPa", "yield_MPa", "ultimate_MPa", "endurance_MPa", "endurance_cycles")
+_ROW = "{:<21}{:>6}{:>7}{:>10}{:>11}{:>8}  {}\n"
+_CONDITIONS = """
+GPa and MPa at room temperature. Endurance: polished specimens, R = -1; for those cycles where the metal has
+no limit. For a steel without one, half the ultimate strength is used. `fea materials NAME` gives sources.
+"""
 
 
 def schema() -> None:

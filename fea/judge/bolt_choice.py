@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.base.note import Note, assumptions, doubt, remark, warning
-from fea.base.units import KN, N_M, UM
+from fea.base.units import INCH, KN, N_M, UM
 from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
@@ -21,7 +22,15 @@ from fea.judge.vdi2230 import (
     load_factor,
 )
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
-from fea.study.bolts import PROOF_RATIO, BoltStrength, bolt_strength
+from fea.study.bolts import (
+    LUBRICANTS,
+    PROOF_RATIO,
+    SCATTER,
+    BoltStrength,
+    bolt_strength,
+    is_aftermarket,
+    yield_estimated,
+)
 from fea.study.material_table import MaterialTable
 from geometry.errors import require
 
@@ -29,8 +38,17 @@ _BOLTS = "bolts"
 _TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
 
 
-def tightening_notes(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[Note, ...]:
-    """Judge the end of tightening, by a torque in N·mm.
+class Tightening(NamedTuple):
+    """How bolts are tightened."""
+
+    preload: float  #: N, before embedding
+    how: str  #: in words
+    scatter: tuple[int, int] | None = None  #: of the preload, ± per cent from and to, where it is usual
+    yields: bool = False  #: whether it is the force at which the turned bolt yields
+
+
+def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -> tuple[Note, ...]:
+    """Judge the end of tightening.
 
     Raises
     ------
@@ -40,14 +58,22 @@ def tightening_notes(bolt: Bolt, table: AssemblyTable, torque: float) -> tuple[N
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
     stress = bolt.tightening_stress(turned=turned)
     _require_whole(bolt, table, stress)
-    how = f"by {torque / N_M:.3g} N·m" if turned else "by stretching"
     torsion = ", with the torsion of tightening" if turned else ""
     judged = (
-        f"{bolt.thread.name}, tightened to {force / KN:.3g} kN {how}: {force / bolt.proof_load:.0%} of the "
+        f"{bolt.thread.name}, tightened to {force / KN:.3g} kN {tightening.how}: "
+        f"{force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
+    if tightening.scatter is not None and table.bolt_tightening_factor is None:
+        low, high = tightening.scatter
+        judged += f"; ±{low} to {high} % is usual of this way (VDI 2230, assembly.bolt_tightening_factor)"
     said = [remark(judged, _BOLTS)]
-    if stress > bolt.strength.yield_strength:
+    if tightening.yields:
+        text = (
+            "the angle turns them beyond yield: the preload is that at which they yield while they are turned"
+        )
+        said.append(warning(text, _BOLTS))
+    elif stress > bolt.strength.yield_strength:
         text = "tightening yields them, so that only a measured preload can be relied on"
         said.append(doubt(text, _BOLTS))
     elif force > bolt.proof_load:
@@ -142,7 +168,13 @@ def choose_bolt(
     friction = _friction(table, assumed)
     lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
     limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
-    preload = _preload(table, lever, compliance, limit, assumed)
+    tightening = _tightening(table, lever, compliance, parts, limit)
+    preload = tightening.preload
+    if all(getattr(table, name) is None for name in _TIGHTENED):
+        assumed.append(
+            f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI "
+            "2230 (assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"
+        )
     loss = embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
     rule = f"takes {loss / KN:.3g} kN, all of the preload of {preload / KN:.3g} kN"
     remedy = "Check the unit, or tighten the bolts more."
@@ -160,7 +192,7 @@ def choose_bolt(
     expected = embedding_loss(expected_embedding(), compliance.total, parts)
     notes = (
         *assumptions(_BOLTS, assumed),
-        *tightening_notes(bolt, table, torque),
+        *tightening_notes(bolt, table, tightening),
         *seat_notes(bolt, clamped),
         *scatter_notes(bolt, table.bolt_tightening_factor),
         embedding_note(table.bolt_embedding_um, loss, expected),
@@ -176,6 +208,8 @@ def _strength(
     if given is None or given.yield_MPa is None:
         if table.grade is None:
             assumed.append(f"property class {DEFAULT_GRADE.value} (assembly.bolt_grade)")
+        elif yield_estimated(table.grade):
+            assumed.append(f"the yield strength of {table.grade.value}, an estimate ([material.bolt])")
         return bolt_strength(table.grade or DEFAULT_GRADE, shape.thread.diameter)
     key, rule = "material.bolt.ultimate_MPa", "must be given, at least as large as the yield strength"
     ultimate = given.ultimate_MPa or 0.0
@@ -209,7 +243,12 @@ def _compliances(
 
 
 def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
-    """μ_G and μ_K."""
+    """μ_G and μ_K: as they are given, of the lubricant, or assumed."""
+    if table.bolt_lubricant is not None:
+        usual = LUBRICANTS[table.bolt_lubricant]
+        given = (table.thread_friction, table.head_friction)
+        thread, head = (usual if friction is None else friction for friction in given)
+        return thread, head
     thread = assumed.or_else(
         table.thread_friction, FRICTION, "friction {:g} in the thread (assembly.thread_friction)"
     )
@@ -219,24 +258,37 @@ def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
     return thread, head
 
 
-def _preload(
-    table: AssemblyTable, lever: Lever, compliance: BoltCompliance, limit: float, assumed: Assumed
-) -> float:
-    if table.bolt_torque_Nm is not None:
-        return lever.preload(table.bolt_torque_Nm * N_M)
-    if table.bolt_stretch_mm is not None:
-        return table.bolt_stretch_mm / compliance.between_ends
-    if table.bolt_preload_kN is not None:
-        return table.bolt_preload_kN * KN
-    assumed.append(
-        f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI 2230 "
-        "(assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"
-    )
-    return limit
+def _tightening(
+    table: AssemblyTable, lever: Lever, compliance: BoltCompliance, parts: float, limit: float
+) -> Tightening:
+    """Preload by what the study gives, and how it follows; `limit` is VDI 2230's usual one."""
+    torque, stretch, angle = table.bolt_torque_Nm, table.bolt_stretch_mm, table.bolt_angle_deg
+    friction = f"friction {lever.thread_friction:g} in the thread and {lever.head_friction:g} under the head"
+    if stretch is not None:
+        give = compliance.between_ends
+        how = f"by a stretch of {stretch:.3g} mm ({stretch / INCH * 1e3:.3g} thousandths of an inch)"
+        return Tightening(stretch / give, f"{how} at {give * KN / UM:.3g} µm/kN", SCATTER["stretch"])
+    if torque is None:
+        preload = limit if table.bolt_preload_kN is None else table.bolt_preload_kN * KN
+        return Tightening(preload, f"by {lever.torque(preload) / N_M:.3g} N·m")
+    snug, give = lever.preload(torque * N_M), compliance.total + parts
+    if angle is None:
+        return Tightening(snug, f"by {torque:.3g} N·m with {friction}", SCATTER["torque"])
+    # Bolt and parts take up the turn: F = F_snug + θ/360° P/(δ_S + δ_P), until the bolt yields.
+    force, most = snug + angle / 360 * lever.thread.pitch / give, limit / UTILISATION
+    how = f"by {torque:g} N·m ({snug / KN:.3g} kN with {friction}) and {angle:g}°"
+    how += f" at {give * KN / UM:.3g} µm/kN of bolt and parts"
+    return Tightening(min(force, most), how, SCATTER["angle"], yields=force > most)
 
 
 def _rolled(table: AssemblyTable, assumed: Assumed) -> ThreadRolled:
     if table.bolt_thread_rolled is not None:
         return table.bolt_thread_rolled
+    if table.grade is not None and is_aftermarket(table.grade):
+        assumed.append(
+            "thread rolled after heat treatment, as makers of such bolts say, and the endurance of VDI 2230, "
+            "which is that of classes up to 12.9 (assembly.bolt_thread_rolled)"
+        )
+        return ThreadRolled.AFTER
     assumed.append("thread rolled before heat treatment (assembly.bolt_thread_rolled)")
     return ThreadRolled.BEFORE

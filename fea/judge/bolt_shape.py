@@ -53,8 +53,6 @@ def seats_of(rod: Rod) -> BoltSeats:
     )
 
 
-# Seat over nominal diameter: hexagon bolts of ISO 4014 have 1.39 to 1.48.
-_SEAT = 1.45
 # Height of a nut over d (ISO 4032: 0.84 to 0.9), beyond which a bolt stands out by two pitches.
 _NUT_HEIGHT = 0.9
 # Engaged thread over d in steel: usual, and least (suppliers' tables for property class 10.9: 0.8 to 1.25).
@@ -196,7 +194,7 @@ def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, ass
     )
     remedy = "Increase rod.cap_bolt_spacing_mm, or rod.cap_boss_length_mm."
     require(most >= least, name, given, rule, remedy)
-    usual = min(max(_SEAT * thread.diameter, least), most)
+    usual = min(max(thread.usual_seat, least), most)
     seat: float = assumed.or_else(given, usual, f"a seat of {{:.3g}} mm under the {what} ({name})")
     rule = f"must be {least:.4g} to {most:.4g} mm: wider than the hole, and on the plane seat"
     require(least * (1 - _ALIKE) <= seat <= most * (1 + _ALIKE), name, seat, rule)

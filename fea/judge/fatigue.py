@@ -99,6 +99,12 @@ _WHY = {
 }
 
 
+_NO_LIMIT = (
+    "the metal has no endurance limit: a factor of 1 means {:.3g} cycles, {:.3g} revolutions of a "
+    "four-stroke engine, and less stress breaks it later (material.endurance_cycles)"
+)
+
+
 def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[Note, ...]:
     """Name the strengths needed by a criterion that were estimated or are missing."""
     needed = {"endurance_MPa": [material.endurance_limit for material in materials]}
@@ -107,6 +113,8 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
     notes = []
     if any(None in strengths for strengths in needed.values()):
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
+    limited = dict.fromkeys(material.endurance_cycles or 0.0 for material in materials)
+    notes += [warning(_NO_LIMIT.format(cycles, 2 * cycles), "fatigue") for cycles in limited if cycles]
     return (*notes, *assumptions("fatigue", _assumed_strength(materials)))
 
 

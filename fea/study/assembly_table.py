@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from fea.base.choices import CONTACT, BoltGrade, Split, ThreadRolled
+from fea.base.choices import CONTACT, BoltGrade, Lubricant, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
 from fea.study.tables import Table, entries_of, in_own_units, key, nearest, not_negative, read_table, within
@@ -64,19 +64,27 @@ class AssemblyTable(
     bolt_torque_Nm: float | None = key(
         "35.0", "", require_positive, _of_hole(0.025, 0.25, "of bolts of classes 8.8 to 12.9", 3)
     )
+    bolt_angle_deg: float | None = key(
+        "60.0", "by which the bolt is turned on after bolt_torque_Nm, the snug torque", within(1.0, 360.0)
+    )
     bolt_stretch_mm: float | None = key(
         "0.12",
-        "of the bolt between its ends",
+        "of the bolt between its ends; 0.001 inch is 0.0254 mm",
         require_positive,
         _of_hole(0.004, 0.06, "steel bolts stretch by 0.2 to 0.6 %"),
+    )
+    bolt_lubricant: Lubricant | None = key(
+        '"moly"', '"oil", "as-delivered" or "dry": the friction of thread and head where it is not given'
     )
     thread_friction: float | None = key("0.12", check=_friction)
     head_friction: float | None = key("0.12", "under the head", _friction)
     bolt_thread: str | None = key(
-        '"M8x1"', "default: the largest that goes through the hole, with a fine pitch"
+        '"M8x1"', 'or inches, as "3/8-24"; default: the largest that goes through the hole, with a fine pitch'
     )
     bolt_grade: BoltGrade | float | None = key(
-        '"10.9"', 'property class: "8.8", "9.8", "12.9"; others by their strengths in [material.bolt]'
+        '"10.9"',
+        'property class, 8.8 to 12.9, or "ARP 8740", "ARP 2000", "L19", "Custom Age 625+"; others by their '
+        "strengths in [material.bolt]",
     )
     bolt_thread_rolled: ThreadRolled | None = key(
         '"before-heat-treatment"', 'or "after-heat-treatment", which bears more'
@@ -147,6 +155,9 @@ class AssemblyTable(
             rule = f"cannot be combined with {' and '.join(given[1:])}"
             for name in given[:-1]:
                 raise InvalidValue(f"assembly.{name}", getattr(self, name), rule, "Keep one of them.")
+        rule, snug = "needs bolt_torque_Nm, the snug torque from which it counts", self.bolt_torque_Nm
+        angle = self.bolt_angle_deg
+        require(angle is None or snug is not None, "assembly.bolt_angle_deg", angle, rule, "Give both.")
         _ = self.thread, self.grade
 
     @property
@@ -179,7 +190,7 @@ class AssemblyTable(
             remedy = (
                 f"{nearest(text, BoltGrade)} For others give yield_MPa and ultimate_MPa in [material.bolt]."
             )
-            raise InvalidValue("assembly.bolt_grade", self.bolt_grade, "is not a property class", remedy)
+            raise InvalidValue("assembly.bolt_grade", self.bolt_grade, "is not a grade of bolts", remedy)
         return BoltGrade(text)
 
     def require_dimensions(self, rod: Rod) -> None:
@@ -230,7 +241,7 @@ def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> Assembly
     """
     kept, keys = {} if table is None else entries_of(table), in_own_units(AssemblyTable, "assembly", keys)
     if keys.keys() & set(_TIGHTENED):
-        kept = {name: value for name, value in kept.items() if name not in _TIGHTENED}
+        kept = {name: value for name, value in kept.items() if name not in (*_TIGHTENED, "bolt_angle_deg")}
     return read_table(AssemblyTable, "assembly", {**kept, **keys})
 
 

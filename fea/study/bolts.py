@@ -1,4 +1,7 @@
-"""Metric threads: basic dimensions of the ISO profile (ISO 68-1, ISO 724), and standard pitches."""
+"""Bolts: threads of the ISO and the unified profile, standard pitches, strengths by grade, lubricants.
+
+Both profiles have flanks at 60°; dimensions are basic, without tolerances (ISO 68-1, ISO 724; ASME B1.1).
+"""
 
 import math
 import re
@@ -6,7 +9,8 @@ import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
 
-from fea.base.choices import BoltGrade
+from fea.base.choices import BoltGrade, Lubricant
+from fea.base.units import INCH
 from fea.study.tables import nearest
 from geometry.errors import InvalidValue, require
 
@@ -14,12 +18,16 @@ _DATA = tomllib.loads((files("fea") / "study" / "bolts.toml").read_text(encoding
 _PITCHES = {float(size): pitches for size, pitches in _DATA["pitches"].items()}
 # Standard threads have a pitch of 0.045 to 0.18 of their diameter, so that these bounds hold any thread.
 _LEAST_PITCH, _LARGEST_PITCH = 0.03, 0.2
+_UNIFIED = re.compile(
+    r"\s*(#\d{1,2}|\d{1,2}/\d{1,2}|\d?\.\d{1,4})\s*(?:[\"″]|in)?(?:\s*-\s*(\d{1,2}))?\s*(UN(?:C|F|JC|JF|J)?)?\s*",
+    re.IGNORECASE,
+)
 _NAME = re.compile(r"\s*M\s*(\d{1,3}(?:\.\d{1,6})?)(?:\s*[xX×]\s*(\d{1,2}(?:\.\d{1,6})?))?\s*")
 
 
 @dataclass(frozen=True)
 class Thread:
-    """A metric thread: nominal diameter d and pitch P, mm; basic dimensions, without tolerances."""
+    """A metric thread: nominal diameter d and pitch P, mm."""
 
     diameter: float
     pitch: float
@@ -64,32 +72,89 @@ class Thread:
         """A_N = π/4 d², mm²."""
         return math.pi / 4 * self.diameter**2
 
+    @property
+    def usual_seat(self) -> float:
+        """Outer diameter of the seat under a hexagon head, mm (ISO 4014 has 1.39 to 1.48 d)."""
+        return 1.45 * self.diameter
+
+
+@dataclass(frozen=True)
+class UnifiedThread(Thread):
+    """An inch thread UN, with the rounded root of bolts, UNR, or the larger one of UNJ."""
+
+    size: str  #: as 3/8
+    larger_root: bool = False  #: UNJ
+
+    @property
+    def name(self) -> str:
+        """Designation, such as 3/8-24."""
+        return f"{self.size}-{INCH / self.pitch:.0f}{' UNJ' if self.larger_root else ''}"
+
+    @property
+    def root_diameter(self) -> float:
+        """d₃ = d − 11/8 H (UNR, ASME B1.1), or d − 4/3 H (UNJ, SAE AS8879), mm."""
+        return self.diameter - (4 / 3 if self.larger_root else 11 / 8) * self.height
+
+    @property
+    def stress_diameter(self) -> float:
+        """D − 0.9743/n = d − 9/8 H (ASME B1.1, appendix B), mm."""
+        return self.diameter - 9 / 8 * self.height
+
+    @property
+    def usual_seat(self) -> float:
+        """As of `Thread`, of hexagon cap screws (ASME B18.2.1)."""
+        flats = _UNIFIED_SIZES.get(self.size, (0, 0, 0, 1.5 * self.diameter / INCH))[3]
+        return 0.95 * flats * INCH
+
 
 def parse_thread(key: str, name: str) -> Thread:
-    """Read a designation: M9x1, or M10 for the coarse pitch.
+    """Read a designation: M9x1, M10 for the coarse pitch, 3/8-24 or 3/8 UNF.
 
     Raises
     ------
     InvalidValue
         It is none, has no standard pitch, or one that no thread has.
     """
-    named = _NAME.fullmatch(name)
-    remedy = 'Give diameter and pitch in mm, as "M9x1".'
-    if named is None:
-        raise InvalidValue(key, name, "is not a metric thread", remedy)
-    diameter = float(named[1])
+    remedy = 'Give diameter and pitch in mm, as "M9x1", or inches and threads per inch, as "3/8-24".'
+    if inches := _UNIFIED.fullmatch(name):
+        thread: Thread = _unified(key, name, *inches.groups())
+    elif (named := _NAME.fullmatch(name)) is None:
+        raise InvalidValue(key, name, "is not a thread", remedy)
+    elif named[2] is not None:
+        thread = Thread(float(named[1]), float(named[2]))
+    else:
+        diameter, names = float(named[1]), [f"M{size:g}" for size in _PITCHES]
+        rule, other = "has no standard pitch", f"{remedy} {nearest(name, names)}"
+        require(diameter in _PITCHES, key, name, rule, other)
+        thread = Thread(diameter, _PITCHES[diameter][0])
     rule = "its diameter must be 2 to 100 mm"
-    require(2 <= diameter <= 100, key, name, rule, "Give it in mm.")
-    if named[2] is None:
-        names = [f"M{size:g}" for size in _PITCHES]
-        rule = "has no standard pitch"
-        require(diameter in _PITCHES, key, name, rule, f"{remedy} {nearest(name, names)}")
-        return Thread(diameter, _PITCHES[diameter][0])
-    pitch = float(named[2])
-    least, most = _LEAST_PITCH * diameter, _LARGEST_PITCH * diameter
+    require(2 <= thread.diameter <= 100, key, name, rule, remedy)
+    least, most = _LEAST_PITCH * thread.diameter, _LARGEST_PITCH * thread.diameter
     rule = f"its pitch must be {least:.3g} to {most:.3g} mm"
-    require(least <= pitch <= most, key, name, rule, remedy)
-    return Thread(diameter, pitch)
+    require(least <= thread.pitch <= most, key, name, rule, remedy)
+    return thread
+
+
+# Diameter, inches, threads per inch of UNC and UNF, and width across the flats of a hexagon head, inches.
+_UNIFIED_SIZES: dict[str, list[float]] = _DATA["unified"]
+
+
+def _unified(key: str, name: str, size: str, count: str | None, series: str | None) -> UnifiedThread:
+    """Return an inch thread of a size, and threads per inch or a series: UNC, UNF, UNJF, …."""
+    kind = (series or "").upper()
+    top, _, bottom = size.partition("/")
+    if size.startswith("#"):
+        diameter = 0.06 + 0.013 * int(size[1:])  # ASME B1.1: numbered sizes
+    else:
+        diameter = float(top) / (float(bottom or 1) or math.inf)
+    known = next((label for label, row in _UNIFIED_SIZES.items() if math.isclose(row[0], diameter)), size)
+    standard = dict(zip("CF", _UNIFIED_SIZES.get(known, [0, 0, 0])[1:], strict=False)).get(kind[-1:], 0)
+    threads = float(count or standard)
+    remedy = 'Give threads per inch, as "3/8-24", or the series of a standard size, as "3/8 UNF".'
+    require(threads > 0, key, name, "does not say how many threads an inch has", remedy)
+    rule = f"contradicts itself: {known} {kind} has {standard:g} threads per inch"
+    require(not standard or threads == standard, key, name, rule, remedy)
+    return UnifiedThread(INCH * diameter, INCH / threads, known, larger_root="J" in kind)
 
 
 def thread_in_hole(hole: float) -> Thread | None:
@@ -111,12 +176,36 @@ class BoltStrength:
     ultimate: float
 
 
-_STRENGTHS = {name: BoltStrength(*values) for name, values in _DATA["strengths"].items()}
 # S_p over R_p0.2 of classes 10.9 and 12.9, for bolts of other strengths.
 PROOF_RATIO = 0.88
+_STRENGTHS = {
+    name: BoltStrength(proof or PROOF_RATIO * yielding, yielding, ultimate)
+    for name, (proof, yielding, ultimate) in _DATA["strengths"].items()
+}
+# Friction by lubricant, and the scatter of the preload, per cent, by the way of tightening.
+LUBRICANTS = {Lubricant(name): float(friction) for name, friction in _DATA["lubricants"].items()}
+SCATTER: dict[str, tuple[int, int]] = {name: (low, high) for name, (low, high) in _DATA["scatter"].items()}
 
 
 def bolt_strength(grade: BoltGrade, diameter: float) -> BoltStrength:
-    """Return the strengths of a property class at a nominal diameter, mm."""
+    """Return the strengths of a property class or another grade at a nominal diameter, mm."""
     thick = grade is BoltGrade.G8_8 and diameter > _THIN
     return _STRENGTHS["8.8 thick" if thick else grade]
+
+
+def is_aftermarket(grade: BoltGrade) -> bool:
+    """Whether a grade is a maker's and not a property class."""
+    return grade in _DATA["sources"]
+
+
+def yield_estimated(grade: BoltGrade) -> bool:
+    """Whether the yield strength of a grade is an estimate."""
+    return grade in _DATA["estimated"]["yield"]
+
+
+def grade_source(grade: BoltGrade) -> str:
+    """Return where the strengths of a grade come from."""
+    up_to = ", up to M16" if grade is BoltGrade.G8_8 else ""
+    least = f"Bolt of property class {grade}, least strengths of ISO 898-1:2013, table 3{up_to}"
+    said = _DATA["sources"].get(grade, f"{least}; elastic constants typical of steel.")
+    return f"{said} The endurance of threads is that of VDI 2230, not of this table."

@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import Any
 
-from fea.study.presets import MATERIALS, engine_names
+from fea.study.materials import LIBRARY
+from fea.study.presets import engine_names
 from fea.study.quantities import own_unit, stem
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
@@ -96,12 +97,15 @@ def study_schema() -> Schema:
     tables = {name: _schema_of(cls) for name, cls in TABLES.items()}
     named: dict[str, dict[str, Iterable[str]]] = {
         "rod": {"preset": PRESETS, "unit": UNITS},
-        "material": {"preset": MATERIALS},
         "engine": {"preset": engine_names()},
     }
     for table, keys in named.items():
         for key, names in keys.items():
             tables[table]["properties"][key] |= _choices(names)
+    known = [name for material in LIBRARY.values() for name in (material.name, *material.also)]
+    tables["material"]["properties"]["preset"]["examples"] = sorted(
+        known
+    )  # in any case, with or without hyphens
     tables["rod"] |= {"anyOf": _alternatives(sufficient())}
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}

@@ -20,8 +20,8 @@ from fea.base.material import (
     size_factor,
 )
 from fea.base.units import GPA, KG_M3
-from fea.study.presets import MATERIALS
-from fea.study.tables import Table, entries_of, key, nearest
+from fea.study.materials import library_material
+from fea.study.tables import Table, entries_of, key, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
 from geometry.plausible import Plausible
 
@@ -157,6 +157,11 @@ class MaterialTable(Table, table="material"):
             0.18, 0.8, "a fifth (aluminium) to seven tenths (titanium) of the ultimate", {"ultimate_MPa": 1}
         ),
     )
+    endurance_cycles: float | None = key(
+        "5e8",
+        "for which that limit holds, of a metal without a true one, as aluminium",
+        within(1e4, 1e11),
+    )
     endurance_torsion_MPa: float | None = key(
         "220.0",
         "for Crossland's criterion; default: 0.60 of the limit in tension",
@@ -209,24 +214,22 @@ class MaterialTable(Table, table="material"):
     )
     preset: str | None = key(
         '"leon-2001"',
-        '"forged-steel-2005", "c70-2005", "hard-steel-1945", "ti-6al-4v", "al-7075-t6"; "cusn8p" (a '
-        "bushing's "
-        'bronze), "steel-backed-shell", "bolt-8.8" to "bolt-12.9"',
+        '"4340" (36 HRC), "4340-hrc-42", "300M", "EN24T", "C70S6", "42CrMo4", "Ti-6Al-4V", "7075-T6", …: '
+        "`fea materials` lists them",
         flag="material",
-        help="Material of the rod in place of the study's, by its name (a wrong one lists them all).",
+        help="Material of the rod in place of the study's, as 4340 (`fea materials` lists them).",
     )
 
     def resolved(self) -> "MaterialTable":
         """Return the table with the preset's constants filled in."""
         base: dict[str, Any] = {}
         if self.preset is not None:
-            if self.preset not in MATERIALS:
-                remedy = nearest(self.preset, MATERIALS)
-                raise InvalidValue("material.preset", self.preset, "is not a preset", remedy)
-            base = dict(MATERIALS[self.preset])
+            base = dict(library_material("material.preset", self.preset).figures)
         given = {name: value for name, value in entries_of(self).items() if name != "preset"}
         if given.keys() & set(SN_KEYS):  # one way to give the line replaces another
             base = {name: value for name, value in base.items() if name not in SN_KEYS}
+        if "endurance_MPa" in given:
+            base.pop("endurance_cycles", None)
         return MaterialTable(**base | given)
 
     def material(self) -> Material:
@@ -242,11 +245,12 @@ class MaterialTable(Table, table="material"):
             youngs_modulus=modulus,
             poissons_ratio=nu,
             density=_needed(table, "density_kg_m3") * KG_M3,
-            yield_strength=_needed(table, "yield_MPa"),
+            yield_strength=_needed(table, "yield_MPa", self.preset),
             ultimate_strength=table.ultimate_MPa,
             endurance_limit=None if endurance is None else marin.load * factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
             endurance_estimated=estimated and endurance is not None,
+            endurance_cycles=table.endurance_cycles,
             marin=marin,
             basquin=table.basquin(),
         )
@@ -318,9 +322,12 @@ class MaterialTable(Table, table="material"):
         return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed)
 
 
-def _needed(table: MaterialTable, key: str) -> float:
+def _needed(table: MaterialTable, key: str, preset: str | None = None) -> float:
     value = getattr(table, key)
-    require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
+    remedy = "Give it or a preset in [material]."
+    if preset is not None:
+        remedy = f"Give it: `fea materials {preset}` says why the library has none."
+    require(value is not None, f"material.{key}", None, "is missing", remedy)
     return float(value)
 
 

@@ -1,6 +1,6 @@
-"""What comes with the program by name: materials and real engines, each figure with its source.
+"""The real engines that come with the program, each figure with its source.
 
-A material is a table of `materials.toml`. An engine is a file of `fea/studies/engines`: ``[engine]`` and
+An engine is a file of `fea/studies/engines`: ``[engine]`` and
 ``[rod]`` hold figures by the keys of a study, ``[speed]`` the redline. A figure has a ``source``, one of
 ``[sources]``, or says in ``assumed`` where the estimate comes from.
 """
@@ -12,28 +12,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, NamedTuple
 
-from fea.base.choices import BoltGrade
-from fea.study.bolts import bolt_strength
 from fea.study.tables import checked, nearest
 from geometry.errors import InvalidValue
-
-_MATERIALS = tomllib.loads((files("fea") / "study" / "materials.toml").read_text(encoding="utf-8"))
-# Figures of materials by the keys of a study, and where they come from.
-SOURCES: dict[str, str] = {name: table.pop("source") for name, table in _MATERIALS.items()}
-MATERIALS: dict[str, dict[str, float]] = _MATERIALS
-for _grade in BoltGrade:
-    _least, _size = bolt_strength(_grade, 0.0), ", up to M16" if _grade is BoltGrade.G8_8 else ""
-    MATERIALS[f"bolt-{_grade}"] = {
-        "E_GPa": 205.0,
-        "nu": 0.30,
-        "density_kg_m3": 7850.0,
-        "yield_MPa": _least.yield_strength,
-        "ultimate_MPa": _least.ultimate,
-    }
-    SOURCES[f"bolt-{_grade}"] = (
-        f"Bolt of property class {_grade}, least strengths of ISO 898-1:2013, table 3{_size}; elastic "
-        "constants typical of steel. The endurance of threads is that of VDI 2230, not of this table."
-    )
 
 _FOLDER = files("fea") / "studies" / "engines"
 

@@ -81,6 +81,43 @@ def test_basic_dimensions_are_those_of_the_standard(name, pitch, root, area):
     assert thread.stress_area == pytest.approx(area, rel=1.5e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "minor", "area"),
+    # ASME B1.1, inches: minor diameter of UNR (boltport.com, which has none for UNC), and tensile stress area
+    # (Shigley's table 8-2; Fastenal's reference, which rounds that of 5/16-24, 0.05807, correctly).
+    [
+        ("1/4-28", 0.2074, 0.0364),
+        ("5/16-24", 0.2629, 0.0581),
+        ("3/8 UNF", 0.3254, 0.0878),
+        ("3/8 UNC", None, 0.0775),
+        ("7/16-20 UNF", 0.3780, 0.1187),
+        ('1/2"-20', 0.4405, 0.1599),
+        (".625-18", 0.5589, 0.256),
+        ("#10-32", 0.1528, 0.0200),
+        ("1/2 unc", None, 0.1419),
+    ],
+)
+def test_dimensions_of_inch_threads_are_those_of_the_standard(name, minor, area):
+    thread = parse_thread("key", name)
+    assert thread.stress_area / 25.4**2 == pytest.approx(area, rel=1e-3)
+    if minor is not None:
+        assert thread.root_diameter / 25.4 == pytest.approx(minor, abs=1e-4)  # four digits, some cut off
+
+
+def test_the_larger_root_of_unj_stiffens_the_thread_and_the_name_is_read_again():
+    round_root, larger = parse_thread("key", "3/8-24"), parse_thread("key", "3/8-24 UNJF")
+    assert larger.root_diameter > round_root.root_diameter
+    assert larger.stress_area == round_root.stress_area
+    for thread in (round_root, larger, parse_thread("key", ".3-24")):
+        assert parse_thread("key", thread.name) == thread
+
+
+@pytest.mark.parametrize("name", ["3/8", "3/8-20 UNF", "3/8-2", "3/0-24", "8/1-24", ".3 UNF", "3/8 UNJ"])
+def test_what_is_no_inch_thread_is_refused(name):
+    with pytest.raises(InvalidValue, match=r"assembly\.bolt_thread"):
+        parse_thread("assembly.bolt_thread", name)
+
+
 @pytest.mark.parametrize("name", ["M8.5", "8x1", "M8x", "M8x5", "M800x6", "M0x1", "", "M8x1x40"])
 def test_what_is_no_thread_is_refused(name):
     with pytest.raises(InvalidValue, match=r"assembly\.bolt_thread"):

@@ -43,7 +43,14 @@ MEDIAN = "the median strength (reliability 50 %)"
 )
 def test_what_is_assumed_of_endurance_is_said(keys, said):
     notes = fatigue_notes([MaterialTable(**keys).material()], Fatigue.GOODMAN)
-    assert [str(note) for note in notes] == [f"fatigue: assumed {what}" for what in said]
+    assumed = [str(note) for note in notes if note.kind is NoteKind.ASSUMPTION]
+    assert assumed == [f"fatigue: assumed {what}" for what in said]
+
+
+def test_what_the_factor_of_a_metal_without_a_limit_means_is_said():
+    metals = [MaterialTable(preset=name).material() for name in ("7075-T6", "2618-T61", "c70-2005")]
+    (said,) = (note for note in fatigue_notes(metals, Fatigue.GOODMAN) if note.kind is NoteKind.WARNING)
+    assert "a factor of 1 means 5e+08 cycles, 1e+09 revolutions" in str(said)
 
 
 def test_nothing_is_assumed_where_everything_is_given():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fea.judge.press_fit import PressFit, Ring, judge_fit, judge_seat, warmed
 from fea.study.material_table import MaterialTable, thermal_expansion
-from fea.study.presets import MATERIALS
+from fea.study.materials import LIBRARY
 from geometry.errors import InvalidValue
 
 STEEL = MaterialTable(E_GPa=207.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=600.0)
@@ -93,7 +93,7 @@ def test_expansion_follows_from_the_metal(preset, metal, expansion):
 
 
 def test_every_preset_is_a_metal_whose_expansion_is_known():
-    for preset in MATERIALS:
+    for preset in LIBRARY:
         assert thermal_expansion("material", MaterialTable(preset=preset))[1] is not None
 
 

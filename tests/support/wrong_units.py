@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base.units import OTHER_UNITS
+from fea.study.materials import LIBRARY
 from fea.study.plausibility import Finding
-from fea.study.presets import MATERIALS, engine_names, engine_preset
+from fea.study.presets import engine_names, engine_preset
 from fea.study.study import Study, parse_study
 from fea.study.tables import toml_text, unit_of
 from geometry.errors import InvalidValue
@@ -83,7 +84,7 @@ def tables(draw: np.random.Generator) -> dict[str, Any]:
         mass = 0.24e-6 * length**3
         rod |= {"mass_kg": near(mass), "center_of_gravity_mm": near(0.3 * length)}
         rod["inertia_kg_m2"] = near(0.18e-6 * mass * length**2)
-    metal = list(MATERIALS.values())[draw.integers(8)]
+    metal = list(LIBRARY.values())[draw.integers(8)].figures
     material = {key: near(value, 0.02) if key != "nu" else value for key, value in metal.items()}
     study: dict[str, Any] = {
         "rod": rod,

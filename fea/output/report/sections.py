@@ -27,7 +27,7 @@ from fea.output.report.tables import (
 )
 from fea.output.report.wording import figure, named, shown
 from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
-from fea.study.presets import MATERIALS, SOURCES
+from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.presets import ORIGINS, PRESETS
 
@@ -125,13 +125,9 @@ def _remark(study: Study, table: str, values: Mapping[str, Any]) -> str:
     if table == "material":
         known = ("E_GPa", "nu", "density_kg_m3", "yield_MPa", "ultimate_MPa", "endurance_MPa")
         own = {key: values[key] for key in known if values.get(key) is not None}
-        same = [
-            name
-            for name, listed in MATERIALS.items()
-            if own == {k: v for k, v in listed.items() if k in known}
-        ]
+        alike = [m for m in LIBRARY.values() if own == {k: v for k, v in m.figures.items() if k in known}]
         assumed = "Assumed, as the study says nothing. " if study.material is ASSUMED_MATERIAL else ""
-        return assumed + (f"The material {same[0]} of the library: {SOURCES[same[0]]}" if same else "")
+        return assumed + (f"The material {alike[0].name} of the library: {alike[0].source}" if alike else "")
     if table == "engine" and study.engine is not None and study.engine.library() is not None:
         preset = study.engine.library()
         return f"The engine {preset.name} of the library: {preset.title}." if preset else ""
