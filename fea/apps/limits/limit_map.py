@@ -8,7 +8,7 @@ rest.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,10 +20,14 @@ from loads.gas import LARGEST_PEAK
 
 # How exactly an edge is found: the factor there relative to that required; and steps at most.
 _FACTOR, _STEPS, _ALMOST = 1e-3, 8, 5e-3
-# Level of a factor where no state of contact carries the load: as if it were exceeded.
-_BEYOND = -0.3
+# Where no state of contact carries the load: as if a factor were so small.
+_NO_STATE = Worst(0.75)
 # Rays through the map, and those on which every place is evaluated; of a rod whose states take long, fewer.
-RAYS, ANCHORS, FEW_RAYS, FEW_ANCHORS = 21, 5, 7, 3
+RAYS, ANCHORS, FEW_RAYS, FEW_ANCHORS = 21, 5, 5, 3
+# Where states take long: loads whose ratio is smaller need none between them.
+_NEAR = 1.15
+# By how much a load is less with which it is tried again, and the least.
+_LESS, _LEAST_LOAD = 0.7, 0.1
 # Loads over that at yield beyond which stress is no longer elastic, and nothing is drawn.
 ELASTIC = 1.2
 # Loads on a ray are at most so many times those of about its limit.
@@ -122,6 +126,7 @@ class Explorer:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
         self._rays, self._anchors = (FEW_RAYS, FEW_ANCHORS) if slow else (RAYS, ANCHORS)
+        self._near = _NEAR if slow else 1.0
         self._known: dict[tuple[Operation, Point], State] = {}
 
     def state(self, point: Point, operation: Operation | None = None) -> State:
@@ -152,17 +157,27 @@ class Explorer:
     def _on_ray(self, angle: float, axes: Axes) -> dict[Mode, Limit]:
         most, known = self._furthest(angle, axes), dict[float, State]()
 
-        def state(load: float) -> State:
-            return known.setdefault(load, self.state(axes.point(angle, load)))
+        def worst(mode: Mode, load: float) -> Worst | None:
+            point = axes.point(angle, load)
+            if mode is Mode.BUCKLING and load not in known:
+                return self._states.buckling(self.operation.cycle(*point))
+            known[load] = self.state(point)
+            return known[load].get(mode) if known[load] else _NO_STATE
 
         found: dict[Mode, Limit] = {}
         start = min(1.0, most)
-        for mode in state(start):  # yield comes first
-            edge = root(lambda load: self._level(state(load), mode), most, known)  # noqa: B023 - called at once
+        while not (worst(Mode.YIELD, start) and known[start]) and start > _LEAST_LOAD:
+            start *= _LESS  # no state of contact carries so much
+        for mode in known[start]:  # yield comes first
+            edge = root(lambda load: self._level(worst(mode, load)), most, known, self._near)  # noqa: B023 - called at once
             if edge is None:
                 continue
             load, slope = edge
-            found[mode] = self._limit(mode, axes.point(angle, load), slope)
+            point = axes.point(angle, load)
+            solved = load if self._near == 1.0 else min(known, key=lambda at: abs(at - edge[0]))
+            if (there := worst(mode, solved)) is not None:
+                there = there if solved == load else replace(there, factor=self._required)
+                found[mode] = Limit(mode, *point, self.operation.peak(*point), there, slope)
             if mode is Mode.YIELD:
                 most = min(most, ELASTIC * load)
         return found
@@ -175,15 +190,8 @@ class Explorer:
             most = min(most, most_charge(self.operation, rpm) / axes.charge / math.sin(angle))
         return most
 
-    def _level(self, state: State, mode: Mode) -> float:
-        if not state:
-            return _BEYOND
-        worst = state.get(mode)
+    def _level(self, worst: Worst | None) -> float:
         return math.inf if worst is None else math.log(worst.factor / self._required)
-
-    def _limit(self, mode: Mode, point: Point, slope: float, operation: Operation | None = None) -> Limit:
-        of = operation or self.operation
-        return Limit(mode, *point, of.peak(*point), self.state(point, of)[mode], slope)
 
     def edges(
         self,
@@ -220,15 +228,19 @@ class Explorer:
         while True:
             x, slope = _secant(lambda at: self._least(points(at))[0], low, high, ends)
             point = points(x)
-            _, mode = self._least(point)
             if self._states.certify(self.operation.cycle(*point), self.state(point)):
-                return self._limit(mode, point, slope), x
+                return self._limit(point, slope), x
             self._known.clear()
 
     def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode]:
         """The level of the least factor at a point, and its mode."""
-        state = self.state(point, operation)
-        return min(((self._level(state, mode), mode) for mode in state), default=(_BEYOND, Mode.YIELD))
+        state = self.state(point, operation) or {Mode.YIELD: _NO_STATE}
+        return min((self._level(worst), mode) for mode, worst in state.items())
+
+    def _limit(self, point: Point, slope: float, operation: Operation | None = None) -> Limit:
+        """Return the limit by the least factor at a point."""
+        of, (_, mode) = operation or self.operation, self._least(point, operation)
+        return Limit(mode, *point, of.peak(*point), self.state(point, operation)[mode], slope)
 
     def fastest(self, operation: Operation, start: float) -> Limit | None:
         """Find the highest speed of another engine, from a speed near it; None if any is safe."""
@@ -237,8 +249,7 @@ class Explorer:
         edge = root(lambda rpm: self._least((rpm, 1.0), operation)[0], most, known)
         if edge is None:
             return None
-        point = (edge[0], 1.0)
-        return self._limit(self._least(point, operation)[1], point, edge[1], operation)
+        return self._limit((edge[0], 1.0), edge[1], operation)
 
 
 def _secant(level: Callable[[float], float], low: float, high: float, ends: tuple[float, float]) -> Point:
@@ -265,12 +276,16 @@ def _secant(level: Callable[[float], float], low: float, high: float, ends: tupl
 
 
 def root(
-    level: Callable[[float], float], most: float, known: Mapping[float, object] | list[float]
+    level: Callable[[float], float],
+    most: float,
+    known: Mapping[float, object] | list[float],
+    near: float = 1.0,
 ) -> Point | None:
     """Find where a level that falls passes 0, by secants in ln x within a bracket.
 
-    `known`: places whose level is at hand. Returns the place and d ln x/d level there; None where the level
-    is above 0 up to `most`, or the place is not found.
+    `known`: places whose level is at hand; `near`: ratio of the ends of a bracket in which secants do without
+    another level. Returns the place and d ln x/d level there; None where the level is above 0 up to `most`,
+    or the place is not found.
     """
     values = {x: level(x) for x in list(known)}
     slope = -1.0
@@ -282,6 +297,9 @@ def root(
         below = min((at for at, value in values.items() if value <= 0), default=math.inf)
         if above >= most or not math.isfinite(values[x]):
             return None
+        if above and below <= near * above and math.isfinite(values[above]):
+            slope = math.log(below / above) / (values[below] - values[above])
+            return above * math.exp(-slope * values[above]), slope
         step = x * math.exp(-slope * values[x])
         if not above < step < below and above and math.isfinite(below):
             step = math.sqrt(above * below)

@@ -34,19 +34,21 @@ from fea.apps.limits.states import Mode, States
 from fea.base.note import Note, assumption, by_consequence, omission
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
-from fea.output.folder import SUMMARY, require_replaceable, run_folder
+from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder
 from fea.output.json_file import json_text
+from fea.output.limits_report.report import write_limits_page
 from fea.output.plots.limits import MapLine, MapPlot, plot_limits
 from fea.output.text import write_text
 from fea.rod.place_names import place_name
 from fea.solid.errors import ContactError
 from fea.study.study import Study, load_study
+from geometry.arrays import Floats
 from geometry.errors import require
 from loads.gas import LARGEST_PEAK, Otto
 from mesh.tetmesh import TetMesh
 
 STUDY, TABLE, MAP = "study.toml", "limits.csv", "limits.png"
-FILES = (STUDY, SUMMARY, TABLE, MAP)
+FILES = (STUDY, SUMMARY, TABLE, MAP, REPORT)
 # Where no stress of the load cases comes as near to the peak, the bar of the place counts alone.
 _NEAR_PEAK = 0.8
 # Speeds of the table, and columns and rows of the map.
@@ -387,7 +389,23 @@ def _write(folder: Path, study: Study, found: Found, figures: LimitsFigures, spe
     head = "mode,rpm,peak_pressure_bar,gas_scale,bar_percent,x_mm,y_mm,z_mm,crank_deg"
     lines = [head, *map(_row, figures.limits)]
     write_text(folder / TABLE, "\n".join(lines) + "\n")
-    plot_limits(folder / MAP, _plot(found, figures, speeds))
+    shown, factors = _plot(found, figures, speeds)
+    plot_limits(folder / MAP, shown)
+    bars = Bars(found)
+    places = {
+        mode.value: ["" if one is None else bars.place(one) for one in own]
+        for mode, own in found.of_rays.limits.items()
+    }
+    notes = [str(note) for note in figures.notes]
+    write_limits_page(
+        folder / REPORT,
+        shown,
+        text=figures.text,
+        factors=factors,
+        places=places,
+        table=figures.table,
+        notes=notes,
+    )
 
 
 def _row(own: LimitFigures) -> str:
@@ -396,7 +414,8 @@ def _row(own: LimitFigures) -> str:
     return ",".join([own.mode, *("" if value is None else f"{value:.7g}" for value in values)])
 
 
-def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> MapPlot:
+def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[MapPlot, dict[str, Floats]]:
+    """The map, and the factors at its points over the required one."""
     operation, of_rays, bars = found.operation, found.of_rays, Bars(found)
     every = [limit for own in of_rays.limits.values() for limit in own if limit is not None]
     rpm = np.linspace(0.0, 1.08 * max([limit.rpm for limit in every] + speeds), _COLUMNS)[1:]
@@ -412,7 +431,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> MapPlot:
     own_load = found.operation.full_load is None
     today = [operation.peak(each, operation.today(each)) / BAR for each in full.tolist()]
     closed = figures.closed_throttle
-    return MapPlot(
+    shown = MapPlot(
         title=f"{figures.study}: limits with a safety factor of {figures.required_safety_factor:g}",
         rpm=rpm,
         peak=peak / BAR,
@@ -428,6 +447,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> MapPlot:
         closed_throttle=None if closed is None else (closed.value, closed.peak_pressure_bar),
         boost=_boosts(found, float(peak[-1])),
     )
+    return shown, {mode.value: own for mode, own in factors.items()}
 
 
 def _line(own: tuple[Limit | None, ...], bars: Bars) -> MapLine:

@@ -28,6 +28,7 @@ from fea.judge.bolt import BoltResult
 from fea.judge.column import Plane, column
 from fea.judge.history import signed_equivalent
 from fea.machine.threads import side_by_side
+from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
 from loads.crank_cycle import CrankCycle
 from loads.instants import joined
@@ -61,7 +62,7 @@ State = Mapping[Mode, Worst]
 
 # Degrees from one instant of the first stage to the next, on all places and on those that may be the worst;
 # and half the width of the second, whose instants are a degree apart.
-_EVERY_PLACE, _COARSE, _WINDOW = 10, 6, 6
+_EVERY_PLACE, _COARSE, _WINDOW = 10, 12, 6
 # Places of a part that are looked at in the second stage against each mode.
 _CLOSEST = 12
 # A place is followed if its utilisation comes as near to the largest, on any of so many rays between two that
@@ -81,6 +82,8 @@ class States:
         self._rod, self._analysis = rod, analysis
         self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         self._followed: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
+        # Crank angles around those that decided the last state, rad: they often decide the next one.
+        self._decided = np.zeros(0)
         stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
         material = rod.materials[part_at(rod.mesh.whole, least.x)]
         elastic = (material.youngs_modulus, material.yield_strength)
@@ -132,16 +135,20 @@ class States:
 
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place."""
-        angles = np.append(np.arange(0, 720, _COARSE) * DEG, _peak(cycle))
+        coarse = np.append(np.arange(0, 720, _COARSE) * DEG, _peak(cycle))
+        angles = np.union1d(coarse, self._decided)
         weights = self._analysis.weights(cycle, angles)
         histories = [part.stress(weights, rows) for part, rows in self._pairs()]
         usage = [_usage(part, own, rows) for (part, rows), own in zip(self._pairs(), histories, strict=True)]
         closest = [np.unique(np.argsort(-own, axis=1)[:, :_CLOSEST]) for own in usage]
-        windows = _windows(angles, histories, usage)
-        more = self._analysis.weights(cycle, windows)
+        self._decided = _windows(angles, histories, usage)
+        windows = np.setdiff1d(self._decided, angles)
         every, found = np.append(angles, windows), dict[Mode, Worst]()
-        for (part, rows), own, some in zip(self._pairs(), histories, closest, strict=True):
-            history = np.concatenate([own[some], part.stress(more, rows[some])], axis=2)
+        if windows.size:
+            more = self._analysis.weights(cycle, windows)
+            weights = Weights(*map(np.hstack, zip(weights, more, strict=True)))
+        for (part, rows), some in zip(self._pairs(), closest, strict=True):
+            history = part.stress(weights, rows[some])
             for mode, used in zip(_STRESSED, _usage(part, history, rows[some]), strict=True):
                 row = int(used.argmax())
                 factor = 1 / max(float(used[row]), _TINY)
@@ -149,17 +156,19 @@ class States:
                     signed = signed_equivalent(history[row : row + 1])[0]
                     x, y, z = part.points[rows[some[row]]].tolist()
                     found[mode] = Worst(factor, (x, y, z), float(every[np.abs(signed).argmax()]))
-        return found | self._buckling(cycle) | self._of_assembly(cycle, every)
+        found[Mode.BUCKLING] = self.buckling(cycle)
+        return found | self._of_assembly(cycle, every)
 
     def _pairs(self) -> list[tuple[PartRows, Ints]]:
         every = zip(self._parts, self._followed, strict=True)
         return [(part, rows) for part, rows in every if rows.size]
 
-    def _buckling(self, cycle: CrankCycle) -> dict[Mode, Worst]:
+    def buckling(self, cycle: CrankCycle) -> Worst:
+        """Return the factor against buckling, which depends on the forces alone."""
         pushed = compression(cycle.degrees)
         worst = int(pushed.argmax())
         force = max(float(pushed[worst]), _TINY)
-        return {Mode.BUCKLING: Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))}
+        return Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))
 
     def _of_assembly(self, cycle: CrankCycle, angles: Floats) -> dict[Mode, Worst]:
         """Return the factors of bolts, joint and press fits."""
