@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,10 @@ import pytest
 from program import fea as program
 
 import fea
-from fea.apps.limits.limit_map import root
+from fea.analysis.buckling import column_figures
+from fea.apps.limits.limit_map import Axes, Limit, LimitMap, root
 from fea.apps.limits.operation import Operation
+from fea.apps.limits.states import Mode, States, Worst
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
 from fea.study.option_tables import ForcesTable
@@ -71,6 +74,31 @@ def test_speed_by_inertia_alone_grows_with_the_root_of_strength():
     assert high.value / low.value == pytest.approx(math.sqrt(2), rel=1e-2)
 
 
+def test_rods_that_never_fail_and_that_fail_at_idling_speed_are_told_so():
+    own = with_engine(gas="none")
+    strong, weak = (
+        fea.limits(replace(own, analysis=replace(own.analysis, min_safety=least))) for least in (0.01, 200.0)
+    )
+    assert re.search(r"nothing fails up to \d+ rpm, a mean piston speed of 50 m/s", strong.text)
+    assert strong.largest_rpm is None
+    assert strong.limits == ()
+    assert strong.reaches(15000, None)
+    assert "does not reach the required safety factor at any speed" in weak.text
+    assert not weak.reaches(100, None)
+
+
+def test_a_column_buckles_at_its_critical_load():
+    """At idling speed the gas alone presses: p A is the load of the column formulas, to 1 % (inertia)."""
+    rod = fea.prepare(study())
+    operation, cycle = Operation(rod.engine, rod.mass), rod.crank_cycle(800.0)
+    states = States(rod, rod.spanned_cycle([cycle]))
+    scale, _ = root(lambda at: math.log(states.buckling(operation.cycle(800.0, at)).factor), 50.0, [1.0])
+    formulas = column_figures(rod, rod.engine.at(rod.mass, 800.0).cases)
+    critical = min(min(each.euler_N, each.johnson_N, each.rankine_N) for each in formulas.planes.values())
+    gauge = operation.peak(800.0, scale) - 0.101325
+    assert gauge * rod.engine.engine.piston_area == pytest.approx(critical, rel=1e-2)
+
+
 def test_a_root_is_found_where_a_bolt_yields():
     """VDI 2230: F_S = F_V + Φ F_A; the load at which the bolt yields follows from its diagram."""
     preload, share, strength = 30e3, 0.2, 45e3
@@ -117,9 +145,6 @@ def test_given_forces_have_no_speed():
 
 
 def test_ray_estimates_are_exact_where_loads_are_proportional():
-    from fea.apps.limits.limit_map import Axes, Limit, LimitMap
-    from fea.apps.limits.states import Mode, Worst
-
     axes, angles = Axes(4000.0, 2.0), np.linspace(0.1, 1.4, 5)
     limits = []
     for angle in angles:  # a straight limit: along + up = 1

@@ -64,6 +64,7 @@ class LimitsFigures:
     #: (rpm, lowest, highest): peak pressures, bar, that are safe at some speeds, with what ends them
     table: tuple[tuple[str, ...], ...]
     notes: tuple[Note, ...]
+    left_out: tuple[Note, ...]
     files: tuple[str, ...]
     timings_s: Mapping[str, float]
     total_s: float

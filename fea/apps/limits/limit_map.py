@@ -20,6 +20,8 @@ from loads.gas import LARGEST_PEAK
 
 # How exactly an edge is found: the factor there relative to that required; and steps at most.
 _FACTOR, _STEPS, _ALMOST = 1e-3, 8, 5e-3
+# A step of the search changes the logarithm of a load by so much at most.
+_LEAP = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
 _NO_STATE = Worst(0.75)
 # Rays through the map, and those on which every place is evaluated; of a rod whose states take long, fewer.
@@ -88,6 +90,11 @@ class LimitMap:
             with np.errstate(divide="ignore"):
                 found[mode] = 1 / (np.interp(angle, self.angles, usage) * load)
         return found
+
+    def least(self, rpm: Floats, charge: Floats) -> Floats:
+        """Return the least of them (n,); infinite where nothing limits the rod."""
+        every = list(self.factors(rpm, charge).values())
+        return np.asarray(np.min(every, axis=0)) if every else np.full(np.shape(rpm), np.inf)
 
     def _load(self, limit: Limit) -> float:
         return float(self.axes.ray(np.asarray(limit.rpm), np.asarray(limit.scale))[1])
@@ -210,8 +217,7 @@ class Explorer:
         """
         x = np.linspace(*ends, _POINTS)
         line = np.array([points(float(each)) for each in x])
-        estimate = np.min(list(of_rays.factors(*line.T).values()), axis=0)
-        above = estimate > 1
+        above = of_rays.least(*line.T) > 1
         limits, bounds = list[Limit](), [ends[0]] if above[0] else []
         for number in np.flatnonzero(np.diff(above)):
             limit, at = self._refined(points, float(x[number]), float(x[number + 1]), ends)
@@ -300,7 +306,7 @@ def root(
         if above and below <= near * above and math.isfinite(values[above]):
             slope = math.log(below / above) / (values[below] - values[above])
             return above * math.exp(-slope * values[above]), slope
-        step = x * math.exp(-slope * values[x])
+        step = x * math.exp(min(max(-slope * values[x], -_LEAP), _LEAP))
         if not above < step < below and above and math.isfinite(below):
             step = math.sqrt(above * below)
         step = min(step, most)

@@ -139,10 +139,10 @@ def explore(adapted: Adapted, rpm: float, at_rpm: float | None, show: Callable[[
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
     operation = Operation(rod.engine, rod.mass)
     slow = rod.structure.assembly is not None
-    axes = _axes(static, operation, rpm)
+    required = rod.options.min_safety or 1.0
+    axes = _axes(static, operation, rpm, required)
     show("unit solutions")
     states = States(rod, _spanned(rod, operation, axes))
-    required = rod.options.min_safety or 1.0
     explorer = Explorer(states, operation, axes, required=required, show=show, slow=slow)
     of_rays = explorer.map()
     show("largest speed and pressure")
@@ -157,14 +157,14 @@ def explore(adapted: Adapted, rpm: float, at_rpm: float | None, show: Callable[[
     return Found(rod, operation, rpm, static, of_rays, speed, pressure, fastest)
 
 
-def _axes(static: SpeedResult, operation: Operation, rpm: float) -> Axes:
+def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float) -> Axes:
     """Estimate the limits by inertia alone and by gas alone from solved load cases."""
     tension, gas = (static.cases.get(name) for name in ("tension", "gas"))
-    fast = rpm if tension is None else rpm * math.sqrt(tension.min_safety_factor)
-    fast = min(max(fast, 1.1 * operation.idle), operation.fastest)
+    fast = rpm if tension is None else rpm * math.sqrt(tension.min_safety_factor / required)
+    fast = min(fast, operation.fastest)
     if gas is None:
         return Axes(fast, 1.0)
-    return Axes(fast, min(gas.min_safety_factor, most_charge(operation, operation.idle)))
+    return Axes(fast, min(gas.min_safety_factor / required, most_charge(operation, operation.idle)))
 
 
 def _spanned(rod: PreparedRod, operation: Operation, axes: Axes) -> CycleAnalysis:
@@ -240,7 +240,7 @@ def _figures(study: Study, found: Found, adapted: Adapted, clock: Clock) -> Limi
         closed = _largest(Reached(found.closed, 0.0, found.closed.rpm, 0.0), bars, operation)
     every = [limit for own in found.of_rays.limits.values() for limit in own if limit is not None]
     shortfall = [adapted.shortfall] if adapted.shortfall else []
-    notes, _ = by_consequence([*found.static.notes, *_notes(found), *shortfall])
+    notes, left_out = by_consequence([*found.static.notes, *_notes(found), *shortfall])
     boost = None
     if found.pressure is not None:
         boost = operation.boost(operation.scale(found.pressure.rpm, found.pressure.high))
@@ -258,6 +258,7 @@ def _figures(study: Study, found: Found, adapted: Adapted, clock: Clock) -> Limi
         limits=tuple(_limit(limit, bars, operation) for limit in every),
         table=tuple(_table(found)),
         notes=notes,
+        left_out=left_out,
         files=FILES,
         timings_s=dict(clock.seconds),
         total_s=clock.total,
@@ -353,17 +354,14 @@ def _notes(found: Found) -> Iterator[Note]:
     yield omission("the case gas of the limits", "they are those of the running engine at each speed")
     if found.rod.sharp_places:
         yield omission("structural stress at sharp edges", "fea run judges them at one speed and load")
-    if Mode.FATIGUE not in found.of_rays.limits:
-        yield omission(
-            "limits by fatigue",
-            "the material has no endurance limit or ultimate strength, or none is reached",
-        )
+    if all(material.endurance_limit is None for material in found.rod.materials):
+        yield omission("limits by fatigue", "the material has no endurance limit (material.endurance_MPa)")
 
 
 def _table(found: Found) -> Iterator[tuple[str, ...]]:
     """Yield the range of safe peak pressures at some speeds, with what ends it on either side."""
     operation, of_rays = found.operation, found.of_rays
-    if not operation.burns:
+    if not (operation.burns and of_rays.limits):
         return
     fastest = max(limit.rpm for own in of_rays.limits.values() for limit in own if limit is not None)
     step = 250 * math.ceil(fastest / _ROWS / 250)
@@ -396,7 +394,7 @@ def _write(folder: Path, study: Study, found: Found, figures: LimitsFigures, spe
         mode.value: ["" if one is None else bars.place(one) for one in own]
         for mode, own in found.of_rays.limits.items()
     }
-    notes = [str(note) for note in figures.notes]
+    notes = [str(note) for note in (*figures.notes, *figures.left_out)]
     write_limits_page(
         folder / REPORT,
         shown,
@@ -435,7 +433,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         title=f"{figures.study}: limits with a safety factor of {figures.required_safety_factor:g}",
         rpm=rpm,
         peak=peak / BAR,
-        factor=np.min(list(factors.values()), axis=0),
+        factor=of_rays.least(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0)),
         yielding=figures.required_safety_factor / factors[Mode.YIELD]
         if Mode.YIELD in factors
         else np.zeros_like(scale),
