@@ -175,26 +175,27 @@ class HeightField:
             for inset in (0.0, self.pocket.floor_radius):
                 ends += [self.pocket.big_end + inset, self.pocket.small_end - inset]
             ends += [big.center[0], big.end[0], small.start[0], small.center[0]]
-        ends += self._drilled_stations()
-        hole = self.rod.oil_hole / 2
-        for radius in (self.rod.small_end_bore / 2, self.rod.small_end_radius):
-            ends.append(self.rod.length + math.sqrt(radius**2 - hole**2))
-        ends.append(self.rod.length - self.rod.small_end_radius)
+        ends += [*self._drilled_stations(), self.rod.length - self.rod.small_end_radius]
         return np.unique(np.clip(ends, first, last))
 
     def _drilled_stations(self) -> Iterator[float]:
-        """Yield x where holes along the axis end, ever closer to where the chord of a bore is singular."""
-        rod, (big, small) = self.rod, self.outline.bores
+        """Yield x where holes along the axis end, ever closer to where the chord of a circle is singular."""
+        rod = self.rod
         gallery, wide = rod.oil_gallery / 2, rod.shank_bore / 2
         if wide:
             round_ = rod.shank_bore_round
             above = max(gallery - (wide - round_), 0.0)
             yield rod.shank_bore_end
             yield from (rod.shank_bore_end - round_ + math.sqrt(round_**2 - y**2) for y in (above, round_))
-        for bore, side, half in ((big, 1, max(gallery, wide)), (small, -1, gallery)):
-            short = bore.radius - math.sqrt(bore.radius**2 - half**2)
-            while 0 < short < bore.radius:
-                yield bore.center[0] + side * (bore.radius - short)
+        for x, radius, half in (
+            (0.0, rod.big_end_bore / 2, max(gallery, wide)),
+            (rod.length, -rod.small_end_bore / 2, gallery),
+            (rod.length, rod.small_end_bore / 2, rod.oil_hole / 2),
+            (rod.length, rod.small_end_radius, rod.oil_hole / 2),
+        ):
+            short = 1 - math.sqrt(1 - (half / radius) ** 2)
+            while 0 < short < 1:
+                yield x + radius * (1 - short)
                 short *= 4
 
     def _crossing(self, center: float, side: int, radius: float) -> float:
