@@ -111,10 +111,10 @@ def bolts_figures(
     assembling: Assembling, states: Mapping[str, AssemblyState], cycle: CycleResult | None = None
 ) -> BoltsFigures:
     """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
-    chosen, bolt = assembling.bolt, assembling.bolt.bolt
+    chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
     cases, forces = list(states), bolt_forces(list(states.values()))
     over_time = forces if cycle is None else bolt_forces(cycle.states)
-    judged = partial(BoltResult.of, bolt, turned=assembling.table.bolt_stretch_mm is None)
+    judged = partial(BoltResult.of, bolt, turned=table.bolt_stretch_mm is None)
     hardest = max(map(judged, np.concatenate([forces, over_time], axis=1)), key=lambda one: one.largest_force)
     tired = max(map(judged, over_time), key=lambda one: one.amplitude)
     at = hardest.largest_at
@@ -125,6 +125,7 @@ def bolts_figures(
         hardest,
         thread=bolt.thread.name,
         preload_N=bolt.preload,
+        tightened=str(chosen.tightening) if table.bolt_torque_Nm or table.bolt_stretch_mm else None,
         proof_load_N=bolt.proof_load,
         vdi_load_factor=chosen.load_factor,
         max_force_N=hardest.largest_force,

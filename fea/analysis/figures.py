@@ -227,6 +227,7 @@ class EnduranceFigures:
     """``endurance`` of a part: that of a region (``bores``, ``faces``, ``rest``) has all factors."""
 
     specimen_MPa: float  #: the limit of polished specimens
+    cycles: WhereKnown[float] = None  #: for which it holds, of a metal without a true limit
     estimated: bool
     size_factor: float
     load_factor: float
@@ -426,6 +427,7 @@ class BoltsFigures:
 
     thread: str
     preload_N: float  #: after tightening and embedding
+    tightened: WhereKnown[str] = None  #: how it follows from a stretch, torque or angle, and how it scatters
     proof_load_N: float
     vdi_load_factor: float  #: Φ_K of a central load, for comparison with those of the load cases
     max_force_N: float  #: of any bolt

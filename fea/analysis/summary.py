@@ -74,6 +74,7 @@ def _endurance(material: Material, limit: float) -> EnduranceFigures:
     marin = material.marin
     return EnduranceFigures(
         specimen_MPa=limit / (marin.size * marin.load * marin.reliability),
+        cycles=material.endurance_cycles,
         estimated=material.endurance_estimated,
         size_factor=marin.size,
         load_factor=marin.load,

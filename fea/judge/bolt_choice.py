@@ -46,6 +46,10 @@ class Tightening(NamedTuple):
     scatter: tuple[int, int] | None = None  #: of the preload, ± per cent from and to, where it is usual
     yields: bool = False  #: whether it is the force at which the turned bolt yields
 
+    def __str__(self) -> str:
+        scatter = "" if self.scatter is None else ", usually ±{} to {} % (VDI 2230)".format(*self.scatter)
+        return f"{self.preload / KN:.3g} kN {self.how}{scatter}"
+
 
 def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -> tuple[Note, ...]:
     """Judge the end of tightening.
@@ -60,13 +64,9 @@ def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -
     _require_whole(bolt, table, stress)
     torsion = ", with the torsion of tightening" if turned else ""
     judged = (
-        f"{bolt.thread.name}, tightened to {force / KN:.3g} kN {tightening.how}: "
-        f"{force / bolt.proof_load:.0%} of the "
+        f"{bolt.thread.name}, tightened to {tightening}: {force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
-    if tightening.scatter is not None and table.bolt_tightening_factor is None:
-        low, high = tightening.scatter
-        judged += f"; ±{low} to {high} % is usual of this way (VDI 2230, assembly.bolt_tightening_factor)"
     said = [remark(judged, _BOLTS)]
     if tightening.yields:
         text = (
@@ -143,6 +143,7 @@ class ChosenBolt:
     compliance: BoltCompliance  #: its parts
     parts_compliance: float  #: δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
     torque: float  #: that gives its preload, N·mm
+    tightening: Tightening
     notes: tuple[Note, ...]
 
     @property
@@ -169,6 +170,8 @@ def choose_bolt(
     lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
     limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
     tightening = _tightening(table, lever, compliance, parts, limit)
+    if table.bolt_tightening_factor is not None:
+        tightening = tightening._replace(scatter=None)
     preload = tightening.preload
     if all(getattr(table, name) is None for name in _TIGHTENED):
         assumed.append(
@@ -197,7 +200,7 @@ def choose_bolt(
         *scatter_notes(bolt, table.bolt_tightening_factor),
         embedding_note(table.bolt_embedding_um, loss, expected),
     )
-    return ChosenBolt(bolt, compliance, parts, torque, notes)
+    return ChosenBolt(bolt, compliance, parts, torque, tightening, notes)
 
 
 def _strength(

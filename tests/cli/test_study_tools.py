@@ -44,6 +44,19 @@ def test_an_engine_that_is_not_there_lists_those_that_are(command, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_materials_are_listed_by_all_their_names_and_one_with_its_sources(tmp_path):
+    listed = fea("materials", cwd=tmp_path).stdout
+    for name in ("4340", "EN24", "C70S6", "42CrMo4", "7075-T6", "bolt-ARP 2000"):
+        assert name in listed
+    (one,) = json.loads(fea("materials", "817m40", "--json", cwd=tmp_path).stdout)
+    assert one["name"] == "EN24-T"
+    assert one["figures"].keys() <= one["sources"].keys()
+    assert "BS 970" in fea("materials", "en24 t", cwd=tmp_path).stdout
+    wrong = fea("materials", "4430", cwd=tmp_path)
+    assert wrong.returncode == 2
+    assert "Did you mean 4340" in wrong.stderr
+
+
 def test_init_leaves_the_schema_that_its_first_line_names(tmp_path):
     assert fea("init", cwd=tmp_path).returncode == 0
     first, *_ = (tmp_path / "study.toml").read_text().splitlines()

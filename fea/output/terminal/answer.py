@@ -176,8 +176,10 @@ def _endurance(summary: Summary) -> Iterator[str]:
         skin for limit in limits if (skin := limit.regions.get(spot.surface_region or "")) is not None
     ]
     finish = f" ({surfaces[0].finish}{', assumed' if surfaces[0].assumed else ''})" if surfaces else ""
-    limit = number(spot.endurance_MPa, ".4g")
-    yield f"Endurance limit there: {limit} MPa{estimated}{finish}: endurance_MPa, surface"
+    shown = number(spot.endurance_MPa, ".4g")
+    cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
+    what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
+    yield f"{what} there: {shown} MPa{estimated}{finish}: endurance_MPa, surface"
 
 
 def life(found: LifeFigures | None) -> list[str]:
@@ -222,6 +224,8 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
         f"Bolts, {bolts.thread}: {bolts.max_force_N / KN:.1f} kN ({where}); factors: yielding "
         f"{factor(bolts.yield_safety_factor)}{against}."
     )
+    if bolts.tightened is not None:
+        yield f"Bolts tightened to {bolts.tightened}."
     widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
     reserves = {
         name: case.slip_reserve for name, case in joint.by_case.items() if case.slip_reserve is not None
