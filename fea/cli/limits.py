@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     "pressure",
     "size",
     "tolerance",
+    "units",
     min_safety="Required safety factor; default: that of the study, or 1.",
     rpm="Engine speeds of today, rpm; the highest is that at which the largest peak pressure is found.",
 )
@@ -51,14 +52,16 @@ def limits(
 
     from fea.apps.limits.run_limits import limits as found
     from fea.machine.clock import stages
+    from fea.output.units import shown_in
 
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
-    with stages(silent=quiet or json) as listener:
+    with shown_in(asked.output.units), stages(silent=quiet or json) as listener:
         figures = found(asked, folder, listener, at_rpm=min_rpm)
     if json:
         print_json(figures)
     elif not quiet:
-        _print(figures, folder)
+        with shown_in(asked.output.units):
+            _print(figures, folder)
     if not figures.trusted:
         return CHECK_FAILED
     return 0 if figures.reaches(min_rpm, min_boost) else UNSAFE
@@ -67,11 +70,13 @@ def limits(
 def _print(figures: "LimitsFigures", folder: Path) -> None:
     from fea.output.target import near
     from fea.output.terminal.prose import print_lines, terminal
+    from fea.output.units import in_heading, in_rows
 
     lines = [figures.text, ""]
     if figures.table:
-        lines += [f"{'rpm':>6}  {'safe peak pressure, bar':<24} ended by"]
-        lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in figures.table]
+        head = ("rpm", "safe peak pressure, bar", "ended by")
+        rows = (map(in_heading, head), *in_rows(head, figures.table))
+        lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in rows]
         lines += [""]
     lines += [str(note) for note in figures.notes[:6]]
     lines += [f"Written to {near(folder)} ({len(figures.files)} files): {', '.join(figures.files)}."]

@@ -64,7 +64,7 @@ _UNIT = "|".join(sorted(map(re.escape, _US), key=len, reverse=True))
 # Numbers with one unit: a range, a place "(x, y, z) mm" or "x, y, z = 1, 2, 3 mm", or a single one.
 _QUANTITY = re.compile(
     rf"(?<![\w.,_])((?:(?<=\()|(?<== )){_NUMBER}(?:, {_NUMBER})+|"
-    rf"{_NUMBER}(?:(?: (?:to|and|or|x|×) |–|…){_NUMBER})*)(\)?)"
+    rf"{_NUMBER}(?:(?: (?:to|and|or|x|×|±) |–|…){_NUMBER})*)(\)?)"
     rf"( ?)({_UNIT})(?![\w/·²³⁴]| a | times)"
 )
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
@@ -99,6 +99,11 @@ def scale(name: str) -> float:
 
 def _shown(name: str) -> _Shown:
     return _US.get(name, _Shown(name, 1.0)) if system() is UnitSystem.US else _Shown(name, 1.0)
+
+
+def scale_of(heading: str) -> float:
+    """Return the factor of the unit at the end of a heading."""
+    return scale(_split(heading)[2])
 
 
 def in_unit(value: AnyNumber, name: str) -> AnyNumber:

@@ -51,6 +51,8 @@ def test_factors_are_those_of_the_definitions(us, name):
         ("bushing 7–14 MPa, 12 %", "bushing 1.0–2.0 ksi, 12 %"),
         ("between 3 and 7.5 mm", "between 0.12 and 0.295 in"),
         ("207 GPa, 7700 kg/m³", "30.0 Mpsi, 0.27818 lb/in³"),
+        ("up to 63 ± 42 bar (0.5 bar of boost)", "up to 914 ± 610 psi (7.3 psi of boost)"),
+        ("733.5 MPa ± 2.1 %, 0.85 ± 0.02", "106.39 ksi ± 2.1 %, 0.85 ± 0.02"),
         ("20.0 °C", "68.0 °F"),
         ("factor 0.85, 120 mm", "factor 0.85, 4.72 in"),
         ("0.0144 mm (contact.clearance_mm)", "0.000567 in (contact.clearance_mm)"),

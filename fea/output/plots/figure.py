@@ -1,12 +1,17 @@
 """An empty figure of matplotlib, which is loaded with it, and its file."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from fea.output.pictures.scale import round_up
 from fea.output.target import PictureError
+from fea.output.units import in_heading, scale_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+_STEPS = 5  # of an axis in other units
 
 
 def new_figure(width: float, height: float) -> "Figure":
@@ -29,3 +34,15 @@ def save(figure: "Figure", path: Path, dpi: int = 110) -> None:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise PictureError(f"{path} could not be written: {reason}. Choose another file.") from error
+
+
+def label_axes(axes: Any, across: str, up: str) -> None:
+    """Label axes, whose values are in the units of these headings, with ticks in the units that are shown."""
+    from matplotlib.ticker import FuncFormatter, MultipleLocator  # noqa: PLC0415 - only a plot needs it
+
+    axes.set(xlabel=in_heading(across), ylabel=in_heading(up))
+    for axis, factor in ((axes.xaxis, scale_of(across)), (axes.yaxis, scale_of(up))):
+        if factor != 1:
+            low, high = axis.get_view_interval()
+            axis.set_major_locator(MultipleLocator(round_up(factor * (high - low) / _STEPS) / factor))
+            axis.set_major_formatter(FuncFormatter(lambda at, _, factor=factor: f"{factor * at:.4g}"))

@@ -12,8 +12,7 @@ from fea.base.units import DEG, KN
 from fea.contact.assembly_state import AssemblyState
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
-from fea.output.pictures.scale import round_up
-from fea.output.plots.figure import new_figure, save
+from fea.output.plots.figure import label_axes, new_figure, save
 from fea.output.units import in_heading, in_text, scale, unit
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
@@ -95,7 +94,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
             arrowprops={"arrowstyle": "-", "ls": "-.", "lw": 0.8, "color": "0.3"},
         )
     axes.set(xlim=(-around, around), ylim=(-around, around), aspect="equal")
-    _in_lengths(axes, "y, mm", "x, mm")
+    label_axes(axes, "y, mm", "x, mm")
     opened = in_text(f"; gap at most {1e3 * gap:.0f} µm") if gap > 0 else ""
     axes.set_title(f"{name}: moved since assembly, × {factor:g}{opened}", fontsize=10)
 
@@ -130,21 +129,9 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
         )
     figure.colorbar(drawn, ax=axes, label=unit("MPa"))
     axes.set(aspect="equal")
-    _in_lengths(axes, "" if name != ASSEMBLY else "along the joint, mm", "z, mm")
+    label_axes(axes, "" if name != ASSEMBLY else "along the joint, mm", "z, mm")
     hatched = " (hatched: open)" if opened[facets].max() > 0 else ""
     axes.set_title(f"{name}: pressure on the joint{hatched}", fontsize=10)
-
-
-def _in_lengths(axes: Any, across: str, up: str) -> None:
-    """Label axes in mm, with ticks in the unit that is shown."""
-    from matplotlib.ticker import FuncFormatter, MultipleLocator  # noqa: PLC0415 - only a plot needs it
-
-    axes.set(xlabel=in_heading(across), ylabel=in_heading(up))
-    if scale("mm") != 1:
-        low, high = axes.get_xlim()
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MultipleLocator(round_up(scale("mm") * (high - low) / 5) / scale("mm")))
-            axis.set_major_formatter(FuncFormatter(lambda at, _: f"{scale('mm') * at:.3g}"))
 
 
 def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleResult | None) -> None:

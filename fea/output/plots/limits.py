@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fea.output.plots.figure import new_figure, save
+from fea.output.plots.figure import label_axes, new_figure, save
+from fea.output.units import in_heading, in_unit
 from geometry.arrays import Floats
 
 
@@ -68,14 +69,15 @@ def plot_limits(path: Path, shown: MapPlot) -> None:
         )
     axes.set_xlim(shown.rpm[0], shown.rpm[-1])
     axes.set_ylim(0, shown.peak[-1])
-    axes.set_xlabel("engine speed, rpm")
-    axes.set_ylabel("peak pressure (absolute), bar")
+    label_axes(axes, "engine speed, rpm", "peak pressure (absolute), bar")
     axes.set_title(shown.title, fontsize=11)
     axes.grid(alpha=0.3)
     if shown.boost:
         right = axes.twinx()
         right.set_ylim(0, shown.peak[-1])
-        right.set_yticks([peak for _, peak in shown.boost], [f"{boost:g}" for boost, _ in shown.boost])
-        right.set_ylabel("boost at the study's speed, bar")
+        right.set_yticks(
+            [peak for _, peak in shown.boost], [f"{in_unit(boost, 'bar'):.3g}" for boost, _ in shown.boost]
+        )
+        right.set_ylabel(in_heading("boost at the study's speed, bar"))
     axes.legend(loc="center left", bbox_to_anchor=(1.1, 0.5), frameon=False)
     save(figure, path)
