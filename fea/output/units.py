@@ -54,7 +54,9 @@ _US: dict[str, _Shown] = {
     "bar gauge": _Shown("psi gauge", _PSI),
     "kW": _Shown("hp", 1e3 / 745.6998715822702),  # 550 ft·lbf/s
     "°C": _Shown("°F", 1.8, 32.0),
+    "K": _Shown("°F", 1.8),  # of differences
     "1/K": _Shown("1/°F", 1 / 1.8),
+    "/K": _Shown("/°F", 1 / 1.8),
 }
 _system: ContextVar[UnitSystem] = ContextVar("_system", default=UnitSystem.SI)
 
@@ -63,8 +65,8 @@ _NUMBERS = re.compile(rf"(?<![\w.]){_NUMBER}(?![\w])")
 _UNIT = "|".join(sorted(map(re.escape, _US), key=len, reverse=True))
 # Numbers with one unit: a range, a place "(x, y, z) mm" or "x, y, z = 1, 2, 3 mm", or a single one.
 _QUANTITY = re.compile(
-    rf"(?<![\w.,_])((?:(?<=\()|(?<== )){_NUMBER}(?:, {_NUMBER})+|"
-    rf"{_NUMBER}(?:(?: (?:to|and|or|x|×|±) |–|…){_NUMBER})*)(\)?)"
+    rf"(?<![\w.,_])((?:(?<=[(\[])|(?<== )){_NUMBER}(?:, {_NUMBER})+|"
+    rf"{_NUMBER}(?:(?: (?:to|and|or|x|×|±) |–|…){_NUMBER})*)([)\]]?)"
     rf"( ?)({_UNIT})(?![\w/·²³⁴]| a | times)"
 )
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-")
@@ -160,8 +162,8 @@ def _split(heading: str) -> tuple[str, str, str]:
 
 
 def _converted(numbers: str, to: _Shown, least: int) -> str:
-    """Return numbers in another unit; of a place, a list, a digit fewer is enough."""
-    if ", " in numbers:
+    """Return numbers in another unit; of the coordinates of a place a digit fewer is enough."""
+    if numbers.count(", ") == 2:
         return _NUMBERS.sub(lambda one: _number(one[0], to, 0, coarser=1), numbers)
     return _NUMBERS.sub(lambda one: _number(one[0], to, least), numbers)
 
