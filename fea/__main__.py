@@ -109,7 +109,7 @@ def _end_quietly() -> None:
             os.write(2, _SAID.encode())
         os._exit(_INTERRUPTED)
 
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, end)

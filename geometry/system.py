@@ -19,8 +19,11 @@ from pathlib import Path
 from typing import ClassVar
 
 # Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
-ENDS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
-CAN_FORK = hasattr(os, "fork")
+ENDS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+)
+# Whether this process can be copied: what macOS's libraries do in threads does not survive it.
+CAN_FORK = hasattr(os, "fork") and sys.platform != "darwin"
 # Exit codes of a process that has exceeded a limit which it watches itself.
 OVERTIME, OUT_OF_MEMORY = 251, 252
 _CALM = 1.0  # seconds during which further signals are ignored
@@ -126,14 +129,13 @@ def end_in_time(code: int) -> None:
 
     Python raises an interrupt once a call of a library returns, which takes a while for a mesh or a factor of
     a large matrix. A thread then removes what is incomplete, and ends the process. For a program's own
-    process: copies of it have no such thread, nor has Windows.
+    process: copies of it have no such thread.
     """
-    if sys.platform == "win32":
-        return
     read, write = os.pipe()
-    os.set_blocking(write, False)
+    if sys.platform != "win32":
+        os.set_blocking(write, False)
+        os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     signal.set_wakeup_fd(write, warn_on_full_buffer=False)
-    os.register_at_fork(after_in_child=lambda: signal.set_wakeup_fd(-1))
     threading.Thread(target=_end_in_time, args=(read, code), daemon=True).start()
 
 
@@ -287,6 +289,15 @@ else:
             """Give the lock back."""
             with suppress(OSError):
                 os.close(self._descriptor)
+
+
+def flush(descriptor: int) -> None:
+    """Write a file or directory to the disk itself; what macOS calls so leaves it in the disk's cache."""
+    if sys.platform == "darwin":
+        with suppress(OSError):  # not on every file system
+            fcntl.fcntl(descriptor, fcntl.F_FULLFSYNC)
+            return
+    os.fsync(descriptor)
 
 
 AT_FDCWD = -100  # Linux: paths are relative to the working directory

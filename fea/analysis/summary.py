@@ -1,6 +1,5 @@
 """From what was found to the figures of `summary.json`."""
 
-import os
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.metadata import version
@@ -55,7 +54,7 @@ from fea.judge.verdict import Verdict, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
 from geometry.surfaces import Surface
-from geometry.system import peak_memory
+from geometry.system import peak_memory, usable_processors
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair
@@ -402,5 +401,5 @@ def _environment() -> EnvironmentFigures:
         versions={"python": platform.python_version(), "conrod-fea": __version__}
         | {name: version(name) for name in _PACKAGES},
         platform=platform.platform(),
-        threads=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        threads=usable_processors(),
     )

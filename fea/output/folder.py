@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.output.target import OccupiedError, near, picture_name, reported
-from geometry.system import PathLock, exchange, incomplete
+from geometry.system import PathLock, exchange, flush, incomplete
 
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
@@ -106,7 +106,8 @@ def require_replaceable(target: Path) -> None:
             raise OccupiedError(
                 f"{near(target)} is a file: --out must name a new directory or that of an earlier run."
             )
-        if Path.cwd().is_relative_to(target.resolve()):
+        here = Path.cwd()
+        if any(place.samefile(target) for place in (here, *here.parents)):  # the case of letters may differ
             raise OccupiedError(
                 f"{near(target)} is or contains the current directory, which a run cannot replace: choose a "
                 "directory below it with --out."
@@ -247,7 +248,7 @@ def _flush(directory: Path) -> None:
     for root, _, names in os.walk(directory):
         for name in names:
             with Path(root, name).open("r+b") as file:  # Windows flushes only what is open for writing
-                os.fsync(file.fileno())
+                flush(file.fileno())
         _flush_directory(Path(root))
 
 
@@ -256,6 +257,6 @@ def _flush_directory(directory: Path) -> None:
     with suppress(OSError):
         descriptor = os.open(directory, os.O_RDONLY)
         try:
-            os.fsync(descriptor)
+            flush(descriptor)
         finally:
             os.close(descriptor)
