@@ -19,7 +19,6 @@ class FeatureKind(StrEnum):
 
     BORE = "bore"
     HOLE = "hole"  # for a bolt or for oil, along x
-    GALLERY = "gallery"  # along the whole shank
     RING_FILLET = "ring_fillet"  # in plan, between a ring and the shank's edge
     BOSS_FILLET = "boss_fillet"  # in plan, between a cap bolt's boss and the ring
     RING_STEP = "ring_step"  # at the foot of the step from ring to shank

@@ -68,14 +68,10 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     yield _cylinder(FeatureKind.BORE, small, area, full, rod.bushing or rod.small_end_ring)
     for arc in outline.fillets:
         yield _cylinder(FeatureKind.RING_FILLET, arc, _ring_fillet(field, arc), abs(arc.sweep))
-    for kind, diameter, angle in (
-        (FeatureKind.HOLE, rod.cap_bolt, turn),
-        (FeatureKind.HOLE, rod.oil_hole, 0.0),
-        (FeatureKind.GALLERY, rod.oil_gallery, 0.0),
-        (FeatureKind.GALLERY, rod.shank_bore, 0.0),
-    ):
+    holes = [(rod.cap_bolt, turn), *((hole, 0.0) for hole in (rod.oil_hole, rod.oil_gallery, rod.shank_bore))]
+    for diameter, angle in holes:
         if diameter:
-            yield _lengthwise(kind, diameter / 2, angle)
+            yield _lengthwise(diameter / 2, angle)
     if outline.bosses is not None:
         arcs = list(outline.bosses.fillets())
         if turn:
@@ -89,11 +85,11 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
         yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
 
 
-def _lengthwise(kind: FeatureKind, radius: float, angle: float) -> _Expected:
+def _lengthwise(radius: float, angle: float) -> _Expected:
     def matches(face: Face, slack: float) -> bool:
         return face.lengthwise(radius, slack, angle)
 
-    return _Expected(kind, matches, None, radius, 2 * math.pi)
+    return _Expected(FeatureKind.HOLE, matches, None, radius, 2 * math.pi)
 
 
 def _foot_of(step: RingStep, area: float) -> _Expected:

@@ -59,8 +59,6 @@ class SizeField:
 
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
 PER_ARC, PER_BORE, PER_HOLE, PER_WEB, PER_LENGTH = 4, 32, 12, 2, 28
-# Around a gallery, which runs along the stress and raises it only where it meets the bores.
-PER_GALLERY = 10
 # Across the ring at its joint with the cap, and around the seat of a bolt. An element between a bushing or
 # shell and the rod is this many times as long as they are thick, but at least this part of one around a bore.
 PER_JOINT, PER_SEAT, PER_THICKNESS, LEAST_FIT = 4, 14, 3.0, 0.4
@@ -75,7 +73,6 @@ _PER_THICKNESS = {FeatureKind.WEB: PER_WEB, FeatureKind.JOINT: PER_JOINT}
 _PER_LENGTH = {
     FeatureKind.BORE: PER_BORE,
     FeatureKind.HOLE: PER_HOLE,
-    FeatureKind.GALLERY: PER_GALLERY,
     FeatureKind.BOLT_SEAT: PER_SEAT,
 }
 
