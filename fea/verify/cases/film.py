@@ -1,14 +1,24 @@
-"""The oil film of rigid bearings: charts, tables and a closed form."""
+"""The oil film of rigid bearings, and how a ring yields to one: charts, tables and closed forms."""
 
 import math
 
 import numpy as np
 
+from fea.base.choices import Support
+from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing, JournalState
 from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
+from fea.pins.film import unit_forces, works
+from fea.solid.bore import bore_facets
+from fea.solvers.static import Model
 from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.body import STEEL
+from geometry.bodies import Prism, Side
+from geometry.segments import Arc, Line
+from geometry.surfaces import Surface
+from mesh.generate import Fine, mesh_body
 
 # A journal, mm and rad/s, and its oil, MPa·s: the figures compared do not depend on them.
 _RADIUS, _CLEARANCE, _OMEGA, _VISCOSITY = 25.0, 0.025, 300.0, 1e-8
@@ -202,3 +212,57 @@ def lund_thomsen(size: float) -> Computed:
             ),
         ]
     return Computed(_size(bearing), quantities)
+
+
+def _yielding(inner: float, outer: float, n: int) -> float:
+    """Radial displacement of the inside of a ring under a pressure cos nφ of 1 MPa there, mm; plane stress.
+
+    With Michell's stress function (A rⁿ + B rⁿ⁺² + C r⁻ⁿ + D r²⁻ⁿ) cos nφ.
+    """
+    r = np.array([inner, outer])
+    powers = np.stack([r ** (n - 2), r**n, r ** (-n - 2), r ** (-n)])
+    radial = np.array([-n * (n - 1), -(n + 1) * (n - 2), -n * (n + 1), -(n + 2) * (n - 1)])
+    shear = np.array([n * (n - 1), n * (n + 1), -n * (n + 1), -n * (n - 1)])
+    rows = np.concatenate([radial[:, None] * powers, shear[:, None] * powers], axis=1).T
+    factors = np.linalg.solve(rows, [-1.0, 0.0, 0.0, 0.0])
+    kappa = (3 - STEEL.poissons_ratio) / (1 + STEEL.poissons_ratio)
+    moves = np.array([-n, kappa - n - 1, n, kappa + n - 1]) * inner ** np.array(
+        [n - 1.0, n + 1, -n - 1, 1 - n]
+    )
+    return float(moves @ factors) / (2 * STEEL.shear_modulus)
+
+
+@benchmark(
+    "Elastic ring under the pressures of a film",
+    "Michell 1899, Proceedings of the London Mathematical Society 31, 100-124; Timoshenko & Goodier 1970, "
+    "article 43",
+    size=3.0,
+)
+def elastic_ring(size: float) -> Computed:
+    """The compliance of a bore between pressures cos nφ and sin nφ, on a quarter of a thin slice."""
+    inner, outer, half_width, cut = 25.0, 35.0, 1.0, Surface.SYMMETRY_Y
+    sides = (
+        Side(Line((-outer, 0.0), (-inner, 0.0)), cut),
+        Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
+        Side(Line((inner, 0.0), (outer, 0.0)), cut),
+        Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
+    )
+    mesh = mesh_body(Prism(sides, (0.0, half_width)), size, fine={Surface.INNER: Fine(size / 2)})
+    functions, facets = BoreFunctions(inner, 2 * half_width), bore_facets(mesh, Surface.INNER, 0.0)
+    even, odd = unit_forces(functions, facets, len(mesh.points))
+    compliance = works(Model(mesh, STEEL, Support.INERTIA_RELIEF), facets, even, odd)
+    why, quantities = "displacements of quadratic elements that resolve the wave", []
+    for n in (2, 3, 6):
+        (number,) = np.flatnonzero((functions.terms == [n, 0]).all(axis=1))
+        for name, row in (("cos", number), ("sin", len(even) + number - 1)):
+            quantities.append(
+                Quantity(
+                    f"displacement under {name} {n}φ",
+                    "mm",
+                    _yielding(inner, outer, n),
+                    float(compliance[row, row]),
+                    1.0,
+                    why,
+                )
+            )
+    return Computed(mesh.points.size, quantities)
