@@ -10,7 +10,7 @@ import numpy as np
 from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
+from fea.analysis.speed import SpeedResult, solve_speed, with_cycle, with_film
 from fea.analysis.survival import Factor
 from fea.analysis.wanted_size import Judged, predicted_elements, size_ratio, wanted_sizes
 from fea.base.note import Note, doubt
@@ -55,6 +55,8 @@ class Adapted:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
+        if self.rod.options.film:
+            result = with_film(self.rod, result)
         if self.shortfall is None:
             return result
         return dataclasses.replace(result, notes=(*result.notes, self.shortfall))

@@ -533,6 +533,24 @@ class EnvironmentFigures:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FilmFigures:
+    """The oil film of a bearing over the crank cycle; errors are those of its grid and steps."""
+
+    h_min_um: float  #: smallest gap
+    h_min_deg: float  #: of the crank
+    h_min_error_percent: float
+    p_max_MPa: float  #: highest pressure
+    p_max_deg: float
+    p_max_error_percent: float
+    power_W: float  #: mean friction
+    flow_l_min: float  #: oil that leaves the bearing
+    viscosity_mPas: float  #: without pressure
+    radial_clearance_um: float
+    lambda_min: float | None  #: smallest gap over the roughness; None of smooth surfaces
+    verdict: str  #: ``hydrodynamic``, ``mixed`` or ``metal to metal``
+
+
+@dataclass(frozen=True, kw_only=True)
 class Summary:
     """What `summary.json` holds."""
 
@@ -549,6 +567,7 @@ class Summary:
     passes: WhereKnown[tuple[PassFigures, ...]] = None
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
+    film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
     checks: Mapping[str, Check]

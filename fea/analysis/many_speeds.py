@@ -28,6 +28,7 @@ _WITHIN_RPM = 0.1
 _NO_EDGES = omission(
     "structural stress at sharp edges", "they are judged at the worst speeds only, run in full"
 )
+_NO_FILM = omission("oil film", "many speeds: it is computed at the worst ones")
 _LEFT_OUT = (
     omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
@@ -105,12 +106,13 @@ class SpeedSweep:
             results={case.name: peak for case, peak in zip(worst.cases, worst.peaks, strict=True)},
             envelope=self._envelope(worst),
             buckling=BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor),
-            checks=near.checks,
+            checks={name: each for name, each in near.checks.items() if not name.startswith("film_")},
             notes=[
                 *(note for note in near.notes if note not in near.loads.notes),
                 *loads.notes,
                 *_LEFT_OUT,
                 *([_NO_EDGES] if self._rod.sharp_places else []),
+                *([_NO_FILM] if self._rod.options.film else []),
             ],
         )
         return replace(summary, critical_speeds_rpm=self.critical)

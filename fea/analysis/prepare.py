@@ -21,6 +21,7 @@ from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
+from fea.pins.film import YieldingBore
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
@@ -136,6 +137,12 @@ class PreparedRod:
     def assembly_contact(self) -> "AssemblyPins | None":
         """The pins and parts of an assembly; None for a rod of one piece."""
         return None if self.structure.assembly is None else cast("AssemblyPins", self.pins)
+
+    @cached_property
+    def yielding_bore(self) -> YieldingBore:
+        """How the big end's bore yields to the pressure of an oil film."""
+        with self.clock("film"):
+            return YieldingBore.of(self.structure)
 
     @cached_property
     def prescribed(self) -> PinModel:

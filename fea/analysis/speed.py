@@ -7,6 +7,7 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
+from fea.analysis.film import FilmResult, film_at
 from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.material import Material
@@ -109,6 +110,7 @@ class SpeedResult:
     checks: Mapping[str, Check]  #: by name
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
+    film: FilmResult | None = None  #: of the big end's bearing, where it was asked for
 
     @property
     def trusted(self) -> bool:
@@ -160,6 +162,13 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
         history = analysis.at(cycle, tuple(static.cases.values()))
     checks, notes = {**static.checks, **history.checks()}, (*static.notes, *history.notes())
     return replace(static, checks=checks, notes=notes, cycle=history)
+
+
+def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
+    """Work out the oil film at a speed whose load cases are solved."""
+    film = film_at(rod, static.rpm or 0.0)
+    checks, notes = {**static.checks, **film.checks}, (*static.notes, *film.notes)
+    return replace(static, checks=checks, notes=notes, film=film)
 
 
 def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:

@@ -22,6 +22,7 @@ from fea.analysis.figures import (
     EngineFigures,
     EnvelopeFigures,
     EnvironmentFigures,
+    FilmFigures,
     LoadFigures,
     ModelFigures,
     PassFigures,
@@ -149,6 +150,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
         buckling=buckling.figures,
         assembly=assembly,
+        film=None if result.film is None else {"big_end": result.film.figures},
         checks={**result.checks, **buckling.checks},
         notes=(*result.notes, *buckling.notes, *onset_notes(assembly), *_bar_notes(rod, result, governing)),
     )
@@ -185,6 +187,7 @@ def summary_of(
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
     assembly: AssemblyFigures | None = None,
+    film: Mapping[str, FilmFigures] | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[Note],
 ) -> Summary:
@@ -207,6 +210,7 @@ def summary_of(
         results=results,
         passes=tuple(passes) or None,
         envelope=envelope,
+        film=film,
         life=None if life is None else life.figures,
         buckling=buckling,
         assembly=assembly,

@@ -48,6 +48,15 @@ LIMITS = {
     # pressures against the forces of the pins: rounding errors only.
     "contact_gap": 1e-9,
     "contact_balance": 1e-8,
+    # How far an oil film is from that a cycle before, over its smallest gap (`fea.film.cycle`).
+    "film_repeats": 1e-3,
+    # Oil that is supplied against what leaks over the cycle, and the film's force against the load: what the
+    # iteration leaves, and what the cycle does not repeat.
+    "film_oil": 1e-3,
+    "film_force": 1e-4,
+    # Power of the journal and of the bore's motion, by differences of second order in time, against what
+    # the film dissipates; steps of twice the length leave four times as much.
+    "film_power": 3e-2,
     # Superposed against directly solved peak cases, and the error that a small basis states
     # (`fea.analysis.cycle.small_basis`), which grows until it is below: a tenth of a 5 % mesh error.
     "superposition": 5e-3,

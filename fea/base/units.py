@@ -56,6 +56,8 @@ OTHER_UNITS: dict[str, dict[str, float]] = {
     "rpm": {"rad/s": 1 / RPM, "Hz": 60.0},
     "deg": {"rad": 1 / DEG},
     "1_K": {"1e-6/K": 1e-6, "1/°F": 1.8},
+    "1_GPa": {"1/MPa": 1e3, "1/psi": 1e6 / (1e3 * _PSI)},
+    "mPas": {"Pa·s": 1e3, "cP": 1.0},
     "C": {},  # °F and K have another zero
     "percent": {},
     "hours": {},

@@ -169,6 +169,12 @@ def _contact_history(run: RunResult) -> Iterator[RunFiles]:
         yield _one("contact.csv", lambda path: write_columns(path, columns))
 
 
+def _film(run: RunResult) -> Iterator[RunFiles]:
+    if run.speed is not None and run.speed.film is not None:
+        columns = run.speed.film.columns
+        yield _one("film.csv", lambda path: write_columns(path, columns))
+
+
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.pictured and run.speed is not None:
@@ -198,6 +204,7 @@ WRITERS = (
     Writer("write", _envelope),
     Writer("write", _buckling_shapes),
     Writer("write", _contact_history),
+    Writer("write", _film),
     Writer("plot", _stress_history),
     Writer("plot", _bores),
     Writer("plot", _joint),

@@ -196,6 +196,12 @@ class AnalysisTable(Table, table="analysis"):
         default=Fatigue.GOODMAN,
         flag="fatigue",
     )
+    film: bool = key(
+        "true",
+        "compute the oil film of the big end's bearing over the crank cycle, as [film] says",
+        default=False,
+        flag="film",
+    )
     buckling: bool = key(
         "true", "compute the buckling load factors and shapes of the solid", default=False, flag="buckling"
     )

@@ -22,6 +22,8 @@ _OWN = {
     "kg_m2": "kg*m**2",
     "kg_m3": "kg/m**3",
     "1_K": "1/K",
+    "1_GPa": "1/GPa",
+    "mPas": "mPa*s",
     "Nm": "N*m",
     "C": "degC",
     "bar_V": "bar/V",

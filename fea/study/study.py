@@ -29,6 +29,7 @@ from fea.study.assembly_table import (
     with_contact,
 )
 from fea.study.engine_table import EngineTable
+from fea.study.film_table import FilmTable
 from fea.study.material_table import SN_KEYS, MaterialTable
 from fea.study.option_tables import (
     DEFAULT_RPM,
@@ -78,6 +79,7 @@ class Study:
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
     contact: ContactTable = field(default_factory=ContactTable)
+    film: FilmTable = field(default_factory=FilmTable)
     assembly: AssemblyTable | None = None
     optimise: OptimiseTable | None = None
     output: OutputTable = field(default_factory=OutputTable)
@@ -108,6 +110,7 @@ class Study:
             require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
         if self.output.animate is not None:
             located("output.animate", self.output.animate, self.folder)
+        self._require_film()
         if self.forces is not None:
             given = list(self.forces.pin_N)
             rule, remedy = "cannot be combined with [engine]", "Remove one of them."
@@ -123,6 +126,19 @@ class Study:
         require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
         rule = "cannot be switched off with [duty], whose life is that of crank cycles"
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
+
+    def _require_film(self) -> None:
+        """Refuse an oil film where there is no journal that turns in a bore of one piece."""
+        for excluded, rule in (
+            (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
+            (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
+            (
+                self.analysis.support is Support.CLAMPED,
+                'cannot be combined with support = "clamped", which replaces the crank pin',
+            ),
+        ):
+            possible = not (self.analysis.film and excluded)
+            require(possible, "analysis.film", "true", rule, "Leave out the film, or that.")
 
     def _require_no_remeshing(self) -> None:
         """Refuse what only a mesh of our own can have: another element size, refinement, a symmetry cell."""
@@ -338,7 +354,12 @@ class Study:
     def _unused(self) -> list[str]:
         """Tables that say nothing about this study."""
         speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
-        used = {"speed": speeds, "contact": self.analysis.in_contact, "mesh": self.rod.mesh is None}
+        used = {
+            "speed": speeds,
+            "contact": self.analysis.in_contact,
+            "film": self.analysis.film,
+            "mesh": self.rod.mesh is None,
+        }
         return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> dict[str, Any]:
@@ -365,6 +386,7 @@ TABLES: Mapping[str, Any] = {
         MeshTable,
         AnalysisTable,
         ContactTable,
+        FilmTable,
         OptimiseTable,
         OutputTable,
     )
@@ -483,11 +505,12 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
 
 
 def _with_cycle(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a study with the crank cycle, if it has a duty and does not say otherwise."""
+    """Return the tables with what [duty] and [film] switch on unless [analysis] says otherwise."""
     analysis = raw.get("analysis", {})
-    if "duty" not in raw or not isinstance(analysis, Mapping):
+    asked = {key: True for key, table in (("cycle", "duty"), ("film", "film")) if table in raw}
+    if not asked or not isinstance(analysis, Mapping):
         return dict(raw)
-    return {**raw, "analysis": {"cycle": True, **analysis}}
+    return {**raw, "analysis": {**asked, **analysis}}
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:

@@ -29,6 +29,8 @@ _UNITS = {
     "kg_m2": "kg·m²",
     "kg_m3": "kg/m³",
     "1_K": "1/K",
+    "1_GPa": "1/GPa",
+    "mPas": "mPa·s",
     "Nm": "N·m",
     "um": "µm",
     "C": "°C",

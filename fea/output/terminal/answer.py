@@ -17,7 +17,7 @@ from fea.base.note import CANNOT_GOVERN, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.verdict import Verdict
-from fea.output.terminal.run_lines import SIDES, factor, fillet, hours_text, number, place
+from fea.output.terminal.run_lines import SIDES, factor, fillet, film_lines, hours_text, number, place
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5
@@ -42,6 +42,7 @@ def statements(summary: Summary) -> Iterator[str]:
     """Yield the statements by consequence: failed checks, what governs, doubts, remedies, the rest."""
     yield from failed_checks(summary)
     yield governs(summary)
+    yield from film_lines(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
     yield from singular(summary)

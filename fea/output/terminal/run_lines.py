@@ -102,6 +102,18 @@ def factor(value: float | None) -> str:
     return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
 
 
+def film_lines(summary: Summary) -> list[str]:
+    """Return a line per bearing whose oil film was computed."""
+    return [
+        f"Oil film, {end.replace('_', ' ')}: {film.verdict}, at the thinnest {film.h_min_um:.2f} µm "
+        f"± {bar(film.h_min_error_percent)} % at {film.h_min_deg:.0f}°"
+        f"{'' if film.lambda_min is None else f', {film.lambda_min:.1f} times the roughness'}; at most "
+        f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} % at {film.p_max_deg:.0f}°; friction "
+        f"{film.power_W:.0f} W, oil {film.flow_l_min:.2g} l/min."
+        for end, film in (summary.film or {}).items()
+    ]
+
+
 def endurance_lines(envelope: CycleFigures) -> list[str]:
     """Return a line per part, which names the part where there are several."""
     parts = envelope.endurance or {}

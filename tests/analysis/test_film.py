@@ -1,0 +1,108 @@
+"""The oil film of the big end in a run: coarse films on a coarse rod, for seconds."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fea.__main__ import call
+from fea.analysis import film
+from fea.analysis.film import Regime
+from fea.analysis.prepare import prepare
+from fea.output.columns_csv import read_columns
+from fea.pins.film import YieldingBore
+from fea.study.flags import Flags
+from fea.study.study import load_study
+from geometry.errors import InvalidValue
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    monkeypatch.setattr(film, "_FINE", (32, 72))
+    monkeypatch.setattr(film, "_COARSE", (24, 48))
+
+
+def test_a_run_with_its_film(coarse, tmp_path, capsys):
+    out = tmp_path / "run"
+    assert call(["run", "--film", "--size", "14", "--pressure", "bonded", "--out", str(out)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Oil film, big end: hydrodynamic, at the thinnest 1." in said
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert "film.csv" in summary["files"]
+    found = summary["film"]["big_end"]
+    # The trial model of the same bearing: 1.72 µm, 125 MPa, 1093 W, 0.34 l/min; with rigid bores 2.3 µm and
+    # 185 MPa. This film is coarse, and so is the rod.
+    assert found["h_min_um"] == pytest.approx(1.7, rel=0.15)
+    assert found["p_max_MPa"] == pytest.approx(115, rel=0.15)
+    assert found["power_W"] == pytest.approx(1093, rel=0.1)
+    assert found["flow_l_min"] == pytest.approx(0.33, rel=0.2)
+    assert found["lambda_min"] == pytest.approx(found["h_min_um"] / 0.4)
+    checks = {name: check for name, check in summary["checks"].items() if name.startswith("film_")}
+    assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force"}
+    assert all(check["pass"] for check in checks.values())
+    columns = read_columns(out / "film.csv")
+    assert list(columns) == [
+        "crank_deg", "h_min_um", "p_max_MPa", "eccentricity_x", "eccentricity_y", "power_W",
+    ]  # fmt: skip
+    assert columns["h_min_um"].min() == pytest.approx(found["h_min_um"])
+    assert columns["crank_deg"][columns["p_max_MPa"].argmax()] == found["p_max_deg"]
+    assert columns["power_W"].mean() == pytest.approx(found["power_W"])
+    assumed = [note["text"] for note in summary["notes"] if note["topic"] == "oil film"]
+    assert "assumed viscosity 8 mPa·s (film.viscosity_mPas)" in assumed
+
+
+@pytest.fixture(scope="module")
+def bores():
+    """The big end's bore from a quarter of the rod, and from all of it."""
+    study = Flags(size=18.0, pressure="bonded").applied(load_study())
+    return [
+        YieldingBore.of(prepare(Flags(symmetry=which).applied(study)).structure)
+        for which in ("quarter", "none")
+    ]
+
+
+def test_a_bore_yields_alike_on_a_part_of_the_rod_and_on_all_of_it(bores):
+    quarter, whole = (bore.compliance for bore in bores)
+    # Rigid motions depend on the restraints, and the meshes differ.
+    kept = np.setdiff1d(np.arange(len(quarter)), bores[0].functions.translations)[:12]
+    assert whole[np.ix_(kept, kept)] == pytest.approx(quarter[np.ix_(kept, kept)], abs=0.02 * quarter.max())
+
+
+def test_the_functions_are_orthonormal_on_a_film(bores):
+    grid = film.FilmGrid(25.0, 30.0, 64, 8)
+    means = bores[0].functions.means(grid)
+    products = np.tensordot(means, means, axes=((0, 1), (0, 1))) * grid.area * grid.images
+    # The means of a wave over cells are smaller than its peaks: of n waves by sin(πn/64)/(πn/64).
+    assert products - np.diag(np.diag(products)) == pytest.approx(0.0, abs=0.03)
+    waves = np.minimum(bores[0].functions.terms[:15, 0], 14)
+    assert np.diag(products)[:15] == pytest.approx(np.sinc(waves / 64) ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "regime"), [(4.0, "hydrodynamic"), (2.0, "mixed"), (0.5, "metal to metal")]
+)
+def test_the_regime_follows_from_the_roughness(ratio, regime):
+    assert Regime.of(ratio) == regime
+
+
+@pytest.mark.parametrize(
+    ("study", "flags", "message"),
+    [
+        ("leon-2001-bolted", {}, r"\[assembly\]"),
+        ("leon-2001", {"support": "clamped", "pressure": "cosine-180"}, "clamped"),
+    ],
+)
+def test_where_no_film_can_be(study, flags, message):
+    with pytest.raises(InvalidValue, match=message):
+        Flags(film=True, **flags).applied(load_study(study))
+
+
+def test_a_clearance_that_is_none_of_a_film(coarse, tmp_path, capsys):
+    file = tmp_path / "tight.toml"
+    file.write_text(
+        '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n[mesh]\nsize_mm = 18\n'
+        '[analysis]\npressure = "bonded"\nunusual = true\n[film]\nradial_clearance_um = 1.0\n',
+        encoding="utf-8",
+    )
+    assert call(["run", str(file)]) == 2
+    assert "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm" in capsys.readouterr().err
