@@ -534,7 +534,7 @@ class EnvironmentFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class FilmFigures:
-    """The oil film of a bearing over the crank cycle; errors are those of its grid and steps."""
+    """The oil film of a bearing over the crank cycle; errors are those of its grid and steps alone."""
 
     h_min_um: float  #: smallest gap
     h_min_deg: float  #: of the crank

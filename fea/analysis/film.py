@@ -240,6 +240,5 @@ def _angles(steps: int) -> Floats:
 
 
 def _error(fine: float, coarse: float) -> float:
-    """Error of the fine film's figure, percent: of second order in cells and steps."""
-    ratio = _FINE[0] / _COARSE[0]
-    return 100 * abs(fine - coarse) / (ratio**2 - 1) / abs(fine)
+    """Error of the fine film's figure, percent: of first order, as at the edge of the oil hole."""
+    return 100 * abs(fine - coarse) / (_FINE[0] / _COARSE[0] - 1) / abs(fine)

@@ -20,6 +20,8 @@ from geometry.arrays import Floats, Mask
 _FIRST = 100.0
 # A hole that fills a cell but for this share of it sets the pressure of the cell.
 _OPEN = 1e-6
+# Of a cell that is half covered, the rim is a quarter of its length from its middle, not all of it.
+_RIM = 4.0
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ class Reynolds:
         ends = np.zeros(grid.shape)
         ends[:, [-1] if grid.halved else [0, -1]] = 2 * falls * grid.dx / grid.dz
         share = 0.0 if supply is None else supply.share / (1 - supply.share + _OPEN)
-        open_to = np.broadcast_to(falls * (grid.dx / grid.dz + grid.dz / grid.dx) * share, grid.shape)
+        open_to = np.broadcast_to(_RIM * falls * (grid.dx / grid.dz + grid.dz / grid.dx) * share, grid.shape)
         inlet = 0.0 if supply is None else supply.pressure
         q_inlet, _ = self.oil.generalised(np.array(inlet))
         flows = []

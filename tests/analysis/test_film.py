@@ -35,8 +35,8 @@ def test_a_run_with_its_film(coarse, tmp_path, capsys):
     assert found["h_min_um"] == pytest.approx(1.7, rel=0.15)
     assert found["p_max_MPa"] == pytest.approx(115, rel=0.15)
     assert found["power_W"] == pytest.approx(1093, rel=0.1)
-    assert found["flow_l_min"] == pytest.approx(0.33, rel=0.2)
-    assert found["lambda_min"] == pytest.approx(found["h_min_um"] / 0.4)
+    assert found["flow_l_min"] == pytest.approx(0.35, rel=0.25)
+    assert found["lambda_min"] == pytest.approx(found["h_min_um"] / 0.4, rel=1e-5)
     checks = {name: check for name, check in summary["checks"].items() if name.startswith("film_")}
     assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force"}
     assert all(check["pass"] for check in checks.values())
@@ -44,9 +44,9 @@ def test_a_run_with_its_film(coarse, tmp_path, capsys):
     assert list(columns) == [
         "crank_deg", "h_min_um", "p_max_MPa", "eccentricity_x", "eccentricity_y", "power_W",
     ]  # fmt: skip
-    assert columns["h_min_um"].min() == pytest.approx(found["h_min_um"])
+    assert columns["h_min_um"].min() == pytest.approx(found["h_min_um"], rel=1e-5)
     assert columns["crank_deg"][columns["p_max_MPa"].argmax()] == found["p_max_deg"]
-    assert columns["power_W"].mean() == pytest.approx(found["power_W"])
+    assert columns["power_W"].mean() == pytest.approx(found["power_W"], rel=1e-5)
     assumed = [note["text"] for note in summary["notes"] if note["topic"] == "oil film"]
     assert "assumed viscosity 8 mPa·s (film.viscosity_mPas)" in assumed
 
