@@ -47,8 +47,7 @@ def test_a_run_with_its_film(coarse, tmp_path, capsys):
     assert columns["h_min_um"].min() == pytest.approx(found["h_min_um"], rel=1e-5)
     assert columns["crank_deg"][columns["p_max_MPa"].argmax()] == found["p_max_deg"]
     assert columns["power_W"].mean() == pytest.approx(found["power_W"], rel=1e-5)
-    assumed = [note["text"] for note in summary["notes"] if note["topic"] == "oil film"]
-    assert "assumed viscosity 8 mPa·s (film.viscosity_mPas)" in assumed
+    assert "oil film: assumed viscosity 8 mPa·s (film.viscosity_mPas)" in str(summary["notes"])
 
 
 @pytest.fixture(scope="module")
