@@ -57,7 +57,7 @@ def test_summary_and_its_sentence(folder):
     largest, pressure = summary["largest_rpm"], summary["largest_peak_pressure_bar"]
     assert summary["trusted"]
     assert largest["mode"] == "fatigue"
-    assert 0 < largest["bar"] < 0.2 * largest["value"]
+    assert 0 < largest["bar"] < 0.5 * largest["value"]  # elements are 2.8 times too large
     assert f"{10 * round(largest['value'] / 10)} ±" in summary["text"]
     assert pressure["rpm"] == 3000
     assert summary["closed_throttle"]["value"] > largest["value"]  # no gas pushes, and gas relieves little
@@ -136,6 +136,11 @@ def test_full_load_is_read_and_refused(tmp_path):
     path.write_text(table.format("power_kW = 280"))
     with pytest.raises(InvalidValue, match="must have rpm and one of"):
         load_study(path)
+
+
+def test_a_rod_in_parts_is_refused():
+    with pytest.raises(InvalidValue, match="cannot be combined with fea limits"):
+        fea.limits("leon-2001-bolted")
 
 
 def test_given_forces_have_no_speed():

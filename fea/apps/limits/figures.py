@@ -10,15 +10,9 @@ _ENDS = {
     "yield": "{place} yields",
     "fatigue": "{place} fails by fatigue",
     "buckling": "the shank buckles",
-    "bolt yield": "the bolts yield",
-    "bolt fatigue": "the bolts fail by fatigue",
-    "joint opening": "the joint opens",
-    "joint slip": "the joint slips",
-    "bushing lifting": "the bushing lifts off its seat",
-    "shells lifting": "the shells lift off their seat",
 }
 # Modes that end it at one crank angle.
-_AT_ONCE = {"yield", "buckling", "bolt yield", "joint opening", "joint slip"}
+_AT_ONCE = {"yield", "buckling"}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ rest.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,14 +20,14 @@ from loads.gas import LARGEST_PEAK
 
 # How exactly an edge is found: the factor there relative to that required; and steps at most.
 _FACTOR, _STEPS, _ALMOST = 1e-3, 8, 5e-3
+# Relative distance of places from which a slope is taken, at least.
+_APART = 2e-3
 # A step of the search changes the logarithm of a load by so much at most.
 _LEAP = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
 _NO_STATE = Worst(0.75)
-# Rays through the map, and those on which every place is evaluated; of a rod whose states take long, fewer.
-RAYS, ANCHORS, FEW_RAYS, FEW_ANCHORS = 21, 5, 5, 3
-# Where states take long: loads whose ratio is smaller need none between them.
-_NEAR = 1.15
+# Rays through the map, and those on which every place is evaluated.
+RAYS, ANCHORS = 21, 5
 # By how much a load is less with which it is tried again, and the least.
 _LESS, _LEAST_LOAD = 0.7, 0.1
 # Loads over that at yield beyond which stress is no longer elastic, and nothing is drawn.
@@ -105,19 +105,18 @@ def most_charge(operation: Operation, rpm: float) -> float:
     return _BELOW * operation.scale(rpm, LARGEST_PEAK)
 
 
-def ray_angles(operation: Operation, axes: Axes, count: int) -> Floats:
-    """Angles (n,) of rays from inertia alone to gas at idling speed, rad."""
+def ray_angles(operation: Operation, axes: Axes) -> Floats:
+    """Angles (n,) of the rays, from inertia alone to gas at idling speed, rad."""
     if not operation.burns:
         return np.zeros(1)
     last = math.atan2(1.0, (operation.idle / axes.rpm) ** 2)
-    return np.linspace(math.atan(_NO_CHARGE), last, count)
+    return np.linspace(math.atan(_NO_CHARGE), last, RAYS)
 
 
 class Explorer:
     """Finds limits.
 
-    `axes`: those of the rays; `required`: the safety factor; `show` tells of progress; `slow`: whether a
-    state takes long.
+    `axes`: those of the rays; `required`: the safety factor; `show` tells of progress.
     """
 
     def __init__(
@@ -128,12 +127,9 @@ class Explorer:
         *,
         required: float,
         show: Callable[[str], None],
-        slow: bool,
     ) -> None:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
-        self._rays, self._anchors = (FEW_RAYS, FEW_ANCHORS) if slow else (RAYS, ANCHORS)
-        self._near = _NEAR if slow else 1.0
         self._known: dict[tuple[Operation, Point], State] = {}
 
     def state(self, point: Point, operation: Operation | None = None) -> State:
@@ -150,8 +146,8 @@ class Explorer:
     def map(self) -> LimitMap:
         """Find the limit of each mode on rays."""
         self._show("looking at every place of the rod")
-        axes, angles = self._axes, ray_angles(self.operation, self._axes, self._rays)
-        anchors = np.unique(np.linspace(0, len(angles) - 1, self._anchors).round().astype(int))
+        axes, angles = self._axes, ray_angles(self.operation, self._axes)
+        anchors = np.unique(np.linspace(0, len(angles) - 1, ANCHORS).round().astype(int))
         points = [axes.point(float(angles[number]), 1.0) for number in anchors]
         self._states.follow([self._states.usage(self.operation.cycle(*point)) for point in points])
         found = []
@@ -176,14 +172,12 @@ class Explorer:
         while not (worst(Mode.YIELD, start) and known[start]) and start > _LEAST_LOAD:
             start *= _LESS  # no state of contact carries so much
         for mode in known[start]:  # yield comes first
-            edge = root(lambda load: self._level(worst(mode, load)), most, known, self._near)  # noqa: B023 - called at once
+            edge = root(lambda load: self._level(worst(mode, load)), most, known)  # noqa: B023 - called at once
             if edge is None:
                 continue
             load, slope = edge
             point = axes.point(angle, load)
-            solved = load if self._near == 1.0 else min(known, key=lambda at: abs(at - edge[0]))
-            if (there := worst(mode, solved)) is not None:
-                there = there if solved == load else replace(there, factor=self._required)
+            if (there := worst(mode, load)) is not None:
                 found[mode] = Limit(mode, *point, self.operation.peak(*point), there, slope)
             if mode is Mode.YIELD:
                 most = min(most, ELASTIC * load)
@@ -278,20 +272,28 @@ def _secant(level: Callable[[float], float], low: float, high: float, ends: tupl
         values[step] = level(step)
         slope = math.log(step / x) / ((values[step] - values[x]) or 1e-12)
     x = min(values, key=lambda at: abs(values[at]))
-    return x, slope
+    return x, _slope(values, x)
+
+
+def _slope(values: Mapping[float, float], x: float) -> float:
+    """D ln x/d level at a place, from the nearest other one that is not so near that rounding counts."""
+    others = [at for at in values if abs(math.log(at / x)) >= _APART and math.isfinite(values[at])]
+    if not others:
+        return -1.0
+    other = min(others, key=lambda at: abs(math.log(at / x)))
+    change = values[other] - values[x]
+    return math.log(other / x) / change if change else -1.0
 
 
 def root(
     level: Callable[[float], float],
     most: float,
     known: Mapping[float, object] | list[float],
-    near: float = 1.0,
 ) -> Point | None:
     """Find where a level that falls passes 0, by secants in ln x within a bracket.
 
-    `known`: places whose level is at hand; `near`: ratio of the ends of a bracket in which secants do without
-    another level. Returns the place and d ln x/d level there; None where the level is above 0 up to `most`,
-    or the place is not found.
+    `known`: places whose level is at hand. Returns the place and d ln x/d level there; None where the level
+    is above 0 up to `most`, or the place is not found.
     """
     values = {x: level(x) for x in list(known)}
     slope = -1.0
@@ -303,9 +305,6 @@ def root(
         below = min((at for at, value in values.items() if value <= 0), default=math.inf)
         if above >= most or not math.isfinite(values[x]):
             return None
-        if above and below <= near * above and math.isfinite(values[above]):
-            slope = math.log(below / above) / (values[below] - values[above])
-            return above * math.exp(-slope * values[above]), slope
         step = x * math.exp(min(max(-slope * values[x], -_LEAP), _LEAP))
         if not above < step < below and above and math.isfinite(below):
             step = math.sqrt(above * below)
@@ -316,4 +315,4 @@ def root(
         change = values[step] - values[x]
         slope = math.log(step / x) / change if change and math.isfinite(change) else -1.0
     x = min(values, key=lambda at: abs(values[at]))
-    return (x, slope) if x <= most and abs(values[x]) < _ALMOST else None
+    return (x, _slope(values, x)) if x <= most and abs(values[x]) < _ALMOST else None

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.apps.limits.figures import (
@@ -21,13 +20,11 @@ from fea.apps.limits.figures import (
 )
 from fea.apps.limits.limit_map import (
     ELASTIC,
-    FEW_ANCHORS,
     Axes,
     Explorer,
     Limit,
     LimitMap,
     most_charge,
-    ray_angles,
 )
 from fea.apps.limits.operation import CLOSED_THROTTLE, MECHANICAL_EFFICIENCY, Operation
 from fea.apps.limits.states import Mode, States
@@ -40,7 +37,6 @@ from fea.output.limits_report.report import write_limits_page
 from fea.output.plots.limits import MapLine, MapPlot, plot_limits
 from fea.output.text import write_text
 from fea.rod.place_names import place_name
-from fea.solid.errors import ContactError
 from fea.study.study import Study, load_study
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -56,8 +52,6 @@ _ROWS, _COLUMNS, _LINES = 9, 160, 140
 _LEAST_CHARGE, _BELOW = 0.02, 0.999
 # Of the largest speed, where no pressure is safe at that of the study.
 _LOWER = 0.9
-# By how much the loads are less with which another span is tried, and those at which it is given up.
-_LESS, _LEAST_LOAD = 0.7, 0.2
 
 
 class Reached(NamedTuple):
@@ -118,6 +112,9 @@ def limits(
     rule = "are given: a rod without an engine has no speed and no peak pressure"
     require(study.forces is None, "[forces]", None, rule, "Give an [engine], or use --engine.")
     study.require_engine()
+    rule = "cannot be combined with fea limits: each state of a rod in parts takes too long"
+    remedy = "Remove [assembly]; then check a limit with it: fea run with its rpm and its engine.gas_scale."
+    require(study.assembly is None, "[assembly]", None, rule, remedy)
     if folder is not None:
         require_replaceable(folder)
     clock = Clock(listener)
@@ -138,12 +135,11 @@ def explore(adapted: Adapted, rpm: float, at_rpm: float | None, show: Callable[[
     rod = adapted.rod
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
     operation = Operation(rod.engine, rod.mass)
-    slow = rod.structure.assembly is not None
     required = rod.options.min_safety or 1.0
     axes = _axes(static, operation, rpm, required)
     show("unit solutions")
-    states = States(rod, _spanned(rod, operation, axes))
-    explorer = Explorer(states, operation, axes, required=required, show=show, slow=slow)
+    states = States(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
+    explorer = Explorer(states, operation, axes, required=required, show=show)
     of_rays = explorer.map()
     show("largest speed and pressure")
     speed = _speed(explorer, of_rays, rpm)
@@ -165,19 +161,6 @@ def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float
     if gas is None:
         return Axes(fast, 1.0)
     return Axes(fast, min(gas.min_safety_factor / required, most_charge(operation, operation.idle)))
-
-
-def _spanned(rod: PreparedRod, operation: Operation, axes: Axes) -> CycleAnalysis:
-    """Unit solutions that span the map; those of a rod in parts depend on cycles near its limits."""
-    load = 1.0
-    while True:
-        angles = ray_angles(operation, axes, FEW_ANCHORS)
-        try:
-            return rod.spanned_cycle([operation.cycle(*axes.point(float(each), load)) for each in angles])
-        except ContactError:  # no state of contact carries so much
-            load *= _LESS
-            if load < _LEAST_LOAD:
-                raise
 
 
 def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:

@@ -16,22 +16,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from fea.analysis.assembly_report import FITS
 from fea.analysis.buckling import compression, part_at, shank
-from fea.analysis.cycle.assembly_history import bolt_forces
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.prepare import PreparedRod
 from fea.base.units import DEG
-from fea.contact.assembly_state import AssemblyState, FaceState
-from fea.judge.bolt import BoltResult
 from fea.judge.column import Plane, column
 from fea.judge.history import signed_equivalent
 from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
 from loads.crank_cycle import CrankCycle
-from loads.instants import joined
 from loads.slider_crank import cycle_angles
 
 
@@ -41,12 +36,6 @@ class Mode(StrEnum):
     YIELD = "yield"
     FATIGUE = "fatigue"
     BUCKLING = "buckling"
-    BOLT_YIELD = "bolt yield"
-    BOLT_FATIGUE = "bolt fatigue"
-    JOINT_OPENING = "joint opening"
-    JOINT_SLIP = "joint slip"
-    BUSHING = "bushing lifting"
-    SHELLS = "shells lifting"
 
 
 @dataclass(frozen=True)
@@ -69,8 +58,6 @@ _CLOSEST = 12
 # were evaluated; and at most so many of a part for each.
 _NEAR, _BETWEEN, _MOST = 0.85, 4, 60
 _BLOCK = 2000  # rows evaluated at once
-# A joint that slides has a reserve of 1: see `fea.analysis.survival`.
-_SLIDING = 1e-3
 _TINY = 1e-12
 _STRESSED = (Mode.YIELD, Mode.FATIGUE)
 
@@ -79,7 +66,7 @@ class States:
     """The factors of a rod at any crank cycle."""
 
     def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
-        self._rod, self._analysis = rod, analysis
+        self._analysis = analysis
         self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         self._followed: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
         # Crank angles around those that decided the last state, rad: they often decide the next one.
@@ -157,7 +144,7 @@ class States:
                     x, y, z = part.points[rows[some[row]]].tolist()
                     found[mode] = Worst(factor, (x, y, z), float(every[np.abs(signed).argmax()]))
         found[Mode.BUCKLING] = self.buckling(cycle)
-        return found | self._of_assembly(cycle, every)
+        return found
 
     def _pairs(self) -> list[tuple[PartRows, Ints]]:
         every = zip(self._parts, self._followed, strict=True)
@@ -169,57 +156,6 @@ class States:
         worst = int(pushed.argmax())
         force = max(float(pushed[worst]), _TINY)
         return Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))
-
-    def _of_assembly(self, cycle: CrankCycle, angles: Floats) -> dict[Mode, Worst]:
-        """Return the factors of bolts, joint and press fits."""
-        pins, assembling = self._rod.assembly_contact, self._rod.assembling
-        if pins is None or assembling is None:
-            return {}
-        angles = np.sort(angles)
-        states = [pins.assembly.sums(state) for state in pins.states(cycle.at(angles), cycle)]
-        rest = pins.state_under(joined([pins.resting])[0])
-        turned = assembling.table.bolt_stretch_mm is None
-        bolts = [BoltResult.of(assembling.bolt.bolt, own, turned=turned) for own in bolt_forces(states)]
-        hardest, tired = min(bolts, key=_working), min(bolts, key=_tiring)
-        found = {
-            Mode.BOLT_YIELD: Worst(hardest.working_safety, None, float(angles[hardest.largest_at])),
-            Mode.BOLT_FATIGUE: Worst(tired.fatigue_safety, None, float(angles[tired.largest_at])),
-        }
-        return found | _of_faces(states, rest, angles)
-
-
-def _working(bolt: BoltResult) -> float:
-    return bolt.working_safety
-
-
-def _tiring(bolt: BoltResult) -> float:
-    return bolt.fatigue_safety
-
-
-def _of_faces(states: Sequence[AssemblyState], rest: AssemblyState, angles: Floats) -> dict[Mode, Worst]:
-    """Factors against opening of the joint, its slip, and press fits that lift."""
-    slips = np.array([np.inf if (own := s.joint.slip_safety) is None else own - _SLIDING for s in states])
-    opening = [_kept(own.joint, own.joint.edge_pressure, rest.joint.edge_pressure) for own in states]
-    courses = {Mode.JOINT_OPENING: np.array(opening), Mode.JOINT_SLIP: slips}
-    for seat, name in FITS.items():
-        if seat in rest.faces:
-            least = rest.faces[seat].least
-            lifted = [_kept(state.faces[seat], state.faces[seat].least, least) for state in states]
-            courses[Mode(f"{name} lifting")] = np.array(lifted)
-    return {
-        mode: Worst(float(course.min()), None, float(angles[course.argmin()]))
-        for mode, course in courses.items()
-        if np.isfinite(course).any()
-    }
-
-
-def _kept(face: FaceState, pressure: float | None, rest: float | None) -> float:
-    """Pressure at rest over what a load takes of it: 1 where nothing is left, less the more has opened."""
-    if not rest or pressure is None:
-        return np.inf
-    if pressure <= 0:
-        return 1 / (1 + face.open_share)
-    return rest / max(rest - pressure, _TINY * rest)
 
 
 def _peak(cycle: CrankCycle) -> float:
