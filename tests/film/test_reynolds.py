@@ -1,11 +1,12 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from fea.film.cycle import JournalLoads, integrate
-from fea.film.grid import FilmGrid
+from fea.film.grid import FilmGrid, applied
 from fea.film.journal import Bearing
 from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
@@ -132,3 +133,24 @@ def test_a_film_that_cannot_carry_the_load_is_an_error():
     film = bearing()
     with pytest.raises(FilmError, match="oil film"):
         film.solve(film.start(), Conditions(0.0), load=np.array([100.0, 0.0]))
+
+
+def test_derivatives_are_those_of_the_balance():
+    film = bearing(12, 3, oil=Oil(1e-8, 0.013))
+    reynolds, rng = film.reynolds, np.random.default_rng(0)
+    state = turning(film)
+    supply = Supply(reynolds.grid.hole(0.3, 9.0), 0.4)
+    conditions = Conditions(SPEED, supply, rate=50.0, before=0.4)
+    at, gap = state.film, state.gap
+    balance = reynolds.balance(at, gap, conditions)
+    by, small = rng.uniform(-1, 1, (2, *gap.shape)), 1e-6
+    pressed = replace(at, pressure=at.pressure + small * by[0] * at.full)
+    moved = replace(pressed, fill=at.fill + small * by[0] * ~at.full)
+    for entries, change, other in (
+        (balance.by_film, by[0], reynolds.balance(moved, gap, conditions)),
+        (balance.by_gap, by[1], reynolds.balance(at, gap + small * C * by[1], conditions)),
+    ):
+        scale = 1.0 if entries is balance.by_film else C
+        predicted = applied(entries, scale * change[..., None])[..., 0]
+        found = (other.excess - balance.excess) / small
+        assert found == pytest.approx(predicted, abs=1e-4 * np.abs(predicted).max())
