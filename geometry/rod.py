@@ -56,7 +56,7 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     default("ring_step_radius", max(min(1.5 * step, 0.1 * gap), 0.1))
 
     lesser = default("shank_depth_small_end", min(1.1 * small_radius, 1.2 * big_radius))
-    greater = default("shank_depth_big_end", min(1.25 * lesser, 1.5 * big_radius))
+    greater = default("shank_depth_big_end", min(1.25 * lesser, 1.48 * big_radius))
     default("big_end_fillet", max(min(0.5 * big, 0.3 * gap), 0.1))
     default("small_end_fillet", max(min(0.8 * small, 0.3 * gap), 0.1))
 

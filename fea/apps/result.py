@@ -67,11 +67,12 @@ class Result(RunResult):
         cells = self.cases[case].cell_data(self.materials)
         return pv.wrap(vtk_grid(self.mesh, self.fields[case], cells))
 
-    def write(self, folder: str | Path, *, screenshot: bool = False, report: bool = False) -> Path:
+    def write(self, folder: str | Path, *, screenshot: bool | None = None, report: bool = False) -> Path:
         """Write what `fea run` writes into a folder, all or nothing, and return it.
 
         The folder is new, or holds nothing but an earlier run, which is replaced. Each result is drawn on
-        request; a report shows the crank cycle if the result was analysed with ``report=True``.
+        request, or where the study asks for it; a report shows the crank cycle if it was analysed with
+        ``report=True``.
 
         Raises
         ------
@@ -82,7 +83,8 @@ class Result(RunResult):
         PictureError
             This machine cannot draw; the folder is as it was before.
         """
-        output = replace(self.study.output, screenshot=screenshot, report=report)
+        asked = self.study.output.screenshot if screenshot is None else screenshot
+        output = replace(self.study.output, screenshot=asked, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
         with shown_in(output.units), run_folder(Path(folder)) as place:
             _, without_pictures = drawn.write_into(place, Clock())

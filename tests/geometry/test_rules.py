@@ -2,7 +2,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from geometry.dimensions import ShankSection, dimensions, options
@@ -78,6 +78,7 @@ def test_any_single_dimension_is_taken_or_refused_by_a_rule(name, factor):
         assert getattr(rod, name) == pytest.approx(factor * getattr(ROD, name))
 
 
+@example(length=20.0, big=0.5, small=1.0, section=ShankSection.I)
 @given(
     length=st.floats(20, 1000),
     big=st.floats(0.15, 0.5),
