@@ -47,6 +47,9 @@ class Operation:
         return (peak - none) / (self.peak(rpm) - none)
 
     def _gauge(self, rpm: float) -> float:
+        gas = self.loading.gas
+        if isinstance(gas, Otto):  # with a pin offset the dead centre lies between degrees
+            return (gas.compressed if gas.peak is None else gas.peak) - self.loading.table.atmosphere
         angles = np.concatenate([cycle_angles(), self.loading.gas.samples])
         return float(self.loading.gas.pressure(angles, np.asarray(rpm * RPM)).max())
 
