@@ -126,8 +126,8 @@ def test_a_cad_file_alone_is_measured_asked_about_and_run(tmp_path):
     named = figures("run", "rod.igs", *flags, *COARSE, cwd=tmp_path)
     assert named["trusted"]
     assert not any("material: assumed" in note for note in named["notes"])
-    unknown = fea("run", "rod.igs", "--material", "c70", cwd=tmp_path)
-    assert (unknown.returncode, "Valid names" in unknown.stderr) == (2, True)
+    unknown = fea("run", "rod.igs", "--material", "no-such-steel", cwd=tmp_path)
+    assert (unknown.returncode, "`fea materials` lists" in unknown.stderr) == (2, True)
 
 
 def test_a_run_goes_to_another_program_and_its_mesh_comes_back(tmp_path):

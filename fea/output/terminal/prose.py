@@ -1,7 +1,7 @@
 """Lines that fit a terminal, and no more of them than a reader takes in."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from itertools import groupby
 from textwrap import wrap
 
@@ -52,12 +52,14 @@ def print_paths(console: Console, lines: Iterable[str]) -> None:
         console.print(line, markup=False, soft_wrap=True)
 
 
-def fitting(statements: Iterable[str], end: Iterable[str], width: int) -> list[str]:
-    """Return the statements for which `MOST_LINES` leaves room above the lines of the `end`.
+def fitting(statements: Iterable[str], end: Iterable[str], paths: Sized, width: int) -> list[str]:
+    """Return the statements for which `MOST_LINES` leaves room above the lines of the `end` and the paths.
 
-    They are taken in their order; one that is too long for what is left is passed over.
+    They are taken in their order; one that is too long for what is left is passed over. A path is a line,
+    however long it is.
     """
-    chosen, left = list[str](), MOST_LINES - sum(len(wrapped(in_text(text), width)) for text in end)
+    ending = len(paths) + sum(len(wrapped(in_text(text), width)) for text in end)
+    chosen, left = list[str](), MOST_LINES - ending
     for text in statements:
         needed = len(wrapped(in_text(text), width))
         if needed <= left:

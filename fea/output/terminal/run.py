@@ -117,7 +117,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
         return
     figures = [_model(summary), counted(summary.notes, summary.left_out)]
     paths = _written(folder, summary, console.width)
-    print_lines(console, [*fitting(statements(summary), (*figures, *paths), console.width), *figures])
+    print_lines(console, [*fitting(statements(summary), figures, paths, console.width), *figures])
     print_paths(console, paths)
 
 

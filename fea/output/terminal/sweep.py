@@ -40,7 +40,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     else:
         more = counted(notes, left_out)
         said = _statements(summaries, worst, notes)
-        lines = [*fitting(said, (more, *paths), console.width), more]
+        lines = [*fitting(said, [more], paths, console.width), more]
     print_lines(console, lines)
     print_paths(console, paths)
 
