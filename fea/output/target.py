@@ -1,5 +1,6 @@
 """Output files named by the user: checked before anything is computed, and shown as short paths."""
 
+import sys
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -76,6 +77,9 @@ class PictureError(OutputError):
     """No usable picture could be drawn; the result files are not affected (exit code 7)."""
 
 
+_LONG = 260 - 40  # characters of a folder, without the random part of its name and the names of its files
+
+
 @contextmanager
 def reported(
     path: Path, remedy: str, *, verb: str = "written", kind: type[OutputError] = StorageError
@@ -84,4 +88,8 @@ def reported(
     try:
         yield
     except OSError as error:
+        if sys.platform == "win32" and len(str(path.absolute())) > _LONG:
+            remedy = (
+                f"Its files have more than 260 characters: enable Windows' long paths or shorten it. {remedy}"
+            )
         raise kind(f"{path} could not be {verb}: {error.strerror or error}. {remedy}") from error

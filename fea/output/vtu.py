@@ -125,7 +125,9 @@ def write_cells(
     writer.SetCompressorTypeToZLib()
     writer.SetCompressionLevel(1)  # higher ones take two to five times as long and save 4 %
     writer.SetHeaderTypeToUInt64()  # arrays beyond 4 GiB
-    if not writer.Write() or errors or writer.GetErrorCode():
+    written = writer.Write() and not writer.GetErrorCode()
+    del source, writer  # which hold the file open where writing failed: Windows removes no open file
+    if errors or not written:
         raise StorageError(f"{path} could not be written. Check the free disk space and the permissions.")
 
 

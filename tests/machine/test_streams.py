@@ -2,7 +2,6 @@
 
 import json
 import os
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +10,7 @@ import pytest
 
 import fea
 
+resource = pytest.importorskip("resource", reason="the shell and the limits of POSIX")
 STUDY = Path(fea.__file__).parent / "studies" / "columba-2022.toml"
 FEA = f"'{sys.executable}' -m fea"
 

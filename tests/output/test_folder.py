@@ -11,7 +11,7 @@ import pytest
 
 from fea.output import folder
 from fea.output.folder import require_replaceable, run_folder
-from fea.output.target import OccupiedError, StorageError
+from fea.output.target import OccupiedError, StorageError, reported
 
 WRITER = """
 import json, sys, time
@@ -212,6 +212,11 @@ def test_what_the_system_refuses_is_said_with_its_reason(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "mkdir", refuse)
     with pytest.raises(StorageError, match=r"run could not be written: Permission denied.*--out"):
         run_folder(tmp_path / "run").__enter__()
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(StorageError, match=r"Permission denied. Choose"), reported(Path("run"), "Choose"):
+        refuse()
+    with pytest.raises(StorageError, match=r"long paths"), reported(Path("a" * 240), "Choose"):
+        refuse()
 
 
 def test_a_failed_swap_puts_the_earlier_run_back(tmp_path, monkeypatch):

@@ -21,6 +21,8 @@ def tells():
 
 
 def dies():
+    if os.name != "posix":
+        os._exit(0xC0000005 - 2**32)  # as Windows ends a process that reads where nothing is
     os.kill(os.getpid(), signal.SIGKILL)
 
 
