@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fea.cli.options import Json, Quiet, StudyName, Threads, print_json, takes
+from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, Threads, print_json, takes
 from fea.machine.exit_codes import CHECK_FAILED, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     "size",
     "tolerance",
     "units",
+    *FILE_FLAGS,
     min_safety="Required safety factor; default: that of the study, or 1.",
     rpm="Engine speeds of today, rpm; the highest is that at which the largest peak pressure is found.",
 )
