@@ -89,7 +89,5 @@ def reported(
         yield
     except OSError as error:
         if sys.platform == "win32" and len(str(path.absolute())) > _LONG:
-            remedy = (
-                f"Its files have more than 260 characters: enable Windows' long paths or shorten it. {remedy}"
-            )
+            remedy = f"Paths of more than 260 characters need Windows' long paths enabled. {remedy}"
         raise kind(f"{path} could not be {verb}: {error.strerror or error}. {remedy}") from error

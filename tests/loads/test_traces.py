@@ -57,7 +57,7 @@ def test_a_bad_file_is_refused_with_its_line(text, match):
 
 
 def test_a_missing_or_binary_file_is_refused(tmp_path):
-    with pytest.raises(InvalidValue, match="No such file"):
+    with pytest.raises(InvalidValue, match=r"none\.csv.*cannot be read \(.*[Ff]ile"):  # the system's words
         read_trace(tmp_path / "none.csv")
     (tmp_path / "binary.csv").write_bytes(b"\xff\x00\x81")
     with pytest.raises(InvalidValue, match="not a text file"):
