@@ -9,6 +9,7 @@ import pytest
 from fea import run
 from geometry.errors import InvalidValue
 from geometry.session import session
+from geometry.system import ENDS
 
 
 def test_two_threads_at_once_give_what_one_gives(tmp_path):
@@ -27,10 +28,8 @@ def test_what_is_no_path_is_refused(flags):
         run(**flags)
 
 
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
-def test_gmsh_keeps_no_signal(name):
-    number = getattr(signal, name)
-
+@pytest.mark.parametrize("number", ENDS)
+def test_gmsh_keeps_no_signal(number):
     caught = []
     earlier = signal.signal(number, lambda *_: caught.append(number))
     try:

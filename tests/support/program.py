@@ -1,7 +1,6 @@
 """The program run as a process: a new one, or a copy of this one, which has loaded the libraries already."""
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -23,8 +22,12 @@ def fea(*arguments, cwd, environment=None, largest_file=None):
     """Run `fea` in a directory, in a copy of this process; the finished process with its output as text.
 
     What the program does with streams, signals and exit codes is that of a new process; what it imports,
-    and the threads of its libraries, are not. No file may exceed `largest_file` bytes.
+    and the threads of its libraries, are not. No file may exceed `largest_file` bytes. Windows copies no
+    processes: a new one.
     """
+    if not hasattr(os, "fork"):
+        assert largest_file is None, "there is no such limit"
+        return started(*arguments, cwd=cwd, environment=environment)
     command, most = list(map(str, arguments)), largest_file
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         child = copied(command, cwd, environment or {}, out=out.fileno(), err=err.fileno(), largest_file=most)
@@ -42,7 +45,7 @@ def started(*arguments, cwd, environment=None):
         cwd=cwd,
         env=os.environ | (environment or {}),
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=300,
         check=False,
     )
@@ -64,6 +67,8 @@ def copied(arguments, cwd, environment, *, out, err, largest_file=None):
     child = os.fork()
     if not child:
         if largest_file is not None:
+            import resource
+
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
         _become(arguments, cwd, environment, out, err)
     return child
