@@ -35,7 +35,19 @@ ENVIRONMENT = {
     "KMP_AFFINITY": "disabled",  # wine has no masks of processors
 }
 # What runs as it is on a foreign system; the rest starts processes with signals or limits of POSIX.
-SUITE = ("geometry", "mesh", "loads", "study", "solid", "solvers", "stress", "judge", "pins", "contact")
+SUITE = (
+    "geometry",
+    "mesh",
+    "loads",
+    "study",
+    "solid",
+    "solvers",
+    "stress",
+    "judge",
+    "pins",
+    "contact",
+    "machine",
+)
 # Windows' Python 3.12 has a clock of ticks, for which Dask waits in vain where each reading differs.
 CLOCK = "import time\n_fine = time.time\ntime.time = lambda: _fine() // 0.015625 * 0.015625\n"
 PEAK = 1e-5  # the same mesh must give the same stress: what other libraries of linear algebra round
