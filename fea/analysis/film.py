@@ -70,7 +70,7 @@ class Lubrication:
         Raises
         ------
         InvalidValue
-            The clearance is none of a film.
+            With this clearance there is no film, or the oil hole is wider than the bore.
         """
         table, radius, said = rod.study.film, rod.mesh.bores.big_radius, list[str]()
 
@@ -88,8 +88,8 @@ class Lubrication:
             clearance = default
         least, most = (share * radius / UM for share in _CLEARANCES)
         rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or the oil is no film"
-        fits = least <= clearance <= most
-        require(fits, "film.radial_clearance_um", float(clearance), rule, "Check the clearance's unit.")
+        remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
+        require(least <= clearance <= most, "film.radial_clearance_um", float(clearance), rule, remedy)
         viscosity = given(
             table.viscosity_mPas, assumed.VISCOSITY_MPAS, "viscosity", "mPa·s (film.viscosity_mPas)"
         )
@@ -102,6 +102,8 @@ class Lubrication:
         inlet = given(table.inlet_bar, assumed.INLET_BAR, "oil pressure", "bar (film.inlet_bar)")
         hole = given(table.hole_deg, assumed.HOLE_DEG, "oil hole at", "° (film.hole_deg)")
         diameter = given(table.hole_diameter_mm, assumed.HOLE_MM, "oil hole of", "mm (film.hole_diameter_mm)")
+        rule = f"must be less than the width of the big end's bore, {rod.mesh.bores.big_width:.4g} mm"
+        require(diameter < rod.mesh.bores.big_width, "film.hole_diameter_mm", diameter, rule)
         rough = given(table.roughness_um, assumed.ROUGHNESS_UM, "roughness", "µm (film.roughness_um)")
         return cls(
             oil=Oil(viscosity * _MPAS, alpha * _PER_GPA),
@@ -204,7 +206,7 @@ def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
     Raises
     ------
     InvalidValue
-        The clearance is none of a film.
+        A value of [film] does not suit the bore.
     FilmError
         The film was not solved.
     """

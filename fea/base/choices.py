@@ -2,6 +2,7 @@
 
 from enum import StrEnum
 
+from fea.base.units import OTHER_UNITS
 from geometry.surfaces import Mirror
 
 # A peak stress counts as mesh-converged within this error bar, unless another tolerance is asked for: it is
@@ -159,7 +160,7 @@ class PressureUnit(StrEnum):
     @property
     def bar(self) -> float:
         """One of it in bar."""
-        return {"bar": 1.0, "kPa": 1e-2, "MPa": 10.0, "Pa": 1e-5, "psi": 0.06894757293168361}[self.value]
+        return OTHER_UNITS["bar"].get(self.value, 1.0)
 
 
 class PressureReference(StrEnum):

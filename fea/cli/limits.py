@@ -8,6 +8,7 @@ from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, Threads, print_j
 from fea.machine.exit_codes import CHECK_FAILED, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
+from geometry.errors import require_number, require_positive
 
 if TYPE_CHECKING:
     from fea.apps.limits.figures import LimitsFigures
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     "units",
     *FILE_FLAGS,
     min_safety="Required safety factor; default: that of the study, or 1.",
-    rpm="Engine speeds of today, rpm; the highest is that at which the largest peak pressure is found.",
+    rpm="Operating speeds, rpm; the largest peak pressure is found at the highest.",
 )
 def limits(
     study: StudyName = DEFAULT_STUDY,
@@ -40,15 +41,19 @@ def limits(
     Parameters
     ----------
     min_rpm
-        Speed that the rod must reach at today's load, less its error bar: else exit code 6.
+        Speed, rpm, that the rod must reach at today's load, less the error bar; otherwise exit code 6.
     min_boost
-        Boost, bar, that it must stand at this speed, less its error bar: else exit code 6.
+        Boost, bar, that it must stand at this speed, less the error bar; otherwise exit code 6.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
     from fea.machine.threads import limit_threads
 
     limit_threads(threads)
+    if min_rpm is not None:
+        require_positive("--min-rpm", min_rpm)
+    if min_boost is not None:
+        require_number("--min-boost", min_boost)
     asked = flags.applied(load_study(study))
 
     from fea.apps.limits.run_limits import limits as found

@@ -131,7 +131,7 @@ class Bearing:
             if not limited and iterate.close_to(before, self.clearance):
                 balance = self.reynolds.balance(iterate.film, iterate.gap, conditions)
                 return JournalState(*iterate, balance, step)
-        raise FilmError(f"the oil film was not solved within {_STEPS} steps")
+        raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
 
     @cached_property
     def _follows(self) -> Floats:

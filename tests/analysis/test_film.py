@@ -96,12 +96,19 @@ def test_where_no_film_can_be(study, flags, message):
         Flags(film=True, **flags).applied(load_study(study))
 
 
-def test_a_clearance_that_is_none_of_a_film(coarse, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("radial_clearance_um = 1.0", "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm"),
+        ("hole_diameter_mm = 30.0", "film.hole_diameter_mm = 30: must be less than the width"),
+    ],
+)
+def test_a_clearance_or_hole_that_does_not_suit_the_bore(line, message, tmp_path, capsys):
     file = tmp_path / "tight.toml"
     file.write_text(
         '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n[mesh]\nsize_mm = 18\n'
-        '[analysis]\npressure = "bonded"\nunusual = true\n[film]\nradial_clearance_um = 1.0\n',
+        f'[analysis]\npressure = "bonded"\nunusual = true\n[film]\n{line}\n',
         encoding="utf-8",
     )
     assert call(["run", str(file)]) == 2
-    assert "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm" in capsys.readouterr().err
+    assert message in capsys.readouterr().err

@@ -12,6 +12,7 @@ from program import fea as program
 
 import fea
 from fea.analysis.buckling import column_figures
+from fea.apps.limits.figures import Largest
 from fea.apps.limits.limit_map import Axes, Limit, LimitMap, root
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, Worst
@@ -52,6 +53,15 @@ def test_limits_of_the_files_are_those_of_a_direct_run(folder):
     assert result.summary.envelope.min_fatigue_safety_factor == pytest.approx(1.0, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    "flags", [("--min-rpm", "nan"), ("--min-rpm", -5), ("--min-boost", "nan"), ("--rpm", 0)], ids=str
+)
+def test_speeds_and_boosts_that_are_none_are_refused(flags, tmp_path):
+    done = program("limits", "leon-2001", *flags, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "rpm" in done.stderr or "boost" in done.stderr
+
+
 def test_summary_and_its_sentence(folder):
     summary = json.loads((folder / "summary.json").read_text())
     largest, pressure = summary["largest_rpm"], summary["largest_peak_pressure_bar"]
@@ -59,7 +69,8 @@ def test_summary_and_its_sentence(folder):
     assert largest["mode"] == "fatigue"
     assert 0 < largest["bar"] < 0.5 * largest["value"]  # elements are 2.8 times too large
     assert f"{10 * round(largest['value'] / 10)} ±" in summary["text"]
-    assert pressure["rpm"] == 3000
+    assert pressure["rpm"] == 3000 < summary["rpm"]
+    assert "no peak pressure" not in summary["text"]
     assert summary["closed_throttle"]["value"] > largest["value"]  # no gas pushes, and gas relieves little
     assert set(summary["files"]) == {path.name for path in folder.iterdir()}
 
@@ -85,6 +96,20 @@ def test_rods_that_never_fail_and_that_fail_at_idling_speed_are_told_so():
     assert strong.reaches(15000, None)
     assert "does not reach the required safety factor at any speed" in weak.text
     assert not weak.reaches(100, None)
+    slower = Largest(
+        mode="yield",
+        rpm=1000.0,
+        peak_pressure_bar=100.0,
+        bar=None,
+        gas_scale=2.0,
+        at_mm=None,
+        crank_deg=0.0,
+        value=100.0,
+        place="",
+        boost_bar=1.0,
+        safe_from=None,
+    )
+    assert not replace(strong, largest_peak_pressure_bar=slower).reaches(None, 0.5)  # not at its speed
 
 
 def test_a_column_buckles_at_its_critical_load():

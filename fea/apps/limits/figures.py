@@ -1,4 +1,4 @@
-"""What `fea limits` found, as `summary.json` holds it, and in words."""
+"""The results of `fea limits`, as `summary.json` holds them, and in words."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ class LimitsFigures:
     text: str  #: the answer in words
     trusted: bool
     rpm: float  #: of the study, the highest
-    #: safe_rpm, safe_boost: up to which speed, rpm, and boost, bar, it is safe; None where it is nowhere
+    #: safe_rpm, safe_boost: up to which speed, rpm, and boost, bar, it is safe; None where it is at none
     safe_rpm: float | None
     safe_boost: float | None
     largest_rpm: Largest | None
@@ -71,10 +71,10 @@ class LimitsFigures:
             return False
         if boost is None:
             return True
-        if pressed is None:
-            return self.safe_boost is not None and boost <= self.safe_boost
-        spread = (pressed.bar or 0.0) / pressed.value * (pressed.boost_bar + 1.0)
-        return pressed.boost_bar - spread >= boost and (rpm is None or pressed.rpm >= rpm)
+        if self.safe_boost is None:
+            return False
+        spread = 0.0 if pressed is None else (pressed.bar or 0.0) / pressed.value * (self.safe_boost + 1.0)
+        return self.safe_boost - spread >= boost
 
 
 def ends(largest: Largest) -> str:
@@ -84,7 +84,7 @@ def ends(largest: Largest) -> str:
 
 
 def with_bar(value: float, bar: float | None, unit: str) -> str:
-    """A value with its bar, rounded to what the bar vouches for."""
+    """Return a value with its error bar, both rounded: speeds to 10 rpm, pressures to 1 bar."""
     if bar is None:
         return f"{float(f'{value:.3g}'):.0f} {unit}"
     step = 10 if unit == "rpm" else 1

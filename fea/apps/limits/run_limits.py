@@ -39,7 +39,7 @@ from fea.output.text import write_text
 from fea.rod.place_names import place_name
 from fea.study.study import Study, load_study
 from geometry.arrays import Floats
-from geometry.errors import require
+from geometry.errors import require, require_positive
 from loads.gas import LARGEST_PEAK, Otto
 from mesh.tetmesh import TetMesh
 
@@ -71,7 +71,8 @@ class Found:
     rod: PreparedRod
     operation: Operation
     rpm: float  #: the highest of the study
-    static: SpeedResult  #: of this speed
+    at_rpm: float  #: at which the largest peak pressure was asked for
+    static: SpeedResult  #: of `rpm`
     of_rays: LimitMap
     #: speed, pressure: along the line of full load, and at one speed; None where nothing is safe
     speed: Reached | None
@@ -115,11 +116,14 @@ def limits(
     rule = "cannot be combined with fea limits: each state of a rod in parts takes too long"
     remedy = "Remove [assembly]; then check a limit with it: fea run with its rpm and its engine.gas_scale."
     require(study.assembly is None, "[assembly]", None, rule, remedy)
+    speeds = [rpm for rpm in study.speeds() if rpm is not None]
+    require_positive("speed.rpm", max(speeds))
+    if at_rpm is not None:
+        require_positive("at_rpm", at_rpm)
     if folder is not None:
         require_replaceable(folder)
     clock = Clock(listener)
     study = replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
-    speeds = [rpm for rpm in study.speeds() if rpm is not None]
     adapted = adapt_mesh(study, [max(speeds)], clock)
     with clock("limits"):
         found = explore(adapted, max(speeds), at_rpm, listener or (lambda _stage: None))
@@ -150,7 +154,7 @@ def explore(adapted: Adapted, rpm: float, at_rpm: float | None, show: Callable[[
         if pressure is None and speed is not None and at_rpm is None:
             lower = max(100 * math.floor(_LOWER * speed.high / 100), operation.idle)
             pressure = _pressure(explorer, of_rays, lower)
-    return Found(rod, operation, rpm, static, of_rays, speed, pressure, fastest)
+    return Found(rod, operation, rpm, at_rpm or rpm, static, of_rays, speed, pressure, fastest)
 
 
 def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float) -> Axes:
@@ -225,7 +229,7 @@ def _figures(study: Study, found: Found, adapted: Adapted, clock: Clock) -> Limi
     shortfall = [adapted.shortfall] if adapted.shortfall else []
     notes, left_out = by_consequence([*found.static.notes, *_notes(found), *shortfall])
     boost = None
-    if found.pressure is not None:
+    if found.pressure is not None and found.pressure.rpm >= found.at_rpm:
         boost = operation.boost(operation.scale(found.pressure.rpm, found.pressure.high))
     return LimitsFigures(
         study=study.name,
@@ -299,8 +303,8 @@ def _sentences(
 
 def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
     reached = found.pressure
-    if reached is None or reached.rpm < found.rpm:
-        yield f"At {found.rpm:.0f} rpm no peak pressure is safe."
+    if reached is None or reached.rpm < found.at_rpm:
+        yield f"At {found.at_rpm:.0f} rpm no peak pressure is safe."
     if reached is None:
         return
     at = f"At {reached.rpm:.0f} rpm"

@@ -12,9 +12,9 @@ from fea.output.report.coding import embedded_json
 from fea.output.text import write_text
 from geometry.arrays import Floats
 
-# Largest factor of the page: beyond, a mode is no concern.
+# Larger factors are written as this one: such a mode does not limit the rod.
 _MOST = 20.0
-# Of the columns and rows of the map, the page has every so manieth: it interpolates.
+# The page holds one in so many columns and rows of the map, and interpolates between them.
 _EVERY = 4
 
 
