@@ -182,6 +182,7 @@ def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
             stresses,
             materials=rod.materials,
             rims=rims,
+            from_file=rod.study.rod.from_file,
             bore_datum=rod.bore_datum,
             sharp=rod.sharp_places,
         )

@@ -13,7 +13,7 @@ from fea.base.material import Material
 from fea.contact.assembly_state import AssemblyState, SeatFields, Touch
 from fea.judge.case_error import CaseError
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
-from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor
+from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor, widened
 from fea.stress.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import INTERFACES, Surface
@@ -198,12 +198,14 @@ def case_result(
     *,
     materials: Sequence[Material],
     rims: Mask,
+    from_file: bool = False,
     bore_datum: Floats | None = None,
     sharp: SharpPlaces | None = None,
 ) -> CaseResult:
     """Return the result of a case from its fields and each part's stress (n_nodes, 6), NaN outside it.
 
-    `rims` (n_nodes,) are the `bore_ends` of the mesh, the same for all of its cases.
+    `rims` (n_nodes,) are the `bore_ends` of the mesh, the same for all of its cases; the errors of a rod
+    that is read `from_file` are `widened`.
     """
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
@@ -220,6 +222,8 @@ def case_result(
         off = np.where(worse, its_error, off)
         factor = np.where(worse, its_factor, factor)
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
+    if from_file:
+        off = widened(equivalent, off, error.masked)
     result = CaseResult(
         **vars(fields),
         load=load,

@@ -24,9 +24,9 @@ class Verdict(StrEnum):
     DIVERGING = "diverging"
 
 
-# Beyond the bar of a converged peak the mesh is too coarse for the constants of the estimate, so that its bar
-# is widened by this power of its excess: the first meshes of three of five CAD rods erred by up to 1.35 times
-# their bar (results/cad-rods.md).
+# The constants of the estimate come from rods drawn from dimensions, whose fillets have elements enough. Of a
+# rod read from a file, errors beyond the bar of a converged peak are widened by this power of their excess:
+# the first meshes of three of five CAD rods erred by up to 1.35 times their bar (results/cad-rods.md).
 _WIDENED = 0.4
 
 
@@ -71,17 +71,21 @@ def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:
     node = int(np.where(counts, value, -np.inf).argmax())
     highest, left_out = np.where(counts, value + error, -np.inf), np.where(counts, 0.0, value)
     bar_node = int(highest.argmax())
-    bar = float(highest[bar_node] - value[node])
-    share = 100 * bar / max(float(value[node]), np.finfo(float).tiny) / CONVERGED_PERCENT
     return Peak(
         node=node,
         value=float(value[node]),
-        bar=bar * max(1.0, share) ** _WIDENED,
+        bar=float(highest[bar_node] - value[node]),
         bar_node=bar_node,
         unmasked=float(value.max()),
         singular=float(left_out.max()),
         singular_node=None if counts.all() else int(left_out.argmax()),
     )
+
+
+def widened(value: Floats, error: Floats, masked: Mask | None = None) -> Floats:
+    """Widen errors (n_nodes,) on a mesh that may be too coarse for the constants of their estimate."""
+    share = error / (CONVERGED_PERCENT / 100 * max(peak(value, error, masked).value, np.finfo(float).tiny))
+    return np.asarray(error * np.maximum(1.0, share) ** _WIDENED)
 
 
 # Upper limit of the factor, which would be infinite at zero stress; it keeps colour scales readable.
