@@ -74,14 +74,14 @@ def limits(
 
 
 def _print(figures: "LimitsFigures", folder: Path) -> None:
+    from fea.output.limits_report.report import TABLE_HEAD
     from fea.output.target import near
     from fea.output.terminal.prose import print_lines, terminal
     from fea.output.units import in_heading, in_rows
 
     lines = [figures.text, ""]
     if figures.table:
-        head = ("rpm", "safe peak pressure, bar", "ended by")
-        rows = (map(in_heading, head), *in_rows(head, figures.table))
+        rows = (map(in_heading, TABLE_HEAD), *in_rows(TABLE_HEAD, figures.table))
         lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in rows]
         lines += [""]
     lines += [str(note) for note in figures.notes[:6]]

@@ -37,7 +37,7 @@ def with_engine(**keys):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("limits")
-    flags = ("--size", 14, "--pressure", "cosine-180", "--min-rpm", 3000, "--min-boost", 5)
+    flags = ("--size", 14, "--pressure", "cosine-180", "--min-rpm", 3000, "--min-boost", 5, "--units", "us")
     done = program("limits", "leon-2001", *flags, "--out", "out", cwd=place)
     assert done.returncode == 6, done.stderr  # it stands no such boost
     assert "Up to" in done.stdout
@@ -72,6 +72,12 @@ def test_summary_and_its_sentence(folder):
     assert pressure["rpm"] == 3000 < summary["rpm"]
     assert "no peak pressure" not in summary["text"]
     assert summary["closed_throttle"]["value"] > largest["value"]  # no gas pushes, and gas relieves little
+    page = (folder / "report.html").read_text()
+    shown = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
+    assert shown["unit"] == "psi"
+    assert shown["closed"][1] == pytest.approx(
+        summary["closed_throttle"]["peak_pressure_bar"] * 14.5038, rel=1e-3
+    )
     assert set(summary["files"]) == {path.name for path in folder.iterdir()}
 
 

@@ -10,8 +10,10 @@ from fea.output.html import html_page, page_file
 from fea.output.plots.limits import MapPlot
 from fea.output.report.coding import embedded_json
 from fea.output.text import write_text
+from fea.output.units import in_heading, in_rows, scale, unit
 from geometry.arrays import Floats
 
+TABLE_HEAD = ("rpm", "safe peak pressure, bar", "ended by")
 # Larger factors are written as this one: such a mode does not limit the rod.
 _MOST = 20.0
 # The page holds one in so many columns and rows of the map, and interpolates between them.
@@ -38,9 +40,12 @@ def write_limits_page(
     StorageError
         The file could not be written.
     """
+    bar = scale("bar")
+    both = np.array([1.0, bar])  # of a speed and a pressure
     data: dict[str, Any] = {
         "rpm": _rounded(shown.rpm[::_EVERY]),
-        "peak": _rounded(shown.peak[::_EVERY]),
+        "peak": _rounded(bar * shown.peak[::_EVERY]),
+        "unit": unit("bar"),
         "elastic": shown.elastic,
         "factors": {
             mode: [_rounded(np.minimum(row, _MOST)) for row in own[::_EVERY, ::_EVERY]]
@@ -48,15 +53,15 @@ def write_limits_page(
         },
         "lines": {
             mode: [
-                [*_rounded(np.array(point)), place]
+                [*_rounded(both * point), place]
                 for *point, place in zip(line.rpm, line.peak, places[mode], strict=True)
                 if np.isfinite(point[0])
             ]
             for mode, line in shown.lines.items()
         },
-        "load": [_rounded(each) for each in shown.full_load],
-        "points": [_rounded(np.array(each)) for each in shown.points],
-        "closed": None if shown.closed_throttle is None else _rounded(np.array(shown.closed_throttle)),
+        "load": [_rounded(own) for own in both[:, None] * shown.full_load],
+        "points": [_rounded(both * each) for each in shown.points],
+        "closed": None if shown.closed_throttle is None else _rounded(both * shown.closed_throttle),
     }
     room = "limits_report"
     page = html_page(
@@ -66,7 +71,8 @@ def write_limits_page(
         page_file(room, "limits.js"),
         title=shown.title,
         text=text,
-        table=table,
+        head=[in_heading(each) for each in TABLE_HEAD],
+        table=list(in_rows(TABLE_HEAD, table)),
         notes=notes,
         load=shown.full_load_name,
         data=embedded_json(data),

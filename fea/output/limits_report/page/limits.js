@@ -69,7 +69,7 @@ function axes() {
   g.save();
   g.translate(36, (box.top + box.bottom) / 2);
   g.rotate(-Math.PI / 2);
-  g.fillText("peak pressure (absolute), bar", 0, 0);
+  g.fillText(`peak pressure (absolute), ${d.unit}`, 0, 0);
   g.restore();
 }
 
@@ -116,7 +116,7 @@ function told(event) {
   const found = modes.map((mode) => [mode, factor(mode, rpm, bar)]).sort((a, b) => a[1] - b[1]);
   const [mode, least] = found[0];
   const all = found.map(([name, value]) => `${name} ${value >= 10 ? "> 10" : value.toFixed(2)}`).join(", ");
-  const lead = `${rpm.toFixed(0)} rpm, ${bar.toFixed(0)} bar: ${least >= 1 ? "safe" : "not safe"}`;
+  const lead = `${rpm.toFixed(0)} rpm, ${bar.toFixed(0)} ${d.unit}: ${least >= 1 ? "safe" : "not safe"}`;
   under.textContent = `${lead}; governed by ${mode}${place(mode, rpm, bar)}. Factors: ${all}.`;
 }
 
