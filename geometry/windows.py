@@ -15,7 +15,7 @@ _KERNEL = ctypes.WinDLL("kernel32", use_last_error=True)
 _FOREVER = 0xFFFFFFFF  # ms
 _FREE, _ABANDONED = 0, 0x80  # what waiting for a lock returns; its process has ended without a release
 _BETWEEN_LOOKS = 0.05  # s
-_locked: set[str] = set()
+_locked: set[tuple[str, int]] = set()  # names and the threads that hold them
 
 
 class _MachineMemory(ctypes.Structure):
@@ -115,7 +115,7 @@ class PathLock:
 
     def take(self, *, wait: bool) -> bool:
         """Take the lock; False where it is held."""
-        if self._name in _locked:
+        if (self._name, threading.get_ident()) in _locked:
             return False
         create, wait_for = _KERNEL.CreateMutexW, _KERNEL.WaitForSingleObject
         create.argtypes, create.restype = (c_void_p, c_uint32, c_wchar_p), c_void_p
@@ -127,11 +127,11 @@ class PathLock:
             _KERNEL.CloseHandle(c_void_p(handle))
             return False
         self._handle = handle
-        _locked.add(self._name)
+        _locked.add((self._name, threading.get_ident()))
         return True
 
     def release(self) -> None:
         """Give the lock back, in the thread that took it."""
-        _locked.discard(self._name)
+        _locked.discard((self._name, threading.get_ident()))
         _KERNEL.ReleaseMutex(c_void_p(self._handle))
         _KERNEL.CloseHandle(c_void_p(self._handle))
