@@ -61,13 +61,12 @@ def test_what_a_closed_stdout_would_have_had_is_in_no_result(tmp_path):
 def test_letters_that_an_encoding_lacks_are_written_as_json_writes_them(tmp_path):
     plain = shell("fea verify le1 --json", tmp_path)
     cells = [(row["quantity"], row["target"]) for row in json.loads(plain.stdout)]
-    for encoding in ("ascii", "latin-1"):
-        done = shell("fea reproduce --help", tmp_path, PYTHONIOENCODING=encoding)
-        assert (done.returncode, done.stderr) == (0, "")
-        done = shell("fea verify le1 --json", tmp_path, PYTHONIOENCODING=encoding)
-        assert done.returncode == 0, done.stderr
-        assert "\\u03c3" in done.stdout
-        assert [(row["quantity"], row["target"]) for row in json.loads(done.stdout)] == cells
+    done = shell("fea verify le1 --json", tmp_path, PYTHONIOENCODING="ascii")
+    assert done.returncode == 0, done.stderr
+    assert "\\u03c3" in done.stdout
+    assert [(row["quantity"], row["target"]) for row in json.loads(done.stdout)] == cells
+    done = shell("fea reproduce --help", tmp_path, PYTHONIOENCODING="latin-1")
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_streams_of_a_limited_process_do_the_same(tmp_path):
