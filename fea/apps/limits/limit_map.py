@@ -38,8 +38,8 @@ _FURTHEST = 3.0
 _NO_CHARGE = 0.02
 # Points of a line of operation between which the limits of the rays are compared.
 _POINTS = 240
-# A part of the largest pressure of any engine that is still allowed.
-_BELOW = 0.999
+# Just below the largest pressure of any engine, MPa: the highest that is looked at.
+MOST_PEAK = 0.999 * LARGEST_PEAK
 
 Point = tuple[float, float]  # speed, rpm, and multiple of the charge
 
@@ -93,16 +93,20 @@ class LimitMap:
 
     def least(self, rpm: Floats, charge: Floats) -> Floats:
         """Return the least of them (n,); infinite where nothing limits the rod."""
-        every = list(self.factors(rpm, charge).values())
-        return np.asarray(np.min(every, axis=0)) if every else np.full(np.shape(rpm), np.inf)
+        return least_of(self.factors(rpm, charge), rpm)
 
     def _load(self, limit: Limit) -> float:
         return float(self.axes.ray(np.asarray(limit.rpm), np.asarray(limit.scale))[1])
 
 
+def least_of(factors: Mapping[Mode, Floats], points: Floats) -> Floats:
+    """Return the least of the factors at points; infinite where nothing limits the rod."""
+    return np.min(list(factors.values()), axis=0) if factors else np.full(np.shape(points), np.inf)
+
+
 def most_charge(operation: Operation, rpm: float) -> float:
     """Return the charge at which the largest pressure of any engine is reached."""
-    return _BELOW * operation.scale(rpm, LARGEST_PEAK)
+    return operation.scale(rpm, MOST_PEAK)
 
 
 def ray_angles(operation: Operation, axes: Axes) -> Floats:

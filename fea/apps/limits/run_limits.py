@@ -20,10 +20,12 @@ from fea.apps.limits.figures import (
 )
 from fea.apps.limits.limit_map import (
     ELASTIC,
+    MOST_PEAK,
     Axes,
     Explorer,
     Limit,
     LimitMap,
+    least_of,
     most_charge,
 )
 from fea.apps.limits.operation import CLOSED_THROTTLE, MECHANICAL_EFFICIENCY, Operation
@@ -49,7 +51,7 @@ FILES = (STUDY, SUMMARY, TABLE, MAP, REPORT)
 _NEAR_PEAK = 0.8
 # Speeds of the table, and columns and rows of the map.
 _ROWS, _COLUMNS, _LINES = 9, 160, 140
-_LEAST_CHARGE, _BELOW = 0.02, 0.999
+_LEAST_CHARGE = 0.02
 # Of the largest speed, where no pressure is safe at that of the study.
 _LOWER = 0.9
 
@@ -182,7 +184,7 @@ def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
 def _pressure(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
     """The end of the highest peak pressures that are safe at a speed."""
     operation = explorer.operation
-    ends_ = (operation.peak(rpm, _LEAST_CHARGE), _BELOW * LARGEST_PEAK)
+    ends_ = (operation.peak(rpm, _LEAST_CHARGE), MOST_PEAK)
     edges, safe = explorer.edges(of_rays, lambda at: (rpm, operation.scale(rpm, at)), ends_)
     if not safe:
         return None
@@ -353,10 +355,10 @@ def _table(found: Found) -> Iterator[tuple[str, ...]]:
     fastest = max(limit.rpm for own in of_rays.limits.values() for limit in own if limit is not None)
     step = 250 * math.ceil(fastest / _ROWS / 250)
     for rpm in np.arange(step, fastest + step, step).tolist():
-        peaks = np.linspace(operation.peak(rpm, _LEAST_CHARGE), _BELOW * LARGEST_PEAK, 2000)
+        peaks = np.linspace(operation.peak(rpm, _LEAST_CHARGE), MOST_PEAK, 2000)
         scale = np.array([operation.scale(rpm, peak) for peak in peaks])
         factors = of_rays.factors(np.full_like(scale, rpm), scale)
-        least, modes = np.min(list(factors.values()), axis=0), list(factors)
+        least, modes = least_of(factors, scale), list(factors)
         safe = np.flatnonzero(least > 1)
         if not safe.size:
             worst = modes[int(np.argmin([own.max() for own in factors.values()]))]
@@ -420,7 +422,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         title=f"{figures.study}: limits with a safety factor of {figures.required_safety_factor:g}",
         rpm=rpm,
         peak=peak / BAR,
-        factor=of_rays.least(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0)),
+        factor=least_of(factors, scale),
         yielding=figures.required_safety_factor / factors[Mode.YIELD]
         if Mode.YIELD in factors
         else np.zeros_like(scale),
