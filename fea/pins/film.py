@@ -23,7 +23,8 @@ class YieldingBore:
     """The displacement of the big end's bore under pressures on it and all else that acts on the rod."""
 
     functions: BoreFunctions
-    compliance: Floats  #: (n, n), mm³/N, between weights of the functions
+    #: (n, n), mm³/N, between weights of the functions, without rigid translations: those are the journal's
+    compliance: Floats
     #: (n, 6) weights of the displacement of unit forces of the piston pin along x and y and unit motions
     loaded: Floats
 
@@ -51,19 +52,17 @@ class YieldingBore:
         rest = np.concatenate([len(even) - 3 + np.arange(3), len(even) + len(odd) - 3 + np.arange(3)])
         own = np.setdiff1d(np.arange(len(moments)), rest)
         compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest[[0, 3, 1, 2, 4, 5]])]
-        return cls(functions, (compliance + compliance.T) / 2, loaded)
+        compliance = (compliance + compliance.T) / 2
+        compliance[functions.translations] = loaded[functions.translations] = 0.0
+        return cls(functions, compliance, loaded)
 
     def on(self, grid: FilmGrid) -> ElasticBore:
         """The bore for a film on a grid."""
-        relative = self.compliance.copy()
-        relative[self.functions.translations] = 0.0
-        return ElasticBore(self.functions.means(grid), relative)
+        return ElasticBore(self.functions.means(grid), self.compliance)
 
     def caused(self, instants: Instants) -> Floats:
         """Weights (n_instants, n) of the displacement by all but the film: g of `ElasticBore`."""
-        rest = self.loaded.copy()
-        rest[self.functions.translations] = 0.0
-        return np.concatenate([instants.pin, instants.motions]).T @ rest.T
+        return np.concatenate([instants.pin, instants.motions]).T @ self.loaded.T
 
 
 def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> tuple[Floats, Floats]:
