@@ -1,0 +1,195 @@
+"""What the page of `fea studio` shows of a design: figures with their bars, places and stresses."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from fea.analysis.buckling import column_figures
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.apps.studio.operation import Operation
+from fea.base.checks import Check
+from fea.base.note import NoteKind
+from fea.base.units import KG
+from fea.judge.case_result import CaseResult
+from fea.judge.governing import Governing
+from fea.output.report.surface import Surface
+from fea.rod.place_names import place_name
+from geometry.arrays import vector
+
+Singles = npt.NDArray[np.float32]
+Place = tuple[float, float, float]
+LARGEST_OF_CASES = "von_mises"  # the field of the largest stress over all load cases
+YIELDING, FATIGUE, BUCKLING = "yielding", "fatigue", "buckling"
+
+
+class Label(StrEnum):
+    """How exact the figures of a frame are."""
+
+    INTERPOLATED = "interpolated"
+    EXACT = "exact on a moved mesh"
+    CONVERGED = "converged"
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A safety factor."""
+
+    factor: float
+    bar_percent: float  #: of the stress behind it: the error of the mesh, and the gap
+    gap_percent: float  #: estimated error of interpolation; 0 where there is none
+    where: str = ""
+    at_mm: Place | None = None  #: None where it has no place
+
+
+@dataclass(frozen=True)
+class CaseFigures:
+    """The worst place in a load case."""
+
+    name: str
+    peak_MPa: float  #: largest von Mises stress
+    safety_factor: float
+    #: bar_percent, gap_percent: as of `Factor`
+    bar_percent: float
+    gap_percent: float
+    where: str
+    at_mm: Place
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figures:
+    """The figures of a design at an operation."""
+
+    mass_kg: float
+    cases: tuple[CaseFigures, ...]
+    governing: str  #: the load case of the smallest factor against yielding
+    yielding: Factor
+    fatigue: Factor | None = None  #: None where it is not worked out yet, or no strength is known
+    buckling: Factor | None = None  #: None where no load case compresses the rod
+    checks: Mapping[str, Check] | None = None  #: None where nothing was solved
+    notes: tuple[str, ...] = ()
+
+    @property
+    def governs(self) -> str:
+        """The mode of failure with the smallest factor."""
+        modes = {YIELDING: self.yielding, FATIGUE: self.fatigue, BUCKLING: self.buckling}
+        return min((mode for mode in modes if modes[mode]), key=lambda mode: modes[mode].factor)  # type: ignore[union-attr]
+
+    @property
+    def trusted(self) -> bool | None:
+        """Whether every check passed; None where there were none."""
+        return None if self.checks is None else all(check.passed for check in self.checks.values())
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """A design, and what is known of it."""
+
+    design: Mapping[str, float]
+    operation: Operation
+    label: Label
+    figures: Figures | None = None  #: None beyond the anchors
+    base: int = 0  #: number of the mesh that was moved
+    shown: str = LARGEST_OF_CASES  #: the field of `values`
+    pins: str = ""  #: what loads the bores
+    new_mesh: bool = False  #: whether its mesh was made for it
+    #: points, values: (n, 3) places of the nodes of the surface, mm, and (n,) stress there, MPa
+    points: Singles | None = field(default=None, repr=False)
+    values: Singles | None = field(default=None, repr=False)
+    triangles: npt.NDArray[np.int32] | None = field(default=None, repr=False)  #: of a new surface alone
+    seconds: float = 0.0
+
+
+def triangles(surface: Surface) -> npt.NDArray[np.int32]:
+    """Triangles (t, 3) of a surface by the numbers of its nodes: a facet of second order is four."""
+    corners = surface.facets
+    if surface.order == 1:
+        return corners.astype(np.int32)
+    first, count = int(corners.max()) + 1, len(surface.nodes)
+    keys = np.sort(surface.parents[first:], axis=1) @ [count, 1]
+    order = np.argsort(keys)
+    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2) @ [count, 1]
+    a, b, c = corners.T
+    ab, bc, ca = (first + order[np.searchsorted(keys, side, sorter=order)] for side in sides.T)
+    every = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    return np.concatenate([np.stack(each, axis=1) for each in every]).astype(np.int32)
+
+
+def figures(rod: PreparedRod, result: SpeedResult) -> Figures:
+    """Return the figures of what was solved; those of `fea run` of the same study on the same mesh."""
+    cases = tuple(result.cases.values())
+    governing = Governing.of(cases)
+    worst = max(cases, key=lambda case: case.worst.value)
+    return Figures(
+        mass_kg=rod.mass.mass / KG,
+        cases=tuple(_case(rod, case) for case in cases),
+        governing=worst.load.name,
+        yielding=_yielding(rod, result, governing.percent),
+        fatigue=_fatigue(rod, result, governing.percent),
+        buckling=buckling(rod, result),
+        checks=result.checks,
+        notes=tuple(str(note) for note in result.notes if note.kind in (NoteKind.DOUBT, NoteKind.WARNING)),
+    )
+
+
+def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor:
+    """The smallest factor over the load cases and, where it was worked out, over the cycle."""
+    worst = max((case.worst for case in result.cases.values()), key=lambda one: one.value)
+    node, used = worst.node, worst.value
+    if result.cycle is not None:
+        usage = np.where(result.cycle.counts, result.cycle.envelope.usage, -np.inf)
+        node, used = int(usage.argmax()), float(usage.max())
+    return _factor(rod, 1 / used, percent, node)
+
+
+def _fatigue(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor | None:
+    cycle = result.cycle
+    if cycle is None or cycle.weakest is None or cycle.envelope.fatigue_factor is None:
+        return None
+    node = cycle.weakest.node
+    return _factor(rod, float(cycle.envelope.fatigue_factor[node]), percent, node)
+
+
+def _factor(rod: PreparedRod, factor: float, percent: float, node: int) -> Factor:
+    return Factor(factor, percent, 0.0, place_name(rod.mesh, node), vector(rod.mesh.whole.points[node]))
+
+
+def _case(rod: PreparedRod, case: CaseResult) -> CaseFigures:
+    node = case.worst.node
+    return CaseFigures(
+        case.load.name,
+        case.max_von_mises,
+        case.min_safety_factor,
+        case.error_percent,
+        0.0,
+        place_name(rod.mesh, node),
+        vector(rod.mesh.whole.points[node]),
+    )
+
+
+def buckling(rod: PreparedRod, result: SpeedResult) -> Factor | None:
+    """Return the smaller factor of the column formulas; None where nothing compresses the rod."""
+    columns = column_figures(rod, result.loads.cases)
+    factors = {plane: one.safety_factor for plane, one in columns.planes.items() if one.safety_factor}
+    if not factors:
+        return None
+    plane = min(factors, key=lambda name: factors[name])
+    return Factor(factors[plane], 0.0, 0.0, f"the shank, {plane.replace('_', ' ')}")
+
+
+def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: Surface, began: float) -> Frame:
+    """Return a frame with what was solved since a reading of the clock, s."""
+    cases = result.cases
+    some = [cases[frame.shown]] if frame.shown in cases else list(cases.values())
+    values = np.max([case.von_mises[surface.nodes] for case in some], axis=0)
+    return replace(
+        frame,
+        figures=figures(rod, result),
+        points=rod.mesh.whole.points[surface.nodes].astype(np.float32),
+        values=values.astype(np.float32),
+        seconds=perf_counter() - began,
+    )
