@@ -184,6 +184,7 @@ class Assembling:
             bolts=mesh.bolts,
             preload=bolt.preload,
             stiffness=bolt.stiffness,
+            beam=self.bolt.beam,
             friction=table.friction,
             interference={
                 Surface.BUSHING_SEAT: (table.bushing_interference_mm or 0.0) / 2,

@@ -1,13 +1,12 @@
 """From the cases of an assembled rod to its figures."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fea.analysis.assembling import Assembling
-from fea.analysis.cycle.assembly_history import bolt_forces
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import (
     AssemblyFigures,
@@ -26,7 +25,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.base.note import Note, omission
 from fea.base.units import DEG, UM
 from fea.contact.assembly_state import AssemblyState, FaceState
-from fea.judge.bolt import BoltResult
+from fea.judge.bolt import Bolt, BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.solid.errors import ContactError
@@ -112,14 +111,16 @@ def bolts_figures(
 ) -> BoltsFigures:
     """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
     chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
-    cases, forces = list(states), bolt_forces(list(states.values()))
-    over_time = forces if cycle is None else bolt_forces(cycle.states)
-    judged = partial(BoltResult.of, bolt, turned=table.bolt_stretch_mm is None)
-    hardest = max(map(judged, np.concatenate([forces, over_time], axis=1)), key=lambda one: one.largest_force)
-    tired = max(map(judged, over_time), key=lambda one: one.amplitude)
+    cases = list(states)
+    in_time = list(states.values()) if cycle is None else cycle.states
+    judged = partial(_judged, bolt, turned=table.bolt_stretch_mm is None)
+    all_judged = judged([*states.values(), *in_time])
+    hardest = max(all_judged, key=lambda one: one.largest_force)
+    over_time = judged(in_time)
+    tired = max(over_time, key=lambda one: one.amplitude)
+    bent = min(over_time, key=lambda one: one.bending_fatigue_safety)
     at = hardest.largest_at
     case = cases[at] if at < len(cases) else None
-    fatigue = tired.fatigue_safety
     return figures(
         BoltsFigures,
         hardest,
@@ -131,14 +132,37 @@ def bolts_figures(
         max_force_N=hardest.largest_force,
         max_case=case,
         max_crank_deg=None if cycle is None or case else float(cycle.angles[at - len(cases)]) / DEG,
-        min_force_N=float(min(forces.min(), over_time.min())),
+        min_force_N=min(one.least_force for one in all_judged),
         amplitude_N=tired.force_amplitude,
         yield_safety_factor=hardest.working_safety,
         alternating_stress_MPa=tired.amplitude,
         endurance_MPa=tired.endurance,
-        fatigue_safety_factor=fatigue if np.isfinite(fatigue) else None,
+        fatigue_safety_factor=_where_finite(tired.fatigue_safety),
+        max_bending_MPa=max(own.bending for state in (*states.values(), *in_time) for own in state.bolts),
+        bending_yield_safety_factor=min(one.bending_safety for one in all_judged),
+        bending_alternating_stress_MPa=bent.bending_amplitude,
+        bending_fatigue_safety_factor=_where_finite(bent.bending_fatigue_safety),
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
     )
+
+
+def _judged(bolt: Bolt, states: Sequence[AssemblyState], *, turned: bool) -> list[BoltResult]:
+    """Judge each bolt over a sequence of states."""
+    over_time = zip(*(state.bolts for state in states), strict=True)
+    return [
+        BoltResult.of(
+            bolt,
+            np.array([one.force for one in own]),
+            np.array([one.fibre for one in own]),
+            np.array([one.thread_bending for one in own]),
+            turned=turned,
+        )
+        for own in over_time
+    ]
+
+
+def _where_finite(factor: float) -> float | None:
+    return factor if np.isfinite(factor) else None
 
 
 def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFigures, ...]:

@@ -419,6 +419,7 @@ class BoltCaseFigures:
     force_N: float  #: of the bolt, or of each of a pair about z = 0
     change_N: float  #: since the rod was put together, at the engine's temperature
     load_factor: float | None  #: Φ: change over its share in the separating load; None where that is tiny
+    bending_MPa: float  #: largest bending stress of any section
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -442,6 +443,11 @@ class BoltsFigures:
     endurance_MPa: float
     fatigue_safety_factor: float | None  #: None where the force does not change
     seat_pressure_MPa: float  #: largest under head or nut (R10)
+    max_bending_MPa: float  #: largest bending stress of any section
+    #: With bending: at the outer fibre, where the largest force is or not; and σ_SAbb in the thread (R9)
+    bending_yield_safety_factor: float
+    bending_alternating_stress_MPa: float
+    bending_fatigue_safety_factor: float | None
     by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
 
 

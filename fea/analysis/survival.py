@@ -115,8 +115,8 @@ def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
     """Return the factors of bolts, against slip along the joint, and on the load that parts it."""
     bolts, joint = assembly.bolts, assembly.joint
     found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
-    if bolts.fatigue_safety_factor is not None:
-        found.append(Factor("fatigue of the bolts", "", bolts.fatigue_safety_factor))
+    if bolts.bending_fatigue_safety_factor is not None:
+        found.append(Factor("fatigue of the bolts", "", bolts.bending_fatigue_safety_factor))
     reserves = {name: case.slip_reserve for name, case in joint.by_case.items()}
     reserves |= {} if joint.cycle is None else {"": joint.cycle.min_slip_reserve}
     found += [

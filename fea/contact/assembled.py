@@ -85,6 +85,11 @@ class Assembled:
     names
         Of the parts, for messages.
 
+    Attributes
+    ----------
+    motions
+        The rigid motions of the parts: parity and displacement (3 n_nodes,).
+
     Raises
     ------
     ContactError
@@ -102,7 +107,7 @@ class Assembled:
         names: Sequence[str] = (),
     ) -> None:
         self.problem = problem
-        self._motions = [motion for nodes in parts for motion in problem.motions(nodes)]
+        self.motions = [motion for nodes in parts for motion in problem.motions(nodes)]
         moved = [problem.moved(nodes) for nodes in parts]
         n, n_loads = problem.loaded.shape
         self._P = np.hstack([columns for columns, _ in moved]) if moved else np.zeros((n, 0))
@@ -167,7 +172,8 @@ class Assembled:
 
     @property
     def _idle(self) -> Load:
-        return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]))
+        idle = np.zeros(self.problem.loaded.shape[1])
+        return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]), idle)
 
     def _warmed(self, warming: Warming) -> ContactState:
         """Let parts, bolts and pins expand, without any load."""
@@ -221,14 +227,21 @@ class Assembled:
         """One state of the rod from those of its ends under the same load."""
         return self.system.together(states)
 
+    def sticking(self, gap: Floats, resultants: Floats) -> tuple[Floats, Floats]:
+        """Values (n, m) of the unknowns and motions (k, m) of the parts, without pins, while all sticks.
+
+        `gap` (n, m) moments of the gaps that loads open, `resultants` (k, m) of these loads.
+        """
+        condensed, values = self._condensed, np.zeros_like(gap)
+        opened = gap[condensed.interface]
+        values[condensed.interface] = condensed.V @ resultants - condensed.S @ opened
+        none = np.zeros((len(condensed.pins), gap.shape[1]))
+        loose = np.zeros((len(condensed.free[1]), gap.shape[1]))
+        return values, condensed.motions(-opened, none, resultants, loose)
+
     def sticking_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""
-        condensed, loaded = self._condensed, self.problem.loaded
-        values = np.zeros_like(loaded)
-        values[condensed.interface] = (
-            condensed.V @ self._resultants - condensed.S @ loaded[condensed.interface]
-        )
-        return values
+        return self.sticking(self.problem.loaded, self._resultants)[0]
 
     @property
     def sticking_start(self) -> Floats:
@@ -241,12 +254,12 @@ class Assembled:
         """What acts in a step; parameters as for `ContactProblem.solve`."""
         problem = self.problem
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
-        return Load(gap, problem.sums(forces, moments), self._resultants @ weights)
+        return Load(gap, problem.sums(forces, moments), self._resultants @ weights, np.asarray(weights))
 
     def displacement(self, state: ContactState) -> dict[Parity, Floats]:
         """Displacement (n_nodes, 3) per parity of the parts as rigid bodies, mm."""
         shape = self.problem.mesh.points.shape
         moved = {parity: np.zeros(shape) for parity in self.problem.unfolding.parities()}
-        for amount, (parity, motion) in zip(self.system.part_motion(state), self._motions, strict=True):
+        for amount, (parity, motion) in zip(self.system.part_motion(state), self.motions, strict=True):
             moved[parity] += amount * motion.reshape(shape)
         return moved

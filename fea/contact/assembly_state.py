@@ -21,6 +21,10 @@ class BoltState:
     at: Place  #: where its axis meets the joint, mm
     force: float  #: of each, N
     count: int  #: one, or two for a pair
+    bending: float = 0.0  #: largest bending stress of any section, MPa
+    #: Bending stress of the first thread that carries, in two planes square to each other, MPa
+    thread_bending: tuple[float, float] = (0.0, 0.0)
+    fibre: float = 0.0  #: largest stress of tension and bending together, MPa
 
 
 @dataclass(frozen=True, kw_only=True)

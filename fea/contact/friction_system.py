@@ -12,7 +12,7 @@ the gaps of what opens or slips: few, as long as the parts hold together.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 
@@ -41,6 +41,8 @@ class Load:
     gap: Floats  #: g (n,), moments of the gap that everything but the unknowns leaves
     pins: Floats  #: (m,) resultants along the free motions of the pins
     parts: Floats  #: (k,) resultants of other loads along the free motions of the parts
+    #: (n_loads,) weights of the other loads, which nothing but the bending of bolts asks for
+    motion: Floats = field(default_factory=lambda: np.zeros(0))
 
     def halfway(self, other: "Load") -> "Load":
         """Return the load between this one and another."""

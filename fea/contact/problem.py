@@ -43,6 +43,8 @@ class ContactProblem:
     ----------
     forces
         (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell.
+    cell_loads
+        The loads.
     nodes
         (n_cell,) node of the cell at which each of them acts; −1 for bolts.
     unfolding
@@ -69,7 +71,7 @@ class ContactProblem:
     ) -> None:
         self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
         self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
-        self._cell_loads = loads
+        self.cell_loads = loads
         self._interfaces: tuple[Interface, ...] = (*self.bores, *self.faces, *self.bolts)
         self.unfolding = MirrorUnfolding(
             np.concatenate([interface.on_y for interface in self._interfaces]),
@@ -145,7 +147,7 @@ class ContactProblem:
             moments = {each: np.zeros(self.forces.shape[1]) for each in self.unfolding.parities()}
             moments[parity] = -(self.forces.T @ moves)
             columns.append(self.unfolding.moments(moments))
-            resultants.append(self.unfolding.images * (moves @ self._cell_loads[parity]))
+            resultants.append(self.unfolding.images * (moves @ self.cell_loads[parity]))
         return np.stack(columns, axis=1), np.stack(resultants)
 
     def motions(self, nodes: Ints) -> list[tuple[Parity, Floats]]:

@@ -1,11 +1,13 @@
-"""A bolt, and what the forces of a cycle mean for it (VDI 2230-1:2015, steps R7 to R10 and R12).
+"""A bolt, and what its forces and its bending in a cycle mean (VDI 2230-1:2015, steps R7 to R10 and R12).
 
-The bolt of the model carries a force along its axis only: bending of its shank, which the guideline adds for
-eccentric joints, is not contained.
+Factors of tension alone stand beside those with bending. Against fatigue the guideline counts bending, as
+σ_SAbb of an eccentric joint (R9); against yielding it does not, because only the outer fibre would yield.
 """
 
 import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from fea.base.choices import ThreadRolled
 from fea.judge.bolt_shape import BoltShape
@@ -21,6 +23,8 @@ from geometry.arrays import Floats
 
 # k_τ: share of the torsion of tightening that remains in service.
 _TORSION_LEFT = 0.5
+# Places around a thread whose stress is followed: the largest amplitude is met to 0.2 %.
+_AROUND = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +54,10 @@ class Bolt(BoltShape):
 
     def working_stress(self, largest_force: float, *, torsion: bool = True) -> float:
         """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8); a stretched bolt has no torsion."""
-        tension = largest_force / self.least_area
+        return self.with_torsion(largest_force / self.least_area, torsion=torsion)
+
+    def with_torsion(self, tension: float, *, torsion: bool = True) -> float:
+        """Von Mises stress of a tensile stress and of the torsion that tightening leaves, MPa."""
         if not torsion:
             return tension
         twisting = thread_torque(self.assembly_preload, self.thread, self.thread_friction)
@@ -80,6 +87,9 @@ class BoltResult:
     working_safety: float  #: S_F: yield strength over the von Mises stress at the largest force
     proof_use: float  #: largest force over the proof load
     seat_pressure: float  #: largest pressure under head or nut, MPa
+    #: bending_safety, bending_amplitude: S_F at the outer fibre, and σ_a with bending, MPa (σ_SAbb)
+    bending_safety: float
+    bending_amplitude: float
 
     @property
     def fatigue_safety(self) -> float:
@@ -87,16 +97,30 @@ class BoltResult:
         return self.endurance / self.amplitude if self.amplitude > 0 else float("inf")
 
     @property
+    def bending_fatigue_safety(self) -> float:
+        """S_D = σ_AS/σ_SAbb; infinite where nothing changes."""
+        return self.endurance / self.bending_amplitude if self.bending_amplitude > 0 else float("inf")
+
+    @property
     def force_amplitude(self) -> float:
         """Half of the force's range, N."""
         return (self.largest_force - self.least_force) / 2
 
     @classmethod
-    def of(cls, bolt: Bolt, forces: Floats, *, turned: bool = True) -> "BoltResult":
-        """Judge a bolt by its force (k,) at k instants, N; it was tightened by turning, or stretched."""
+    def of(
+        cls, bolt: Bolt, forces: Floats, fibre: Floats, bending: Floats, *, turned: bool = True
+    ) -> "BoltResult":
+        """Judge a bolt by its force (k,) at k instants, N; it was tightened by turning, or stretched.
+
+        `fibre` (k,) is the largest stress of tension and bending, `bending` (k, 2) the bending stress of the
+        first thread that carries in two planes, MPa.
+        """
         top, low = int(forces.argmax()), int(forces.argmin())
         largest, least = float(forces[top]), float(forces[low])
         most = max(largest, bolt.assembly_preload)
+        around = np.array([np.cos(_AROUND), np.sin(_AROUND)])
+        in_thread = forces[:, None] / bolt.thread.stress_area + bending @ around
+        outermost = bolt.with_torsion(float(fibre.max()), torsion=turned)
         return cls(
             largest_force=largest,
             least_force=least,
@@ -108,4 +132,6 @@ class BoltResult:
             working_safety=bolt.strength.yield_strength / bolt.working_stress(largest, torsion=turned),
             proof_use=largest / bolt.proof_load,
             seat_pressure=most / bolt.least_seat_area,
+            bending_safety=bolt.strength.yield_strength / outermost,
+            bending_amplitude=float(np.ptp(in_thread, axis=0).max()) / 2,
         )

@@ -8,6 +8,7 @@ from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.base.note import Note, assumptions, doubt, remark, warning
 from fea.base.units import INCH, KN, N_M, UM
+from fea.contact.bolt_beam import BoltBeam
 from fea.judge.bolt import Bolt
 from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
@@ -16,6 +17,7 @@ from fea.judge.vdi2230 import (
     ClampedParts,
     Lever,
     allowed_preload,
+    bolt_beam,
     bolt_compliance,
     embedding_loss,
     expected_embedding,
@@ -141,6 +143,7 @@ class ChosenBolt:
 
     bolt: Bolt
     compliance: BoltCompliance  #: its parts
+    beam: BoltBeam  #: as it bends
     parts_compliance: float  #: δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
     torque: float  #: that gives its preload, N·mm
     tightening: Tightening
@@ -165,7 +168,7 @@ def choose_bolt(
     assumed = Assumed()
     shape = bolt_shape(table, seats, assumed)
     strength = _strength(table, bolt_table, shape, assumed)
-    compliance, parts = _compliances(table, shape, seats, bolt_table, clamped.youngs_modulus)
+    compliance, beam, parts = _compliances(table, shape, seats, bolt_table, clamped.youngs_modulus)
     friction = _friction(table, assumed)
     lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
     limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
@@ -200,7 +203,7 @@ def choose_bolt(
         *scatter_notes(bolt, table.bolt_tightening_factor),
         embedding_note(table.bolt_embedding_um, loss, expected),
     )
-    return ChosenBolt(bolt, compliance, parts, torque, tightening, notes)
+    return ChosenBolt(bolt, compliance, beam, parts, torque, tightening, notes)
 
 
 def _strength(
@@ -226,23 +229,23 @@ def _compliances(
     seats: BoltSeats,
     bolt_table: MaterialTable | None,
     rod_modulus: float,
-) -> tuple[BoltCompliance, float]:
-    """Compliance of the bolt, and of the parts by the guideline."""
+) -> tuple[BoltCompliance, BoltBeam, float]:
+    """Compliance of the bolt along its axis and in bending, and of the parts by the guideline."""
     modulus = (
         bolt_material({} if bolt_table is None else {BOLT: bolt_table}, table.grade).material().youngs_modulus
     )
     nut = shape.engaged == 0
-    bolt = bolt_compliance(
-        shape.thread,
-        grip=shape.grip,
-        free_thread=shape.free_thread,
-        shank_area=math.pi / 4 * shape.shank_diameter**2,
-        modulus=modulus,
-        counter_modulus=modulus if nut else rod_modulus,
-        nut=nut,
-    )
+    alike = {
+        "grip": shape.grip,
+        "free_thread": shape.free_thread,
+        "modulus": modulus,
+        "counter_modulus": modulus if nut else rod_modulus,
+    }
+    shank = shape.shank_diameter
+    bolt = bolt_compliance(shape.thread, shank_area=math.pi / 4 * shank**2, nut=nut, **alike)
+    beam = bolt_beam(shape.thread, shank_diameter=shank, nut=nut, **alike)
     parts = ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
-    return bolt, parts.compliance
+    return bolt, beam, parts.compliance
 
 
 def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:

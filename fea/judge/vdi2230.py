@@ -6,6 +6,9 @@ Forces in N, lengths in mm, stresses in MPa.
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from fea.contact.bolt_beam import BoltBeam
 from fea.study.bolts import Thread
 
 # ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.
@@ -173,6 +176,55 @@ def bolt_compliance(
         engaged=_ENGAGED * d / (modulus * thread.root_area),
         counterpart=(_NUT if nut else _THREADED_HOLE) * d / (counter_modulus * thread.nominal_area),
     )
+
+
+def _bending_area(diameter: float) -> float:
+    """Second moment of area I = π/64 d⁴, mm⁴."""
+    return math.pi / 64 * diameter**4
+
+
+# Of the section's shear stiffness κ G A of steel (Cowper 1966, a circle), over E A.
+_SHEAR = 0.886 / 2.6
+
+
+def bolt_beam(
+    thread: Thread,
+    *,
+    grip: float,
+    free_thread: float,
+    shank_diameter: float,
+    modulus: float,
+    counter_modulus: float,
+    nut: bool,
+    head: float = HEXAGON_HEAD,
+) -> BoltBeam:
+    """Return a bolt that bends, with the sections and equivalent cylinders of its compliance δ_S.
+
+    Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of head, nut or hole. Parameters are
+    those of `bolt_compliance`. Stress in the thread is that of its stress diameter.
+    """
+    d, span = thread.diameter, 0.0
+    flexibility = np.zeros((2, 2))
+    for end, diameter in ((free_thread / grip, thread.root_diameter), (1.0, shank_diameter)):
+        # ∫ s², −∫ s (1 − s) and ∫ (1 − s)² of the moments that grow from either end, and shear alike.
+        a, b = span, end
+        bent = grip / (modulus * _bending_area(diameter))
+        far = (b**3 - a**3) / 3
+        mixed = (b**2 - a**2) / 2 - far
+        flexibility += bent * np.array([[far, -mixed], [-mixed, (b - a) - (b**2 - a**2) + far]])
+        flexibility += (b - a) / (grip * _SHEAR * modulus * math.pi / 4 * diameter**2)
+        span = end
+    nominal = _bending_area(d)
+    flexibility[0, 0] += head * d / (modulus * nominal)
+    flexibility[1, 1] += _ENGAGED * d / (modulus * _bending_area(thread.root_diameter))
+    flexibility[1, 1] += (_NUT if nut else _THREADED_HOLE) * d / (counter_modulus * nominal)
+    sections = [(0.0, thread.stress_diameter)]
+    if free_thread > 0:
+        sections.append((free_thread / grip, thread.stress_diameter))
+    if free_thread < grip:
+        sections += [(free_thread / grip, shank_diameter), (1.0, shank_diameter)]
+    places, diameters = np.array(sections).T
+    return BoltBeam(flexibility, places, math.pi / 4 * diameters**2, math.pi / 32 * diameters**3)
 
 
 @dataclass(frozen=True)

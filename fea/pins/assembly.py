@@ -14,6 +14,7 @@ import numpy as np
 
 from fea.contact.assembled import Assembled, Warming
 from fea.contact.assembly_state import AssemblyState
+from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import BoltPull, MatingFaces
@@ -78,7 +79,9 @@ class AssemblyContact(BoreContact):
             for sides in mesh.interfaces
         ]
         axes = _of_cell(mesh, specification.bolts)
-        super().__init__(structure, fits, faces=faces, bolts=_pulls(mesh, axes, specification.stiffness))
+        seated = _ends(mesh, axes)
+        pulls = _pulls(mesh, axes, seated, specification.stiffness)
+        super().__init__(structure, fits, faces=faces, bolts=pulls)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
@@ -88,7 +91,9 @@ class AssemblyContact(BoreContact):
         self.growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
         self.assembled = Assembled(self.problem, parts, friction, preload, warming, names=names)
         at = np.array([bolt.point for bolt in axes]).reshape(-1, 3)
-        self.sums = AssemblyStates(self.assembled, friction, at, bores.big_radius)
+        growth = 0.0 if warming is None else warming.displacement
+        bending = BoltBending(structure.model, self.assembled, seated, specification.beam, growth)
+        self.sums = AssemblyStates(self.assembled, friction, at, bending, bores.big_radius)
 
     def loads(self, instants: Instants) -> list[Load]:
         """What acts between the parts at instants."""
@@ -236,21 +241,36 @@ def _on(bolt: BoltAxis) -> float:
     return _ON_PLANE * bolt.hole_radius
 
 
-def _pulls(mesh: TetMesh, bolts: Sequence[BoltAxis], stiffness: float) -> list[BoltPull]:
-    """The bolts of the cell with the facets that they press on."""
+def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
+    """Where the bolts of the cell sit, with the facets that they press on."""
     owner = {surface: _owner(mesh, surface, bolts) for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     halved = Surface.SYMMETRY_Z in mesh.facets
     return [
-        BoltPull.of(
-            mesh,
-            f"bolt {number + 1}",
-            {surface: np.flatnonzero(own == number) for surface, own in owner.items()},
-            np.array(bolt.direction),
-            stiffness,
+        BoltEnds(
+            seats={surface: np.flatnonzero(own == number) for surface, own in owner.items()},
+            head=np.array(bolt.at(bolt.head)),
+            thread=np.array(bolt.at(bolt.grip_end)),
             share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
-            point=np.array(bolt.point),
         )
         for number, bolt in enumerate(bolts)
+    ]
+
+
+def _pulls(
+    mesh: TetMesh, bolts: Sequence[BoltAxis], seated: Sequence[BoltEnds], stiffness: float
+) -> list[BoltPull]:
+    """The bolts of the cell."""
+    return [
+        BoltPull.of(
+            mesh,
+            f"bolt {number}",
+            dict(ends.seats),
+            np.array(bolt.direction),
+            stiffness,
+            share=ends.share,
+            point=np.array(bolt.point),
+        )
+        for number, (bolt, ends) in enumerate(zip(bolts, seated, strict=True), 1)
     ]
 
 

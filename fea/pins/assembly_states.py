@@ -6,6 +6,7 @@ import numpy as np
 
 from fea.contact.assembled import Assembled
 from fea.contact.assembly_state import AssemblyState, BoltState, FaceState, Place
+from fea.contact.bolt_bending import BoltBending
 from fea.contact.friction_system import ContactState
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity, Split
@@ -22,8 +23,10 @@ class AssemblyStates:
     `bolts` (n, 3) where the axes of the bolts of the cell meet the joint, mm.
     """
 
-    def __init__(self, assembled: Assembled, friction: float, bolts: Floats, big_radius: float) -> None:
-        self._assembled, self._friction = assembled, friction
+    def __init__(
+        self, assembled: Assembled, friction: float, bolts: Floats, bending: BoltBending, big_radius: float
+    ) -> None:
+        self._assembled, self._friction, self._bending = assembled, friction, bending
         problem = assembled.problem
         self._names = [Surface(own.name) for own in problem.faces]
         self._bolts = _with_images(bolts) if problem.unfolding.both_sides else bolts
@@ -39,10 +42,15 @@ class AssemblyStates:
         """Sum up one state."""
         forces = state.values[self._assembled.bolts]
         counts = np.resize(self._count, len(forces))
-        bolts = (
-            BoltState(_place(at), float(force), int(count))
-            for at, force, count in zip(self._bolts, forces, counts, strict=True)
-        )
+        bolts = []
+        for at, force, count, moments in zip(
+            self._bolts, forces, counts, self._bending.moments(state), strict=True
+        ):
+            stress = self._bending.beam.bending(moments)
+            bent, pulled = np.hypot(*stress.T), force / self._bending.beam.areas
+            thread = (float(stress[0, 0]), float(stress[0, 1]))
+            together = float((pulled + bent).max())
+            bolts.append(BoltState(_place(at), float(force), int(count), float(bent.max()), thread, together))
         return AssemblyState(
             tuple(bolts), {name: self._face(number, state) for number, name in enumerate(self._names)}
         )

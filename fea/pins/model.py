@@ -15,6 +15,7 @@ from fea.base.choices import Support
 from fea.base.material import Material
 from fea.base.note import Note
 from fea.contact.assembly_state import AssemblyState, Touch
+from fea.contact.bolt_beam import BoltBeam
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
@@ -49,6 +50,7 @@ class AssemblySpecification:
     bolts: tuple[BoltAxis, ...]  #: of the whole rod
     preload: float  #: of each bolt after tightening, N
     stiffness: float  #: of what of each bolt the mesh does not hold, N/mm
+    beam: BoltBeam  #: each bolt as it bends
     friction: float  #: coefficient μ between the parts
     interference: Mapping[Surface, float]  #: radial, mm, by the first surface of an interface
     expansion: Expansion | None = None  #: None where the engine is as warm as the room of the assembly

@@ -131,12 +131,12 @@ class AssembledBody:
         warming: Warming | None = None,
     ) -> None:
         self.mesh, self.materials = mesh, tuple(materials)
-        self._model = Model(mesh, of_parts(materials, mesh.part), Support.INERTIA_RELIEF)
+        self.model = Model(mesh, of_parts(materials, mesh.part), Support.INERTIA_RELIEF)
         self._loads = loads.reshape(mesh.points.size, -1)
         cut = Surface.SYMMETRY_Y in mesh.facets
         of_parity = {Parity.SYMMETRIC: self._loads, Parity.ANTISYMMETRIC: np.zeros_like(self._loads)}
         self.problem = ContactProblem(
-            self._model, mesh, [], of_parity, both_sides=cut, faces=faces, bolts=bolts
+            self.model, mesh, [], of_parity, both_sides=cut, faces=faces, bolts=bolts
         )
         nodes = [np.unique(mesh.tets[mesh.part == part]) for part in range(len(materials))]
         self.assembled = Assembled(self.problem, nodes, friction, np.array(preload), warming)
@@ -171,7 +171,7 @@ class AssembledBody:
     def displacement(self, state: ContactState, weights: Sequence[float] | Floats | None = None) -> Floats:
         """Displacement (n_nodes, 3) of a state under weights (n_loads,) of the loads, mm."""
         applied = self._loads @ np.array(weights) if weights is not None else 0.0
-        fixed, solve = self._model.restrained(Parity.SYMMETRIC)
+        fixed, solve = self.model.restrained(Parity.SYMMETRIC)
         forces = np.where(fixed, 0.0, self.problem.forces @ self._on_cell(state) + applied)
         bent = solve(forces[:, None]).reshape(-1, 3)
         return np.asarray(bent + self.assembled.displacement(state)[Parity.SYMMETRIC])

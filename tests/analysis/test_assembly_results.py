@@ -205,7 +205,7 @@ def test_nothing_begins_where_nothing_is_left_or_everything_holds():
 
 
 def assembly(**bolts):
-    usual = {"yield_safety_factor": 2.0, "fatigue_safety_factor": 3.0, "max_case": "tension"}
+    usual = {"yield_safety_factor": 2.0, "bending_fatigue_safety_factor": 3.0, "max_case": "tension"}
     known = dict.fromkeys(BoltsFigures.__dataclass_fields__, 1.0) | usual | bolts
     case = JointCaseFigures(
         **dict.fromkeys(JointCaseFigures.__dataclass_fields__, 1.0) | {"slip_reserve": 4.0}
@@ -222,7 +222,7 @@ def assembly(**bolts):
     ("figures", "said"),
     [
         (assembly(), r"survives, safety factor 1\.50 \(tension\) against separation of the joint"),
-        (assembly(fatigue_safety_factor=0.8), r"the bolts fail by fatigue, safety factor 0\.80"),
+        (assembly(bending_fatigue_safety_factor=0.8), r"the bolts fail by fatigue, safety factor 0\.80"),
         (assembly(yield_safety_factor=0.9), r"the bolts yield, safety factor 0\.90 \(tension\)"),
     ],
 )

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -14,6 +14,7 @@ from fea.judge.vdi2230 import (
     ClampedParts,
     Lever,
     allowed_preload,
+    bolt_beam,
     bolt_compliance,
     embedding_loss,
     endurance_after,
@@ -62,6 +63,12 @@ def bolt(**changes):
         "assembly_preload": 35e3,
     }
     return Bolt(**{**usual, **changes})
+
+
+def judged(own, forces, bending=0.0, *, turned=True):
+    """The bolt under forces (k,) and bending stress (k,) of its thread in one plane."""
+    bent = np.stack([np.broadcast_to(bending, forces.shape), np.zeros_like(forces)], axis=1)
+    return BoltResult.of(own, forces, forces / own.least_area + np.abs(bent[:, 0]), bent, turned=turned)
 
 
 @pytest.mark.parametrize(
@@ -216,7 +223,7 @@ def test_endurance_of_threads():
 
 def test_a_bolt_over_a_cycle():
     forces = 35e3 + 4e3 * np.sin(np.linspace(0, 2 * np.pi, 721))
-    found = BoltResult.of(bolt(), forces)
+    found = judged(bolt(), forces)
     area = bolt().thread.stress_area
     assert (found.largest_at, found.least_at) == (180, 540)
     assert found.force_amplitude == pytest.approx(4e3)
@@ -228,15 +235,66 @@ def test_a_bolt_over_a_cycle():
     d2, ds = bolt().thread.pitch_diameter, bolt().thread.stress_diameter
     shear = 35e3 / area * 2 * d2 / ds * (1 / (math.pi * d2) + 1.155 * 0.12)
     assert found.working_safety == pytest.approx(940 / math.hypot(39e3 / area, math.sqrt(3) / 2 * shear))
-    stretched = BoltResult.of(bolt(), forces, turned=False)
+    stretched = judged(bolt(), forces, turned=False)
     assert stretched.tightening_use == pytest.approx(35e3 / area / 940)
     assert stretched.working_safety > found.working_safety
-    assert BoltResult.of(bolt(), forces[:1]).fatigue_safety == math.inf
-    waisted = BoltResult.of(bolt(shank_diameter=7.0), forces)
+    assert judged(bolt(), forces[:1]).fatigue_safety == math.inf
+    waisted = judged(bolt(shank_diameter=7.0), forces)
     assert waisted.working_safety < found.working_safety
     assert waisted.amplitude == found.amplitude  # the thread is where bolts break
-    rolled_after = BoltResult.of(bolt(rolled=ThreadRolled.AFTER), forces)
+    rolled_after = judged(bolt(rolled=ThreadRolled.AFTER), forces)
     assert rolled_after.fatigue_safety > found.fatigue_safety
+
+
+def test_bending_adds_to_tension_where_it_pulls():
+    phase = np.linspace(0, 2 * np.pi, 721)
+    forces, area = 35e3 + 4e3 * np.sin(phase), bolt().thread.stress_area
+    straight, with_it, against = (judged(bolt(), forces, sign * 20.0 * np.sin(phase)) for sign in (0, 1, -1))
+    assert straight.bending_amplitude == pytest.approx(straight.amplitude, rel=1e-12)
+    assert straight.bending_safety == pytest.approx(straight.working_safety)
+    # The fibre on the other side of the bolt sees the same.
+    for bent in (with_it, against):
+        assert bent.bending_amplitude == pytest.approx(4e3 / area + 20.0)
+        assert bent.amplitude == straight.amplitude
+        assert bent.bending_fatigue_safety == pytest.approx(bent.endurance / (4e3 / area + 20.0))
+    assert with_it.bending_safety < straight.bending_safety
+    assert judged(bolt(), forces[:1]).bending_fatigue_safety == math.inf
+
+
+@settings(deadline=None)
+@given(THREADS, st.floats(0.0, 1.0), st.floats(0.6, 1.0), st.booleans())
+def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
+    d, grip, modulus = thread.diameter, 5 * thread.diameter, 2e5
+    free, shank = threaded * grip, waist * d
+    beam = bolt_beam(
+        thread,
+        grip=grip,
+        free_thread=free,
+        shank_diameter=shank,
+        modulus=modulus,
+        counter_modulus=1e5,
+        nut=nut,
+    )
+
+    def section(diameter):
+        return modulus * math.pi / 64 * diameter**4, 0.886 / 2.6 * modulus * math.pi / 4 * diameter**2
+
+    moments = (
+        lambda x: x / grip,
+        lambda x: x / grip - 1,
+    )  # of unit moments on the ends
+    expected = np.zeros((2, 2))
+    for start, end, diameter in ((0.0, free, thread.root_diameter), (free, grip, shank)):
+        bent, sheared = section(diameter)
+        for i, j in np.ndindex(2, 2):
+            work = quad(lambda x: moments[i](x) * moments[j](x), start, end)[0]  # noqa: B023
+            expected[i, j] += work / bent + (end - start) / grip**2 / sheared
+    expected[0, 0] += 0.5 * d / section(d)[0]
+    expected[1, 1] += 0.5 * d / section(thread.root_diameter)[0]
+    expected[1, 1] += (0.4 if nut else 0.33) * d / (section(d)[0] / 2)
+    assert beam.flexibility == pytest.approx(expected, rel=1e-9)
+    in_thread = beam.bending(np.array([[0.0, 1e3], [0.0, 0.0]]))[0]
+    assert in_thread == pytest.approx([-1e3 / (math.pi / 32 * thread.stress_diameter**3), 0.0])
 
 
 @given(FORCES, FORCES)

@@ -334,7 +334,9 @@ def test_the_limits_are_those_of_the_run():
 
 def test_an_assembled_rod_shows_its_bolts_and_its_joint():
     _, result, _, _ = reported_rod()
-    bolt = BoltCaseFigures(at_mm=(0.0, 36.0, 0.0), force_N=31_200.0, change_N=1200.0, load_factor=0.2)
+    bolt = BoltCaseFigures(
+        at_mm=(0.0, 36.0, 0.0), force_N=31_200.0, change_N=1200.0, load_factor=0.2, bending_MPa=40.0
+    )
     face = {
         "mean_pressure_MPa": 40.0, "min_pressure_MPa": 0.0, "max_pressure_MPa": 90.0, "open_percent": 3.0,
         "opening_um": 4.2, "opening_at_mm": (0.0, 25.0, 0.0), "slipping_percent": 1.0, "slip_um": 0.5,
@@ -353,7 +355,9 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
         max_force_N=31_200.0,
         max_case="tension", max_crank_deg=None, min_force_N=30_000.0, amplitude_N=600.0, tightening_use=0.9,
         proof_use=0.93, yield_safety_factor=1.17, alternating_stress_MPa=16.4, endurance_MPa=53.0,
-        fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, by_case={"tension": (bolt, bolt)},
+        fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, max_bending_MPa=40.0,
+        bending_yield_safety_factor=1.1, bending_alternating_stress_MPa=30.0,
+        bending_fatigue_safety_factor=2.1, by_case={"tension": (bolt, bolt)},
     )  # fmt: skip
     found = AssemblyFigures(
         parts=("rod", "cap", "bushing"),

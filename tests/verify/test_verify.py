@@ -57,7 +57,7 @@ def test_a_new_benchmark_is_one_function(monkeypatch, capsys):
 def test_an_unknown_case_is_refused_before_anything_is_computed():
     told = []
     with pytest.raises(
-        InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, bolted-joint, "
+        InvalidValue, match=r"is not a benchmark\. Choose from accelerated-bar, bent-bolt, bolted-joint, "
     ):
         verify.verify(["patch", "le99"], told.append)
     assert told == []

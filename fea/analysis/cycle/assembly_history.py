@@ -18,12 +18,18 @@ def bolt_forces(states: Sequence[AssemblyState]) -> Floats:
     return np.array([[bolt.force for bolt in state.bolts] for state in states]).T
 
 
+def bolt_bending(states: Sequence[AssemblyState]) -> Floats:
+    """Largest bending stress (n_bolts, n) of the bolts in a sequence of states, MPa."""
+    return np.array([[bolt.bending for bolt in state.bolts] for state in states]).T
+
+
 def assembly_columns(states: Sequence[AssemblyState]) -> dict[str, Floats]:
     """Return the columns of a table over a sequence of states; none for a rod of one piece."""
     if not states:
         return {}
     joint = [state.joint for state in states]
     columns = {f"bolt_{number}_N": force for number, force in enumerate(bolt_forces(states), 1)}
+    columns |= {f"bolt_{number}_bending_MPa": bent for number, bent in enumerate(bolt_bending(states), 1)}
     columns |= {
         "joint_clamp_N": np.array([own.force for own in joint]),
         "joint_shear_N": np.array([own.shear for own in joint]),

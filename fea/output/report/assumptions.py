@@ -126,7 +126,8 @@ def _assembled(run: Run) -> str:
     return (
         f"Rod, cap and what is pressed in are parts of their own, which touch with Coulomb friction "
         f"({friction:g} in the joint), open and slip; each bolt is a spring between its seats with "
-        f"a preload of {figure(preload)} kN. Temperature {figure(found.temperature_C)} °C."
+        f"a preload of {figure(preload)} kN, and a beam whose ends follow them. Temperature "
+        f"{figure(found.temperature_C)} °C."
     )
 
 

@@ -287,6 +287,10 @@ def _bolts(bolts: BoltsFigures) -> Table:
         ("alternating stress in the thread, MPa", figure(bolts.alternating_stress_MPa, 3)),
         ("endurance limit of the thread, MPa", figure(bolts.endurance_MPa, 3)),
         ("safety factor against fatigue", factor(bolts.fatigue_safety_factor)),
+        ("largest bending stress, MPa", figure(bolts.max_bending_MPa, 3)),
+        ("safety factor against yielding of the outer fibre", factor(bolts.bending_yield_safety_factor)),
+        ("alternating stress with bending, MPa", figure(bolts.bending_alternating_stress_MPa, 3)),
+        ("safety factor against fatigue with bending", factor(bolts.bending_fatigue_safety_factor)),
         ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
     )
     return Table(f"Bolts, {bolts.thread}, by VDI 2230", _QUANTITY, rows)

@@ -219,11 +219,11 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
     """Yield a line on the bolts, one on the joint and one on the fits."""
     bolts, joint = found.bolts, found.joint
     where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
-    fatigue = bolts.fatigue_safety_factor
+    fatigue = bolts.bending_fatigue_safety_factor
     against = "" if fatigue is None else f", fatigue {factor(fatigue)}"
     yield (
-        f"Bolts, {bolts.thread}: {bolts.max_force_N / KN:.1f} kN ({where}); factors: yielding "
-        f"{factor(bolts.yield_safety_factor)}{against}."
+        f"Bolts, {bolts.thread}: {bolts.max_force_N / KN:.1f} kN ({where}), bending "
+        f"{bolts.max_bending_MPa:.0f} MPa; yield {factor(bolts.yield_safety_factor)}{against}."
     )
     if bolts.tightened is not None:
         yield f"Bolts tightened to {bolts.tightened}."

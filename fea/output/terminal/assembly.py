@@ -81,11 +81,12 @@ def _bolts(bolts: BoltsFigures) -> str:
     force = f"at most {bolts.max_force_N / KN:.1f} kN ({where})"
     hardest = max((one for case in bolts.by_case.values() for one in case), key=lambda one: one.force_N)
     carried = "" if hardest.load_factor is None else f", load factor Φ {hardest.load_factor:.2g}"
-    fatigue = bolts.fatigue_safety_factor
-    against = "" if fatigue is None else f", {factor(fatigue)} against fatigue"
+    fatigue = bolts.bending_fatigue_safety_factor
+    against = "" if fatigue is None else f", {factor(fatigue)} against fatigue with bending"
     return (
         f"Bolts, {bolts.thread}: {force}{carried} (VDI 2230: {bolts.vdi_load_factor:.2g}), amplitude "
-        f"{bolts.amplitude_N / KN:.2g} kN; safety factor {factor(bolts.yield_safety_factor)} against yielding"
+        f"{bolts.amplitude_N / KN:.2g} kN, bending {bolts.max_bending_MPa:.0f} MPa; safety factor "
+        f"{factor(bolts.yield_safety_factor)} against yielding"
         f"{against}."
     )
 

@@ -1,5 +1,6 @@
 """Press fits and bolted joints: Lamé's fits, prismatic blocks, a clamped tube."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -7,6 +8,9 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.contact.assembled import Warming
+from fea.contact.bolt_beam import BoltBeam
+from fea.contact.bolt_bending import BoltBending, BoltEnds
+from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
@@ -317,3 +321,105 @@ def bolted_joint(size: float) -> Computed:
         Quantity(n, "N", target, float(force), 1e-6, exact) for n, (target, force) in forces.items()
     ]
     return Computed(tube.points.size, [*quantities, Quantity(name, "1", 1.0, ratio, 1e-4, why)])
+
+
+# Of the bolt beside the block's axis: diameter, distance, that of the load, mm; this load and one across, N.
+_DIAMETER, _BESIDE, _LOAD_AT, _PULL, _ACROSS = 6.0, 1.5, -1.5, 1000.0, 400.0
+_LENGTH = _ENDS[-1] - _ENDS[0]
+
+
+def _bent_bolt() -> tuple[BoltBeam, float, float]:
+    """A round bar as bolt, with L/(E I) and its section modulus."""
+    moment, modulus = math.pi / 64 * _DIAMETER**4, math.pi / 32 * _DIAMETER**3
+    turn, area = _LENGTH / (STEEL.youngs_modulus * moment), math.pi / 4 * _DIAMETER**2
+    flexibility = turn / 6 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    ends = np.array([0.0, 1.0])
+    return BoltBeam(flexibility, ends, np.full(2, area), np.full(2, modulus)), turn, modulus
+
+
+def _eccentric_block(size: float) -> tuple[AssembledBody, BoltBending]:
+    """The block with a bolt beside its axis; loads of 1 N pull beside it, too, and across its ends."""
+    body = bars(_ENDS, (-HALF_WIDTH, HALF_WIDTH), _HEIGHT)
+    mesh = apart(body, size, _ENDS[1:-1], along_x, {(0, 1): SIDES})
+
+    def pulling(places: Floats, normals: Floats) -> Floats:
+        return normals * (1 / _AREA + _LOAD_AT * places[..., 1:2] / _MOMENT)
+
+    def shearing(places: Floats, normals: Floats) -> Floats:
+        off, y = places[..., :1] - _LENGTH / 2, places[..., 1:2]
+        shear = -(HALF_WIDTH**2 - y**2) / (2 * _MOMENT)
+        along, none = normals[..., :1], np.zeros_like(y)
+        return np.concatenate([-off * y / _MOMENT * along, shear * along, none], axis=-1)
+
+    ends = (Surface.BOLT_HEAD, Surface.BOLT_THREAD)
+    loads = [sum(traction_forces(mesh, end, stress) for end in ends) for stress in (pulling, shearing)]
+    seats = {side: np.arange(len(mesh.facets[side])) for side in ends}
+    at, axis = np.array([0.0, _BESIDE, 0.0]), np.array([1.0, 0.0, 0.0])
+    bolt = BoltPull.of(mesh, "bolt", seats, axis, STIFFNESS, share=0.5, point=at)
+    sticking = joint(mesh, friction=True)
+    assembled = AssembledBody(
+        mesh, (STEEL, STEEL), [sticking], [bolt], np.stack(loads, axis=-1), friction=0.9, preload=[PRELOAD]
+    )
+    seated = BoltEnds(seats, at + _LENGTH * axis, at, 0.5)
+    return assembled, BoltBending(assembled.model, assembled.assembled, [seated], _bent_bolt()[0])
+
+
+def _bent_joint() -> tuple[float, float, float]:
+    """Force, and bending moment before and under load, of the bolt that pulls and bends the block."""
+    E, e, a = STEEL.youngs_modulus, _BESIDE, _LOAD_AT
+    along, turn, bolt_turn = _LENGTH / (E * _AREA), _LENGTH / (E * _MOMENT), _bent_bolt()[1]
+    first = PRELOAD * e * turn / (bolt_turn + turn)
+    # Of the force gained and the moment: length of the bolt and of the block along its axis, and their turns.
+    matrix = [[1 / STIFFNESS + along + e * e * turn, -e * turn], [-e * turn, bolt_turn + turn]]
+    gained, moment = np.linalg.solve(
+        matrix,
+        [_PULL * (along + a * e * turn) - e * turn * first, (PRELOAD * e - _PULL * a) * turn],
+    )
+    return PRELOAD + float(gained), first, float(moment)
+
+
+def _sheared_bolt() -> float:
+    """Moment on either end of the bolt beside a block that is sheared (Timoshenko's beam, Cowper's κ)."""
+    E, nu = STEEL.youngs_modulus, STEEL.poissons_ratio
+    shear_area = 10 * (1 + nu) / (12 + 11 * nu) * _AREA
+    turn = _LENGTH**2 / (12 * E * _MOMENT) + 2 * (1 + nu) / (E * shear_area)
+    return _ACROSS * turn / (_bent_bolt()[1] / 6 + 2 / _LENGTH * turn)
+
+
+@benchmark(
+    "Bolts that bend: an eccentric bolt and one in a sheared block",
+    "VDI 2230-1:2015, sections 3.2 and 5.3; Timoshenko 1921; Cowper 1966",
+    size=3.0,
+    converges=False,
+)
+def bent_bolt(size: float) -> Computed:
+    """A round bolt in a slot of a prismatic block, beside its axis, whose ends follow those of the block.
+
+    At the distance e of the axes the force F and a load P at a turn the ends of the block by (F e − P a − M)
+    L / (E I); they bend the bolt, whose constant moment M turns them back: M = (F e − P a) β_P / (β_S + β_P)
+    with β = L / (E I). In the closed form M changes F, too, which is left out here. Transverse loads Q on
+    the ends that bend the block into an S turn both ends by Q L² / (12 E I) + Q / (κ G A) against the line
+    between them, and the bolt likewise.
+    """
+    body, bending = _eccentric_block(size)
+    force, first, moment = _bent_joint()
+    modulus = _bent_bolt()[2]
+
+    def in_bolt(state: ContactState) -> Floats:
+        return bending.beam.bending(bending.moments(state)[0])[:, 0]
+
+    before, loaded = body.start, body.step([_PULL, 0.0])
+    across = in_bolt(body.step([0.0, _ACROSS])) - in_bolt(before)
+    little = "what bending does to the force is left out, and the average over the seats is that of the mesh"
+    kappa = "Timoshenko's beam has plane sections, and the traction on the ends is that of a thin block"
+    rows = {
+        "eccentric bolt: bending stress": (first / modulus, np.abs(in_bolt(before)).max(), little),
+        "eccentric bolt and load: bending stress": (moment / modulus, np.abs(in_bolt(loaded)).max(), little),
+        "sheared block: bending stress": (_sheared_bolt() / modulus, np.abs(across).max(), kappa),
+    }
+    quantities = [
+        Quantity(name, "MPa", target, float(computed), 1.0, why)
+        for name, (target, computed, why) in rows.items()
+    ]
+    pull = Quantity("eccentric bolt and load: bolt force", "N", force, body.tension(loaded)[0], 1.0, little)
+    return Computed(body.mesh.points.size, [*quantities, pull])
