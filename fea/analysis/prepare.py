@@ -30,7 +30,7 @@ from fea.solid.bore_motion import constrained_by_pins
 from fea.solid.inertia import Inertia, inertia
 from fea.solid.parity import Split
 from fea.solvers.buckling import Buckling
-from fea.solvers.static import Model
+from fea.solvers.static import Model, Symbolic
 from fea.stress.recovery import PartRecovery
 from fea.stress.section_balance import SectionBalance
 from fea.stress.sharp_edges import SharpEdges
@@ -313,11 +313,13 @@ def prepare(
     *,
     mesh: MeshedRod | None = None,
     known_traction: bool = True,
+    symbolic: Symbolic | None = None,
 ) -> PreparedRod:
     """Prepare the stiffness of a study's rod, its loads and the recovery of its stress.
 
     `mesh`: of the study's rod; by default it is drawn and meshed; `known_traction`: whether the known
-    traction on the surface is used to recover stress there; averaging alone otherwise.
+    traction on the surface is used to recover stress there; averaging alone otherwise; `symbolic`: handed on
+    by a model of the mesh that was moved to this one.
 
     Raises
     ------
@@ -331,7 +333,9 @@ def prepare(
     materials = study.materials(mesh.parts)
     loading, duty = _loading(study, mesh, materials)
     assembling = Assembling.of(study, mesh)
-    structure = _structure(study, mesh, materials, loading, assembling=assembling, clock=clock)
+    structure = _structure(
+        study, mesh, materials, loading, assembling=assembling, clock=clock, symbolic=symbolic
+    )
     structure, pins, of_pins = _pins(structure, options=study.analysis)
     of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
     return PreparedRod(
@@ -373,6 +377,7 @@ def _structure(
     *,
     assembling: Assembling | None,
     clock: Clock,
+    symbolic: Symbolic | None,
 ) -> Structure:
     options, elastic = study.analysis, of_parts(materials, mesh.cell.part)
     if soft_parts(materials, mesh.cell) and options.buckling:
@@ -382,7 +387,7 @@ def _structure(
     with clock("loads"):
         body = inertia(mesh.cell, elastic.density, options.matrix_assembly)
     return Structure(
-        model=_model(mesh, materials, options, clock),
+        model=_model(mesh, materials, options, clock, symbolic),
         bores=mesh.bores,
         materials=materials,
         inertia=body,
@@ -418,12 +423,18 @@ def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinM
     return structure, pins, (instead, *pins.notes)
 
 
-def _model(mesh: MeshedRod, materials: tuple[Material, ...], options: AnalysisTable, clock: Clock) -> Model:
+def _model(
+    mesh: MeshedRod,
+    materials: tuple[Material, ...],
+    options: AnalysisTable,
+    clock: Clock,
+    symbolic: Symbolic | None,
+) -> Model:
     support, solver, assembly = options.support, options.solver, options.matrix_assembly
     soft = soft_parts(materials, mesh.cell)
     if not soft:
         elastic = of_parts(materials, mesh.cell.part)
-        return Model(mesh.cell, elastic, support, solver, clock, assembly=assembly)
+        return Model(mesh.cell, elastic, support, solver, clock, assembly=assembly, symbolic=symbolic)
     from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
 
     return MixedModel(mesh.cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly)

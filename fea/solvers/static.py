@@ -11,7 +11,7 @@ from scipy import sparse
 from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, Materials
 from fea.machine.clock import Clock
-from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
+from fea.solid.assembly import Pattern, SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
@@ -19,8 +19,9 @@ from fea.solid.supports import clamped, determinate_restraints, plane_conditions
 from fea.solvers.constrained import stopping
 from fea.solvers.linear import choice as memory
 from fea.solvers.linear.choice import direct, linear_solver
+from fea.solvers.linear.solver import LinearSolver
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -49,10 +50,20 @@ class Solution:
         return replace(self, displacement=displacement)
 
 
+@dataclass(frozen=True)
+class Symbolic:
+    """What the stiffnesses of meshes with the same elements share: see `Model.handed_on`."""
+
+    tets: Ints  #: (n_elements, n_nodes) of the meshes
+    layout: Pattern  #: where the elements' blocks lie in the matrix
+    solver: LinearSolver  #: which has ordered and analysed it
+
+
 class Model:
     """A meshed cell with its stiffness, factorised once per parity, for the first load that needs it.
 
-    The clock times the stages ``assembly``, ``factor`` and ``solve``.
+    The clock times the stages ``assembly``, ``factor`` and ``solve``. `symbolic`: handed on by a model of a
+    mesh that was moved to this one; ignored if its elements are others.
     """
 
     def __init__(
@@ -64,21 +75,26 @@ class Model:
         clock: Clock | None = None,
         *,
         assembly: Assembly = Assembly.BATCHED,
+        symbolic: Symbolic | None = None,
     ) -> None:
         self.mesh = mesh
         self._clock = clock or Clock()
         cut = Surface.SYMMETRY_Y in mesh.facets
         self.material = material
-        self._solver = linear_solver(solver, mesh, material, slots=len(Parity) if cut else 1)
+        if symbolic is not None and not np.array_equal(symbolic.tets, mesh.tets):
+            symbolic = None
+        self._begun = partial(linear_solver, solver, mesh, material, slots=len(Parity) if cut else 1)
+        self._solver = self._begun() if symbolic is None else symbolic.solver
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
         self._condensed: dict[Parity, sparse.csc_array] = {}
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
+            self._layout = pattern(mesh.tets, len(mesh.points)) if symbolic is None else symbolic.layout
             self._K = (
                 assembled_stiffness(mesh, material)
                 if assembly is Assembly.SCIKIT_FEM
-                else stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+                else stiffness(mesh, material, self._layout)
             )
 
     @property
@@ -90,6 +106,17 @@ class Model:
     def solver(self) -> str:
         """Name of the solver used."""
         return self._solver.name
+
+    def handed_on(self) -> Symbolic | None:
+        """Return what a model of the moved mesh can go on with; None with an iterative solver.
+
+        This one factorises anew where it is used again.
+        """
+        if self._solver.name == SolverName.AMG:
+            return None
+        symbolic = Symbolic(self.mesh.tets, self._layout, self._solver)
+        self._solver, self._factorised = self._begun(), []
+        return symbolic
 
     @property
     def stiffness(self) -> SymmetricMatrix:

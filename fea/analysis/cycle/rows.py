@@ -1,6 +1,7 @@
 """The places of a part, with their stresses over cycles, and bounds on these that need few instants."""
 
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from fea.analysis.cycle.path import Path, norms, path
 from fea.analysis.cycle.screened import Block, product, superposed
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.base.choices import Region
+from fea.base.material import Material
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric
 from fea.pins.model import Weights
@@ -43,6 +45,13 @@ class PartRows:
         self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
         points = analysis.mesh.cell.points[own.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
+
+    def made_of(self, material: Material) -> "PartRows":
+        """Return the same rows of another material, whose stresses under the unit loads are the same."""
+        other = copy(self)
+        other.material = material
+        other._surface = np.tile(self.regions.factors(material), len(self._sides))  # noqa: SLF001
+        return other
 
     @cached_property
     def _norms(self) -> list[Reals]:

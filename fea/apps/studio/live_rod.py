@@ -1,5 +1,6 @@
 """A rod that answers at once while its dimensions and its operation change, and exactly where they rest."""
 
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from time import perf_counter
@@ -8,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
+from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.dimensions import LiveDimension, Range, dimensions, feasible
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Operation, applied
@@ -18,12 +20,19 @@ from fea.machine.clock import Clock
 from fea.output.report.surface import Surface
 from fea.rod.discretise import moved
 from fea.rod.meshed_rod import MeshedRod
+from fea.solvers.static import Symbolic
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
 from fea.study.pin_models import PRESCRIBED
 from fea.study.study import Study
+from geometry.arrays import Floats
 
 Design = Mapping[str, float]
+# Shares of the way along a slider at which anchors are, beside its ends and where it stands (Chebyshev).
+_INNER = (0.146, 0.854)
+# An interpolation whose estimated error is below this is good enough.
+_ENOUGH_PERCENT = 0.1
+_TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
 
 def live_study(study: Study) -> Study:
@@ -62,6 +71,9 @@ class LiveRod:
         self.dimensions: tuple[LiveDimension, ...] = dimensions(study)
         self.base_design = {each.name: each.value for each in self.dimensions}
         self.base = -1
+        self._symbolic: Symbolic | None = None
+        self._last: tuple[Operation, Loaded] | None = None
+        self._unreached: dict[str, tuple[float, float]] = {}
         self._meshed(self.base_design, self.operation)
 
     @property
@@ -77,20 +89,60 @@ class LiveRod:
         InvalidValue
             A value breaks a rule.
         """
-        return live_study(applied(self.study, {**self.base_design, **design}, operation))
+        return live_study(applied(self.study, self._full(design), operation))
 
     def ranges(self, design: Design) -> dict[str, Range]:
         """Return how far each dimension can go from a design while the others stay."""
-        design = {**self.base_design, **design}
-        return {name: feasible(self.study, design, name, value) for name, value in design.items()}
+        design, found = self._full(design), dict[str, Range]()
+        x = self._scaled(design)
+        low, high = self._anchors.box
+        for number, (name, value) in enumerate(design.items()):
+            own = feasible(self.study, design, name, value)
+            beside = np.delete((x < low - SAME) | (x > high + SAME), number)
+            if not beside.any() and high[number] > low[number]:
+                unit = UNIT * self.base_design[name]
+                ends = (
+                    self.base_design[name] + unit * low[number],
+                    self.base_design[name] + unit * high[number],
+                )
+                own = replace(own, covered_low=ends[0], covered_high=ends[1])
+            if name in self._unreached:
+                own = replace(own, reach_low=self._unreached[name][0], reach_high=self._unreached[name][1])
+            found[name] = own
+        return found
 
-    def touch(self, name: str, design: Design, operation: Operation) -> Iterator[float]:  # noqa: ARG002
-        """Solve what the interpolation along a dimension needs; yields its share that is done."""
-        yield 1.0
+    def touch(self, name: str, design: Design, operation: Operation) -> Iterator[float]:
+        """Solve what the interpolation along a dimension needs; yields its share that is done.
+
+        Raises
+        ------
+        InvalidValue
+            The design breaks a rule.
+        """
+        design = self._full(design)
+        loaded = self._loaded(operation)
+        low, high = self._ends(name, design)
+        shares = (None, 0.0, 1.0, *_INNER)
+        for done, share in enumerate(shares, 1):
+            value = design[name] if share is None else low + share * (high - low)
+            there = {**design, name: value}
+            if not self._known_enough(there, loaded):
+                study = self.study_at(there, operation)
+                mesh = self._moved(study)
+                if mesh is not None:
+                    deque(self._solved(there, operation, study, mesh, cycle=False), maxlen=0)
+            yield done / len(shares)
 
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
-        """Return what is known at once."""
-        return self._frame(design, operation, Label.INTERPOLATED, fields)
+        """Return what is interpolated; no figures beyond the anchors or in another elasticity."""
+        began, design = perf_counter(), self._full(design)
+        frame = self._frame(design, operation, Label.INTERPOLATED, fields)
+        between = self._anchors.at(self._scaled(design), self._loaded(operation))
+        if between is None or between.vague:
+            return frame
+        points, values = between.drawn(fields)
+        seconds = perf_counter() - began
+        return replace(frame, figures=between.figures, points=points, values=values, seconds=seconds)
 
     def exact(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Iterator[Frame]:
         """Solve a design: first its load cases with all checks, then its fatigue over the cycle.
@@ -100,7 +152,7 @@ class LiveRod:
         InvalidValue, GeometryError, MeshError
             The design breaks a rule, or cannot be drawn or meshed.
         """
-        began = perf_counter()
+        began, design = perf_counter(), self._full(design)
         study = self.study_at(design, operation)
         mesh = self._moved(study)
         new = mesh is None
@@ -108,17 +160,50 @@ class LiveRod:
             self._meshed(design, operation)
             mesh = self._mesh
         frame = replace(self._frame(design, operation, Label.EXACT, fields), new_mesh=new)
-        rod = prepare(study, mesh=mesh)
-        result = solve_speed(rod, operation.rpm)
-        yield solved(frame, rod, result, self.surface, began)
-        if study.engine is not None:
-            result = with_cycle(rod, result)
+        for rod, result in self._solved(design, operation, study, mesh, cycle=study.engine is not None):
             yield solved(frame, rod, result, self.surface, began)
 
+    def _full(self, design: Design) -> dict[str, float]:
+        return {**self.base_design, **design}
+
+    def _scaled(self, design: Design) -> Floats:
+        """Dimensions (n,) relative to those of the study, in units of the interpolation."""
+        own = [(design[name] - value) / (UNIT * value) for name, value in self.base_design.items()]
+        return np.array(own)
+
+    def _loaded(self, operation: Operation) -> Loaded:
+        if self._last is None or self._last[0] != operation:
+            study = self.study_at({}, operation)
+            self._last = operation, Loaded(study, operation.rpm, study.materials(self._mesh.parts))
+        return self._last[1]
+
+    def _known_enough(self, design: Design, loaded: Loaded) -> bool:
+        """Whether a design need not be solved for the interpolation to be good there."""
+        between = self._anchors.at(self._scaled(design), loaded)
+        return between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
+
+    def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
+        """How far a dimension is solved to either side: as far as it is feasible and the mesh follows."""
+        own, ends = feasible(self.study, design, name, design[name]), list[float]()
+        for end, share in ((own.low, -UNIT), (own.high, UNIT)):
+            away = share * design[name]
+            away = max(away, end - design[name]) if share < 0 else min(away, end - design[name])
+            for _ in range(_TRIES):
+                study = self.study_at({**design, name: design[name] + away}, self.operation)
+                if self._moved(study) is not None:
+                    break
+                away /= 2
+                reach = self._unreached.get(name, (own.low, own.high))
+                near = design[name] + away
+                self._unreached[name] = (near, reach[1]) if share < 0 else (reach[0], near)
+            else:
+                away = 0.0
+            ends.append(design[name] + away)
+        return ends[0], ends[1]
+
     def _moved(self, study: Study) -> MeshedRod | None:
-        if study.rod == self._of:
-            return self._mesh
-        return moved(self._mesh, study.rod)
+        """The mesh moved to a study's rod; None where it cannot follow."""
+        return self._mesh if study.rod == self._of else moved(self._mesh, study.rod)
 
     def _meshed(self, design: Design, operation: Operation) -> None:
         """Make the mesh that others are moved from."""
@@ -127,10 +212,36 @@ class LiveRod:
         self._mesh, self._of = adapted.rod.mesh, study.rod
         self.surface = Surface.of(self._mesh.whole)
         self.base += 1
+        self._symbolic, self._last = None, None
+        self._unreached.clear()
+        rod, result = adapted.rod, adapted.at(operation.rpm)
+        self._followed = Followed(rod, result, self.surface)
+        loaded = self._loaded(operation)
+        self._anchors = Anchors(self._followed, loaded.elastic)
+        self._anchors.add(self._followed.anchor(self._scaled(self._full(design)), loaded, rod, result))
+        self._symbolic = rod.model.handed_on()
+
+    def _solved(
+        self, design: Design, operation: Operation, study: Study, mesh: MeshedRod, *, cycle: bool
+    ) -> Iterator[tuple[PreparedRod, SpeedResult]]:
+        """Solve a design on the moved mesh: its load cases, then its cycle; it becomes an anchor."""
+        rod = prepare(study, mesh=mesh, symbolic=self._symbolic)
+        self._symbolic = None
+        try:
+            result = solve_speed(rod, operation.rpm)
+            yield rod, result
+            if cycle:
+                yield rod, with_cycle(rod, result)
+            loaded = self._loaded(operation)
+            if loaded.elastic != self._anchors.elastic:
+                self._anchors = Anchors(self._followed, loaded.elastic)
+            self._anchors.add(self._followed.anchor(self._scaled(design), loaded, rod, result))
+        finally:
+            self._symbolic = rod.model.handed_on()
 
     def _frame(self, design: Design, operation: Operation, label: Label, shown: str) -> Frame:
         return Frame(
-            design={**self.base_design, **design},
+            design=design,
             operation=operation,
             label=label,
             base=self.base,

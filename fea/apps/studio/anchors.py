@@ -1,0 +1,413 @@
+"""Stresses between designs that are solved, interpolated from the stress tensors of these, the anchors.
+
+All anchors are on one mesh, moved. Their weights at a design are those of universal kriging with a Gaussian
+covariance of the scaled dimensions and a linear trend (Sacks et al. 1989, eqs. 5-7): close to the polynomial
+through a few anchors on a line, and to a quadratic without mixed terms at a star of them. What leaving out
+one anchor at a time changes gives the scale of the errors (Dubrule 1983), the covariance how they grow
+between the anchors.
+"""
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from fea.analysis.buckling import compression, shank
+from fea.analysis.cycle.rows import PartRows
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult
+from fea.apps.studio.frame import LARGEST_OF_CASES, CaseFigures, Factor, Figures, Singles
+from fea.base.material import Material
+from fea.base.units import DEG, KG
+from fea.judge.column import Plane, column
+from fea.judge.history import FROM_TENSOR, signed_equivalent
+from fea.output.report.surface import Surface
+from fea.pins.model import UnitLoads
+from fea.rod.loading import EngineLoading, Loading
+from fea.rod.place_names import place_name
+from fea.study.study import Study
+from geometry.arrays import Floats, Ints, vector
+from geometry.mass import MassProperties
+from geometry.section import Section
+from loads.instants import Instants
+
+# A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
+UNIT, _REACH = 0.15, 2.5
+# Standard deviations of the interpolation that are shown as its error: see tests/benchmarks/studio.py.
+GAP = 3.0
+VAGUE = 0.05  # share of the stress beyond which nothing is shown
+# Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
+# of that against fatigue.
+_INSIDE, _TIRED = 0.6, 0.75
+# Relative error of stresses that are superposed: the series of the pins' pressure (`fea.pins.pressure`).
+SUPERPOSED = 5e-4
+_EVERY = 2 * DEG  # crank angles at which fatigue is looked at
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """What loads a rod, and what it is made of."""
+
+    study: Study
+    rpm: float | None
+    materials: tuple[Material, ...]
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What the load cases follow from."""
+        engine = self.study.engine
+        return (self.rpm, engine and (engine.gas_scale or 1.0), engine and engine.piston_mass_kg)
+
+    @property
+    def elastic(self) -> tuple[object, ...]:
+        """What the stresses under given loads follow from: in one material, not from Young's modulus."""
+        first = self.materials[0].youngs_modulus
+        return tuple((one.youngs_modulus / first, one.poissons_ratio, one.density) for one in self.materials)
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A design that is solved."""
+
+    x: Floats  #: (n,) its scaled dimensions
+    loading: Callable[[Study], Loading]  #: of its length
+    mass: MassProperties
+    points: Floats  #: (n_nodes, 3) of the nodes of the cell that are followed
+    parts: list[PartRows]  #: their unit stresses
+    loads: UnitLoads | None  #: None where forces are given, which do not change
+    solved: tuple[object, ...]  #: the `Loaded.key` for which its load cases are solved
+    deviators: Mapping[str, Singles]  #: (n_rows, 5) of each of these; empty where there are several parts
+    errors: Mapping[str, Singles]  #: (n_rows,) of each, relative to the stress
+    column: tuple[tuple[Section, ...], Section]
+
+    def cases(self, loaded: Loaded) -> Instants:
+        """The load cases."""
+        return self.loading(loaded.study).at(self.mass, loaded.rpm).cases
+
+    def stress(self, loaded: Loaded, cases: Instants) -> Singles:
+        """Deviators (n_rows, 5, n_cases) of load cases, as they were solved or superposed."""
+        if loaded.key == self.solved and self.deviators:
+            return np.stack([self.deviators[str(name)] for name in cases.names], axis=-1)
+        return self._superposed(cases)
+
+    def _superposed(self, cases: Instants) -> Singles:
+        weights = self._unit_loads.weights(cases)
+        return np.concatenate([part.every(weights)[:, :5] for part in self.parts]).astype(np.float32)
+
+    @property
+    def _unit_loads(self) -> UnitLoads:
+        if self.loads is None:
+            raise ValueError("given forces have no unit loads")
+        return self.loads
+
+    def buckles(self, loaded: Loaded, cases: Instants) -> Floats:
+        """Forces (2,) at which it buckles in either plane, over what compresses it."""
+        pushed, steel = float(compression(cases).max()), loaded.materials[0]
+        critical = [
+            column(plane, *self.column, steel.youngs_modulus, steel.yield_strength).least for plane in Plane
+        ]
+        return np.array(critical) / pushed if pushed else np.full(2, np.inf)
+
+    def tired(self, loaded: Loaded, rows: Ints | slice) -> Floats | None:
+        """Utilisation (n,) of some rows against fatigue; None without a crank cycle or strengths."""
+        loading = self.loading(loaded.study)
+        if not isinstance(loading, EngineLoading) or loaded.rpm is None:
+            return None
+        cycle = loading.crank_cycle(self.mass, loaded.rpm)
+        weights = self._unit_loads.weights(cycle.at(np.arange(0, 4 * np.pi, _EVERY)), cycle)
+        used, first = [], 0
+        every = np.arange(sum(len(part.points) for part in self.parts))[rows]
+        for part, material in zip(self.parts, loaded.materials, strict=True):
+            here = every[(every >= first) & (every < first + len(part.points))] - first
+            signed = signed_equivalent(part.stress(weights, here))
+            extremes = signed.max(axis=1), signed.min(axis=1)
+            used.append(1 / part.made_of(material).fatigue_factor(*extremes, here))
+            first += len(part.points)
+        found = np.concatenate(used)
+        return found if found.any() else None
+
+
+class Followed:
+    """The nodes of a mesh that are followed, and the rows of stresses on both sides of y = 0 of each part."""
+
+    def __init__(self, rod: PreparedRod, result: SpeedResult, surface: Surface) -> None:
+        whole, cases = rod.mesh.mirrored, tuple(result.cases.values())
+        used = np.max([1 / case.safety_factor for case in cases], axis=0)
+        inside = np.flatnonzero(used >= _INSIDE * used.max())
+        self.nodes = np.unique(whole.source[np.concatenate([surface.nodes, inside])])
+        self.surface, self.symmetry, self._rod = surface, rod.mesh.symmetry, rod
+        sides = (1, -1) if rod.mesh.cut_y else (1,)
+        self.parts = [np.intersect1d(own, self.nodes) for own in rod.fields.recovery.nodes]
+        node = np.concatenate([np.tile(own, len(sides)) for own in self.parts])
+        side = np.concatenate([np.repeat(sides, len(own)) for own in self.parts])
+        self.part = np.repeat(np.arange(len(self.parts)), [len(sides) * len(own) for own in self.parts])
+        # The node of the whole rod of each row: one on its side of y = 0, at z >= 0.
+        images = np.full((2, len(rod.mesh.cell.points)), -1)
+        order = np.argsort(whole.sign[:, 2], kind="stable")
+        images[(whole.sign[order, 1] < 0).astype(int), whole.source[order]] = order
+        images[1] = np.where(images[1] < 0, images[0], images[1])
+        self.whole = images[(side < 0).astype(int), node]
+        self.flip = np.array([1, 1, 1, -1, -1, 1])[None] ** (side < 0).astype(int)[:, None]
+        self.counts = np.asarray(cases[0].counts[self.whole])
+        # The row of each node of the surface, and its row of `nodes` with the signs of its coordinates.
+        row = np.full((2, len(rod.mesh.cell.points)), -1)
+        row[(side < 0).astype(int), node] = np.arange(len(node))
+        row[1] = np.where(row[1] < 0, row[0], row[1])
+        at = surface.nodes
+        self.shown = row[(whole.sign[at, 1] < 0).astype(int), whole.source[at]]
+        self.places = np.searchsorted(self.nodes, whole.source[at]), whole.sign[at].astype(np.float32)
+        self.row_places = np.searchsorted(self.nodes, node), whole.sign[self.whole]
+        self.name = cache(partial(place_name, rod.mesh))
+        self.tired: Ints = np.arange(len(node))
+
+    def anchor(self, x: Floats, loaded: Loaded, rod: PreparedRod, result: SpeedResult) -> Anchor:
+        """Keep what is followed of a rod that is solved."""
+        cases, given = result.cases, rod.loading
+        whole, length = rod.mesh.whole, rod.mesh.bores.rod_length
+        errors = {
+            name: (case.von_mises_error / np.maximum(case.von_mises, 1e-9))[self.whole].astype(np.float32)
+            for name, case in cases.items()
+        }
+        deviators = {
+            name: ((case.stress[self.whole] * self.flip) @ FROM_TENSOR[:5].T).astype(np.float32)
+            for name, case in cases.items()
+        }
+        found = Anchor(
+            x=x,
+            loading=partial(_loading, length) if isinstance(given, EngineLoading) else lambda _study: given,
+            mass=rod.mass,
+            points=rod.mesh.cell.points[self.nodes],
+            parts=[],
+            loads=None,
+            solved=loaded.key,
+            deviators=deviators if len(self.parts) == 1 else {},
+            errors=errors,
+            column=shank(rod.study.rod.dimensions, whole, rod.mesh.bores),
+        )
+        return self._spanned(found, rod) if isinstance(given, EngineLoading) else found
+
+    def _spanned(self, anchor: Anchor, rod: PreparedRod) -> Anchor:
+        """The anchor with unit stresses, in single precision."""
+        analysis = rod.full_cycle
+        units = analysis.units.of(self.nodes)
+        single: list[Any] = [
+            {"even": own.even.astype(np.float32), "odd": own.odd.astype(np.float32)} for own in units.parts
+        ]
+        basis = copy(analysis.basis)
+        basis.units = replace(
+            units, parts=tuple(replace(own, **few) for own, few in zip(units.parts, single, strict=True))
+        )
+        slim = replace(analysis, basis=basis, masked=np.zeros_like(analysis.masked), direct=lambda *_: [])
+        rows = [PartRows(slim, number) for number in range(len(self.parts))]
+        return replace(anchor, parts=rows, loads=analysis.loads)
+
+
+def _loading(length: float, study: Study) -> Loading:
+    return EngineLoading.of(study.require_engine(), length)
+
+
+class Anchors:
+    """The anchors on one mesh, and what is interpolated from them."""
+
+    def __init__(self, followed: Followed, elastic: tuple[object, ...]) -> None:
+        self.followed, self.elastic = followed, elastic
+        self.every: list[Anchor] = []
+        self._known: dict[object, _Stack] = {}
+
+    def add(self, anchor: Anchor) -> None:
+        """Add an anchor, or replace that of the same design."""
+        self.every = [one for one in self.every if np.abs(one.x - anchor.x).max(initial=0.0) > SAME]
+        self.every.append(anchor)
+        self._known.clear()
+
+    def has(self, x: Floats) -> bool:
+        """Whether a design is solved."""
+        return any(np.abs(one.x - x).max(initial=0.0) <= SAME for one in self.every)
+
+    @property
+    def box(self) -> tuple[Floats, Floats]:
+        """Least and largest scaled dimensions of the anchors."""
+        places = np.array([one.x for one in self.every])
+        return places.min(axis=0), places.max(axis=0)
+
+    def covers(self, x: Floats) -> bool:
+        """Whether a design is among the anchors."""
+        if self.has(x):
+            return True
+        low, high = self.box
+        return len(self.every) > 2 and bool(((x >= low - SAME) & (x <= high + SAME)).all())
+
+    def at(self, x: Floats, loaded: Loaded) -> "Between | None":
+        """Interpolate at scaled dimensions; None beyond the anchors, or with another elasticity."""
+        if loaded.elastic != self.elastic or not self.every or not self.covers(x):
+            return None
+        same = [one for one in self.every if np.abs(one.x - x).max(initial=0.0) <= SAME]
+        which = same or self.every
+        key = (loaded.key, loaded.materials, len(which), id(which[0]))
+        if key not in self._known:
+            self._known = {key: _Stack(which, loaded, self.followed)}
+        return Between(self._known[key], self.followed, loaded, x)
+
+
+class _Stack:
+    """The fields of some anchors under one load, (n_anchors, …) each."""
+
+    def __init__(self, anchors: list[Anchor], loaded: Loaded, followed: Followed) -> None:
+        self.anchors, self.loaded, self._followed = anchors, loaded, followed
+        cases = [one.cases(loaded) for one in anchors]
+        self.names = [str(name) for name in cases[0].names if all(name in other.names for other in cases)]
+        some = [one[np.isin(one.names, self.names)] for one in cases]
+        self.stress = np.stack([one.stress(loaded, own) for one, own in zip(anchors, some, strict=True)])
+        self.error = np.stack(
+            [
+                np.stack([one.errors.get(name, next(iter(one.errors.values()))) for name in self.names], -1)
+                for one in anchors
+            ]
+        )
+        self.points = np.stack([one.points for one in anchors])
+        self.buckles = np.stack([one.buckles(loaded, own) for one, own in zip(anchors, some, strict=True)])
+        self.mass = np.array([one.mass.mass for one in anchors])
+        direct = all(one.deviators and loaded.key == one.solved for one in anchors)
+        self.superposed = 0.0 if direct else SUPERPOSED
+        self._x = np.array([one.x for one in anchors])
+
+    @cached_property
+    def tired(self) -> Floats | None:
+        """Utilisation against fatigue (n_anchors, n) of the rows where it is large."""
+        found = [one.tired(self.loaded, self._followed.tired) for one in self.anchors]
+        return (
+            None if any(own is None for own in found) else np.stack([own for own in found if own is not None])
+        )
+
+    @cached_property
+    def _inverse(self) -> tuple[Ints, Floats]:
+        """The dimensions that vary, and the inverse of the kriging equations."""
+        varied = np.flatnonzero(np.ptp(self._x, axis=0) > SAME)
+        x, count = self._x[:, varied], len(self._x)
+        trend = np.column_stack([np.ones(count), x])
+        system = np.zeros((count + trend.shape[1],) * 2)
+        system[:count, :count] = _covariance(x, x) + 1e-10 * np.eye(count)
+        system[:count, count:], system[count:, :count] = trend, trend.T
+        return varied, np.linalg.pinv(system, hermitian=True)
+
+    def weights(self, x: Floats) -> tuple[Floats, float]:
+        """Weights (n_anchors,) at scaled dimensions, and the standard deviation there in units of `scale`."""
+        if len(self.anchors) == 1:
+            return np.ones(1), 0.0
+        varied, inverse = self._inverse
+        right = np.concatenate([_covariance(self._x[:, varied], x[None, varied])[:, 0], [1.0], x[varied]])
+        solution = inverse @ right
+        return solution[: len(self.anchors)], float(np.sqrt(max(0.0, 1.0 - right @ solution)))
+
+    def scale(self, row: int, case: int) -> float:
+        """Scale of the errors of the stress at a row, MPa: from leaving out one anchor at a time."""
+        count = len(self.anchors)
+        if count == 1:
+            return 0.0
+        own = self._inverse[1][:count, :count]
+        left = own @ self.stress[:, row, :, case]
+        spread = np.maximum(np.diag(own), 1e-12)
+        return float(np.sqrt(((left**2).sum(axis=1) / spread).mean()))
+
+
+def _covariance(one: Floats, other: Floats) -> Floats:
+    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
+    return np.asarray(np.exp(-square / (2 * _REACH**2)))
+
+
+class Between:
+    """What is interpolated at one design."""
+
+    def __init__(self, stack: _Stack, followed: Followed, loaded: Loaded, x: Floats) -> None:
+        self._stack, self._followed, self._loaded = stack, followed, loaded
+        self._weights, self._deviation = stack.weights(x)
+        single = self._weights.astype(np.float32)
+        stress = np.tensordot(single, stack.stress, 1)
+        self.von_mises = np.sqrt(np.einsum("nkc,nkc->nc", stress, stress))
+        error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
+        strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
+        self.used = np.where(followed.counts[:, None], self.von_mises / strength[:, None], -1.0)
+        self.highest = self.used * (1 + error)
+        self._points = np.tensordot(self._weights, stack.points, 1)
+
+    @cached_property
+    def worst_gap(self) -> float:
+        """Estimated error of the largest utilisation over it."""
+        row, case = np.unravel_index(int(self.used.argmax()), self.used.shape)
+        return self.gap(int(row), int(case))
+
+    @property
+    def vague(self) -> bool:
+        """Whether the interpolation is too uncertain to be shown."""
+        return self.worst_gap > VAGUE
+
+    def gap(self, row: int, case: int) -> float:
+        """Estimated error of the stress at a row over it."""
+        off = GAP * self._deviation * self._stack.scale(row, case)
+        return off / max(float(self.von_mises[row, case]), 1e-9) + self._stack.superposed
+
+    @property
+    def figures(self) -> Figures:
+        """The figures with their bars."""
+        cases = [self._case(number) for number in range(len(self._stack.names))]
+        rows, top = self.used.argmax(axis=0), self.used.max(axis=0)
+        worst = int(top.argmax())
+        row, gap = int(rows[worst]), self.gap(int(rows[worst]), worst)
+        bar = 100 * (float(self.highest.max()) / float(top[worst]) - 1 + gap)
+        return Figures(
+            mass_kg=float(self._weights @ self._stack.mass) / KG,
+            cases=tuple(cases),
+            governing=self._stack.names[worst],
+            yielding=self._factor(1 / float(top[worst]), bar, 100 * gap, row),
+            fatigue=self._fatigue(bar, 100 * gap),
+            buckling=self._buckling(),
+        )
+
+    def _case(self, number: int) -> CaseFigures:
+        row = int(self.used[:, number].argmax())
+        used, gap = float(self.used[row, number]), self.gap(row, number)
+        bar = 100 * (float(self.highest[:, number].max()) / used - 1 + gap)
+        factor = self._factor(1 / used, bar, 100 * gap, row)
+        peak = float(np.where(self._followed.counts, self.von_mises[:, number], 0.0).max())
+        return CaseFigures(
+            self._stack.names[number],
+            peak,
+            factor.factor,
+            factor.bar_percent,
+            factor.gap_percent,
+            factor.where,
+            factor.at_mm or (0.0, 0.0, 0.0),
+        )
+
+    def _factor(self, factor: float, bar: float, gap: float, row: int) -> Factor:
+        place, sign = self._followed.row_places
+        at = vector(self._points[place[row]] * sign[row])
+        return Factor(factor, bar, gap, self._followed.name(int(self._followed.whole[row])), at)
+
+    def _fatigue(self, bar: float, gap: float) -> Factor | None:
+        tired = self._stack.tired
+        if tired is None:
+            return None
+        used = self._weights @ tired
+        used = np.where(self._followed.counts[self._followed.tired], used, 0.0)
+        worst = int(used.argmax())
+        return self._factor(1 / float(used[worst]), bar, gap, int(self._followed.tired[worst]))
+
+    def _buckling(self) -> Factor | None:
+        factors = self._weights @ self._stack.buckles
+        worst = int(factors.argmin())
+        if not np.isfinite(factors[worst]):
+            return None
+        plane = list(Plane)[worst].value.replace("_", " ")
+        return Factor(float(factors[worst]), 0.0, 0.0, f"the shank, {plane}")
+
+    def drawn(self, shown: str) -> tuple[Singles, Singles]:
+        """Places (n, 3) and stresses (n,) of the surface: of a load case, or the largest of all."""
+        names, place = self._stack.names, self._followed.places
+        of_case = shown != LARGEST_OF_CASES and shown in names
+        values = self.von_mises[:, names.index(shown)] if of_case else self.von_mises.max(axis=1)
+        return self._points.astype(np.float32)[place[0]] * place[1], values[self._followed.shown]
