@@ -84,6 +84,10 @@ class Anchor:
     errors: Mapping[str, Singles]  #: (n_rows,) of each, relative to the stress
     column: tuple[tuple[Section, ...], Section]
 
+    def relative_error(self, name: str) -> Singles:
+        """Errors (n_rows,) of a load case over its stress; of one that was not solved, those of another."""
+        return self.errors.get(name, next(iter(self.errors.values())))
+
     def cases(self, loaded: Loaded) -> Instants:
         """The load cases."""
         return self.loading(loaded.study).at(self.mass, loaded.rpm).cases
@@ -262,12 +266,8 @@ class _Stack:
         self.names = [str(name) for name in cases[0].names if all(name in other.names for other in cases)]
         some = [one[np.isin(one.names, self.names)] for one in cases]
         self.stress = np.stack([one.stress(loaded, own) for one, own in zip(anchors, some, strict=True)])
-        self.error = np.stack(
-            [
-                np.stack([one.errors.get(name, next(iter(one.errors.values()))) for name in self.names], -1)
-                for one in anchors
-            ]
-        )
+        relative = [np.stack([one.relative_error(name) for name in self.names], -1) for one in anchors]
+        self.error = np.stack(relative) * np.sqrt(np.einsum("ankc,ankc->anc", self.stress, self.stress))
         self.points = np.stack([one.points for one in anchors])
         self.buckles = np.stack([one.buckles(loaded, own) for one, own in zip(anchors, some, strict=True)])
         self.mass = np.array([one.mass.mass for one in anchors])
@@ -331,7 +331,7 @@ class Between:
         error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
         strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
         self.used = np.where(followed.counts[:, None], self.von_mises / strength[:, None], -1.0)
-        self.highest = self.used * (1 + error)
+        self.highest = self.used + error / strength[:, None]
         self._points = np.tensordot(self._weights, stack.points, 1)
 
     @cached_property
