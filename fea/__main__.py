@@ -43,6 +43,9 @@ COMMANDS = {
     "limits": "Find how fast the rod can turn, how much boost it stands, and what breaks first.\n\n"
     "- `fea limits my.toml`: one sentence, and a map of engine speed and peak pressure\n"
     "- `fea limits my.toml --min-rpm 7500 --min-boost 1.2`: exit code 6 if the rod does not reach them",
+    "studio": "Change a rod in the browser: mass, stress and safety factors follow while you drag.\n\n"
+    "- `fea studio my.toml`: opens a page that only this computer can see; Ctrl-C ends it\n\n"
+    "Each answer says how exact it is. Designs and variants are kept on disk; `fea run` takes a saved study.",
     "reproduce": "Compare published figures with computed ones.",
     "verify": "Solve benchmark problems with known answers.\n\n"
     "A report also shows every case on coarser meshes.",

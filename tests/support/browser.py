@@ -72,10 +72,11 @@ class Browser:
             self.events.append(message)
 
     def open(self, path, width=1440, height=900):
-        """Show a file and wait until it is loaded; what happened before is forgotten."""
+        """Show a file or an address, and wait until it is loaded; what happened before is forgotten."""
         self.size(width, height)
         self.events.clear()
-        self.call("browsingContext.navigate", context=self.page, url=Path(path).as_uri(), wait="complete")
+        url = path if str(path).startswith("http") else Path(path).as_uri()
+        self.call("browsingContext.navigate", context=self.page, url=url, wait="complete")
 
     def size(self, width, height):
         self.call(

@@ -109,7 +109,7 @@ def _where(case: CaseFigures) -> str:
 # In this order, as one script: each uses what stands before it.
 _SCRIPTS = (
     "vectors.js", "numbers.js", "surface.js", "results.js", "camera.js", "painter.js", "loads.js", "pick.js",
-    "hands.js", "charts.js", "viewer.js", "start.js",
+    "hands.js", "charts.js", "legend.js", "viewer.js", "start.js",
 )  # fmt: skip
 
 

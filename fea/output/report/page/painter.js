@@ -61,6 +61,13 @@ class Painter {
     this.prepare();
   }
 
+  // Free what `prepare` made, before it is called for another surface.
+  release() {
+    const gl = this.gl;
+    for (const program of [this.program, this.edgeProgram, this.loadProgram]) gl.deleteProgram(program);
+    for (const array of [this.array, this.edgeArray, this.loadArray]) gl.deleteVertexArray(array);
+  }
+
   prepare() {
     const gl = this.gl, { triangles, positions } = this.surface;
     this.places = spread(positions, triangles, 3);

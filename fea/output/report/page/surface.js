@@ -4,83 +4,12 @@ const CREASE = Math.cos((28 * Math.PI) / 180);
 const NO_LINE = 0;
 
 class Surface {
-  constructor(numbers, header) {
-    this.corners = fromSteps(numbers.integers("corners"));
-    this.count = header.nodes;
-    this.vertices = header.vertices;
-    this.parents = { first: new Int32Array(this.count), second: new Int32Array(this.count) };
-    this.readVertices();
-    this.middles = header.order === 2 ? this.readMiddles() : null;
-    const [x, y, z] = numbers.values("positions", this.parents);
-    this.positions = new Float32Array(3 * this.count);
-    for (let i = 0; i < this.count; i++) this.positions.set([x[i], y[i], z[i]], 3 * i);
-    this.cut();
+  // Of places (3 n), the nodes of flat triangles, and for each corner which sides are edges of elements.
+  constructor(positions, triangles, lines) {
+    Object.assign(this, { positions, triangles, lines, count: positions.length / 3 });
     this.flatNormals();
     this.smoothNormals();
     this.findSharpEdges();
-  }
-
-  readVertices() {
-    let next = 0;
-    for (let f = 0; f < this.corners.length; f += 3) {
-      const facet = this.corners.subarray(f, f + 3);
-      for (const vertex of facet) {
-        if (vertex !== next) continue;
-        next++;
-        const earlier = Array.from(facet).filter((other) => other < vertex).sort((a, b) => b - a);
-        const first = earlier.length ? earlier[0] : vertex - 1;
-        this.parents.first[vertex] = first;
-        this.parents.second[vertex] = earlier.length > 1 ? earlier[1] : first;
-      }
-    }
-  }
-
-  readMiddles() {
-    const between = new Map();
-    const middles = new Int32Array(this.corners.length);
-    let next = this.vertices;
-    for (let f = 0; f < this.corners.length; f += 3) {
-      for (let k = 0; k < 3; k++) {
-        const a = this.corners[f + k], b = this.corners[f + ((k + 1) % 3)];
-        const key = Math.min(a, b) * this.vertices + Math.max(a, b);
-        let node = between.get(key);
-        if (node === undefined) {
-          node = next++;
-          between.set(key, node);
-          this.parents.first[node] = a;
-          this.parents.second[node] = b;
-        }
-        middles[f + k] = node;
-      }
-    }
-    return middles;
-  }
-
-  // Divide facets of six nodes into four triangles; `lines` says which sides are edges of elements, by the
-  // corner opposite.
-  cut() {
-    const facets = this.corners.length / 3;
-    const pieces = this.middles ? 4 : 1;
-    this.triangles = new Int32Array(3 * pieces * facets);
-    this.lines = new Uint8Array(4 * 3 * pieces * facets);
-    let at = 0;
-    const add = (a, b, c, lines) => {
-      this.triangles.set([a, b, c], at);
-      for (let k = 0; k < 3; k++) this.lines.set(lines, 4 * (at + k));
-      at += 3;
-    };
-    for (let f = 0; f < this.corners.length; f += 3) {
-      const [a, b, c] = this.corners.subarray(f, f + 3);
-      if (!this.middles) {
-        add(a, b, c, [1, 1, 1, 0]);
-        continue;
-      }
-      const [ab, bc, ca] = this.middles.subarray(f, f + 3);
-      add(a, ab, ca, [0, 1, 1, 0]);
-      add(ab, b, bc, [1, 0, 1, 0]);
-      add(ca, bc, c, [1, 1, 0, 0]);
-      add(ab, bc, ca, [0, 0, 0, 0]);
-    }
   }
 
   flatNormals() {
@@ -158,4 +87,85 @@ class Surface {
     }
     return best;
   }
+}
+
+// The facets of packed numbers: small flat triangles, and the earlier nodes beside each node.
+class Facets {
+  constructor(corners, { nodes, vertices, order }) {
+    Object.assign(this, { corners, vertices });
+    this.parents = { first: new Int32Array(nodes), second: new Int32Array(nodes) };
+    this.readVertices();
+    this.middles = order === 2 ? this.readMiddles() : null;
+    this.cut();
+  }
+
+  readVertices() {
+    let next = 0;
+    for (let f = 0; f < this.corners.length; f += 3) {
+      const facet = this.corners.subarray(f, f + 3);
+      for (const vertex of facet) {
+        if (vertex !== next) continue;
+        next++;
+        const earlier = Array.from(facet).filter((other) => other < vertex).sort((a, b) => b - a);
+        const first = earlier.length ? earlier[0] : vertex - 1;
+        this.parents.first[vertex] = first;
+        this.parents.second[vertex] = earlier.length > 1 ? earlier[1] : first;
+      }
+    }
+  }
+
+  readMiddles() {
+    const between = new Map();
+    const middles = new Int32Array(this.corners.length);
+    let next = this.vertices;
+    for (let f = 0; f < this.corners.length; f += 3) {
+      for (let k = 0; k < 3; k++) {
+        const a = this.corners[f + k], b = this.corners[f + ((k + 1) % 3)];
+        const key = Math.min(a, b) * this.vertices + Math.max(a, b);
+        let node = between.get(key);
+        if (node === undefined) {
+          node = next++;
+          between.set(key, node);
+          this.parents.first[node] = a;
+          this.parents.second[node] = b;
+        }
+        middles[f + k] = node;
+      }
+    }
+    return middles;
+  }
+
+  // Divide facets of six nodes into four triangles; `lines` says which sides are edges of elements, by the
+  // corner opposite.
+  cut() {
+    const facets = this.corners.length / 3;
+    const pieces = this.middles ? 4 : 1;
+    this.triangles = new Int32Array(3 * pieces * facets);
+    this.lines = new Uint8Array(4 * 3 * pieces * facets);
+    let at = 0;
+    const add = (a, b, c, lines) => {
+      this.triangles.set([a, b, c], at);
+      for (let k = 0; k < 3; k++) this.lines.set(lines, 4 * (at + k));
+      at += 3;
+    };
+    for (let f = 0; f < this.corners.length; f += 3) {
+      const [a, b, c] = this.corners.subarray(f, f + 3);
+      if (!this.middles) {
+        add(a, b, c, [1, 1, 1, 0]);
+        continue;
+      }
+      const [ab, bc, ca] = this.middles.subarray(f, f + 3);
+      add(a, ab, ca, [0, 1, 1, 0]);
+      add(ab, b, bc, [1, 0, 1, 0]);
+      add(ca, bc, c, [1, 1, 0, 0]);
+      add(ab, bc, ca, [0, 0, 0, 0]);
+    }
+  }
+}
+
+function unpackedSurface(numbers, header) {
+  const { triangles, lines, parents } = new Facets(fromSteps(numbers.integers("corners")), header);
+  const [x, y, z] = numbers.values("positions", parents), positions = new Float32Array(3 * header.nodes);
+  for (let i = 0; i < header.nodes; i++) positions.set([x[i], y[i], z[i]], 3 * i);
+  return Object.assign(new Surface(positions, triangles, lines), { parents });
 }

@@ -5,7 +5,7 @@ class Viewer {
     this.root = root;
     this.header = header;
     this.canvas = root.querySelector("canvas");
-    this.surface = new Surface(numbers, header);
+    this.surface = unpackedSurface(numbers, header);
     this.painter = new Painter(this.canvas, this.surface);
     this.camera = new Camera(this.surface.positions);
     this.picker = new Picker(this.surface);
@@ -313,21 +313,7 @@ class Viewer {
     const box = this.part("legend");
     if (box.dataset.of === `${this.shown.result} ${field.name}`) return;
     box.dataset.of = `${this.shown.result} ${field.name}`;
-    const title = document.createElement("span");
-    title.className = "legend-title";
-    title.textContent = field.unit ? `${field.label}, ${field.unit}` : field.label;
-    const bar = document.createElement("span");
-    bar.className = "legend-bar";
-    field.colours.forEach((colour, k) => {
-      const band = document.createElement("span");
-      band.style.background = colour;
-      band.dataset.low = field.labels[k].replace("-", "−");
-      if (k === field.colours.length - 1) band.dataset.high = field.labels[k + 1].replace("-", "−") + (field.above ? "+" : "");
-      bar.append(band);
-    });
-    box.replaceChildren(title, bar);
-    const ends = `${field.labels[0]} to ${field.labels[field.labels.length - 1]} ${field.unit}`;
-    box.setAttribute("aria-label", `Legend: ${field.label}, ${field.colours.length} bands from ${ends}`);
+    drawLegend(box, field);
   }
 
   label(labels) {

@@ -1,0 +1,261 @@
+"""What the two processes of `fea studio` do for its server: each function is a job of one of them."""
+
+import csv
+import io
+import json
+import re
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any, NamedTuple
+
+from fea.apps.studio.frame import Frame
+from fea.apps.studio.operation import Operation, applied, controls
+from fea.apps.studio.session import State
+from fea.machine.isolated import say
+from fea.output.json_file import json_text
+from fea.output.report.legends import case_fields
+from fea.output.text import write_text
+from fea.study.study import Study
+from geometry.arrays import Floats
+
+MODEL = "fea.apps.studio.live_rod"
+# What can be written at once, and what takes a process of its own.
+QUICK = ("study", "table")
+EXPORTS = (*QUICK, "step", "report")
+# Of the end of the legend: a peak above this share keeps it, so that colours mean the same while one drags.
+_KEEPS_LEGEND = 0.6
+# Of a dimension: how far its slider goes at least.
+_LEAST_WAY = (0.7, 1.3)
+
+
+class _Inside:
+    """In a worker: what it computes with."""
+
+    study: Study
+    model: Any
+    live: Any = None
+    steps: Iterator[Any] = iter(())
+    top = 0.0
+    mesh: tuple[int, int, bytes] = (-1, 0, b"")  # number of the base, and what is packed of its triangles
+
+
+class Answer(NamedTuple):
+    """A frame for the page: what is told of it, places and values of its nodes, and its triangles."""
+
+    header: dict[str, Any]
+    numbers: bytes
+    triangles: bytes
+
+    @property
+    def state(self) -> State:
+        """The design that it is of."""
+        state: State = self.header["state"]
+        return state
+
+
+def open_worker(study: Study, model: str) -> None:
+    """Begin: the model is a module with `LiveRod` and `fresh`."""
+    _Inside.study, _Inside.model = study, resolve_name(model)
+
+
+def open_live(study: Study, model: str) -> None:
+    """Begin with a rod that answers at once, which takes seconds."""
+    open_worker(study, model)
+    _Inside.live = _Inside.model.LiveRod(study)
+
+
+def describe() -> dict[str, Any]:
+    """Return what the page needs to lay itself out."""
+    study, live = _Inside.study, _Inside.live
+    ranges = live.ranges(dict(live.base_design))
+    dimensions = []
+    for each in live.dimensions:
+        least, most = (share * each.value for share in _LEAST_WAY)
+        way = {"low": min(least, ranges[each.name].low), "high": max(most, ranges[each.name].high)}
+        dimensions.append({"key": each.name} | _plain(each) | way)
+    return {
+        "title": study.name,
+        "dimensions": dimensions,
+        "controls": [_plain(control) for control in controls(study)],
+        "required": study.analysis.min_safety or 1.0,
+    }
+
+
+def ranges(state: State) -> dict[str, Any]:
+    """Return how far each dimension can go, and why it ends there, by its name."""
+    return {name: _plain(each) for name, each in _Inside.live.ranges(dict(state["design"])).items()}
+
+
+def frame(serial: int, state: State, field: str) -> Answer:
+    """Return what is known of a design at once."""
+    return _answer(serial, state, _Inside.live.frame(dict(state["design"]), _operation(state), field))
+
+
+def begin(kind: str, state: State, what: str) -> None:
+    """Begin what takes several steps: "touch" a dimension, or solve "exact" with a field."""
+    design, operation = dict(state["design"]), _operation(state)
+    if kind == "touch":
+        _Inside.steps = _Inside.live.touch(what, design, operation)
+    else:
+        _Inside.steps = _Inside.live.exact(design, operation, what)
+
+
+def step(serial: int, state: State) -> Answer | float | None:
+    """Take the next step; return a frame, the progress of anchors, or None at the end."""
+    found = next(_Inside.steps, None)
+    return _answer(serial, state, found) if isinstance(found, Frame) else found
+
+
+def converge(serial: int, state: State) -> Answer:
+    """Solve a design on a mesh of its own, refined, with the pins that its study asks for."""
+    return _answer(serial, state, _Inside.model.fresh(_applied(state)))
+
+
+def _operation(state: State) -> Operation:
+    return Operation.of(_Inside.study).changed(dict(state["operation"]))
+
+
+def _applied(state: State) -> Study:
+    return applied(_Inside.study, dict(state["design"]), _operation(state))
+
+
+def _plain(value: Any) -> dict[str, Any]:
+    """A dataclass as JSON has it: without infinite numbers."""
+    plain: dict[str, Any] = json.loads(json_text(value))
+    return plain
+
+
+def _answer(serial: int, state: State, found: Frame) -> Answer:
+    """Pack a frame; its mesh is known by its triangles."""
+    header: dict[str, Any] = {
+        "kind": "frame",
+        "serial": serial,
+        "state": state,
+        "label": str(found.label),
+        "pins": found.pins,
+        "new_mesh": found.new_mesh,
+        "operation": found.operation.values,
+        "figures": None,
+    }
+    if found.points is None or found.values is None or found.figures is None:
+        return Answer(header, b"", b"")
+    checks = found.figures.checks or {}
+    figures = _plain(found.figures) | {
+        "governs": found.figures.governs,
+        "failed": [name.replace("_", " ") for name, check in checks.items() if not check.passed],
+    }
+    if found.triangles is not None or found.base != _Inside.mesh[0]:
+        triangles = _Inside.live.triangles if found.triangles is None else found.triangles
+        packed = triangles.astype("<u4").tobytes()
+        _Inside.mesh = (found.base, zlib.crc32(packed), packed)
+    peak = max(case["peak_MPa"] for case in figures["cases"])
+    header |= {
+        "figures": figures,
+        "mesh": _Inside.mesh[1],
+        "nodes": len(found.points),
+        "field": _legend(found.values, peak),
+    }
+    numbers = found.points.astype("<f4").tobytes() + found.values.astype("<f4").tobytes()
+    return Answer(header, numbers, _Inside.mesh[2])
+
+
+def _legend(values: Floats, peak: float) -> dict[str, Any]:
+    if not _KEEPS_LEGEND * _Inside.top <= peak <= _Inside.top:
+        _Inside.top = peak
+        (field,) = case_fields({"von_mises": values}, peak)
+        _Inside.top = float(field["limits"][-1])
+    return case_fields({"von_mises": values}, _Inside.top)[0]
+
+
+@dataclass(frozen=True)
+class Written:
+    """A file that was written, and its content where the page may offer a copy."""
+
+    path: str
+    text: str | None = None
+
+
+def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> dict[str, Any]:
+    """Write a study, a solid, a report, or the table of variants into a folder; return path and text."""
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-") or "study"
+    study, place = _applied(state), Path(folder)
+    if what == "study":
+        text = study.text()
+    elif what == "table":
+        stem, text = "variants", _table(variants)
+    else:
+        path = _unused(place, stem, ".step" if what == "step" else "")
+        (_write_step if what == "step" else _write_report)(study, path)
+        return asdict(Written(str(path if what == "step" else path / "report.html")))
+    path = _unused(place, stem, ".toml" if what == "study" else ".csv")
+    write_text(path, text)
+    return asdict(Written(str(path), text))
+
+
+def _unused(folder: Path, stem: str, suffix: str) -> Path:
+    names = (f"{stem}{suffix}", *(f"{stem}-{number}{suffix}" for number in range(2, 10_000)))
+    return next(folder / name for name in names if not (folder / name).exists())
+
+
+def _write_step(study: Study, path: Path) -> None:
+    from geometry.cad.formats import export_step  # noqa: PLC0415 - gmsh is loaded for it
+    from geometry.session import session  # noqa: PLC0415
+
+    with session():
+        export_step(study.rod.solid(), path)
+
+
+def _write_report(study: Study, path: Path) -> None:
+    from fea.apps.run_study import run_study  # noqa: PLC0415 - what solves and draws
+
+    output = replace(study.output, directory=str(path.resolve()), report=True, screenshot=False)
+    run_study(replace(study, output=output))
+
+
+def _table(variants: Mapping[str, Any]) -> str:
+    """Return a CSV of variants: their dimensions, how they run, and their answers."""
+    rows = []
+    for name, variant in variants.items():
+        row = {"variant": name, **variant["state"]["design"], **variant["state"]["operation"]}
+        answer = variant["answer"]
+        if answer and answer["figures"]:
+            figures = answer["figures"]
+            row |= {"answer": answer["label"], "mass_kg": figures["mass_kg"], "governs": figures["governs"]}
+            for mode in ("yielding", "fatigue", "buckling"):
+                own = figures[mode] or {"factor": None, "bar_percent": None}
+                row |= {mode: own["factor"], f"{mode}_bar_percent": own["bar_percent"]}
+        rows.append(row)
+    text = io.StringIO()
+    writer = csv.DictWriter(
+        text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n"
+    )
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def lighten(state: State) -> dict[str, Any]:
+    """Search the lightest rod from a design; the designs that are tried are said as they come."""
+    from fea.apps.optimise.designs import Design, Designs  # noqa: PLC0415 - what solves
+    from fea.apps.optimise.run_optimise import search_study  # noqa: PLC0415
+    from fea.apps.optimise.search import USUAL, search  # noqa: PLC0415
+    from fea.apps.optimise.variables import variables  # noqa: PLC0415
+
+    free = variables(search_study(_applied(state)))
+
+    def told(design: Design, count: int = 0, _now: int = 0) -> dict[str, Any]:
+        return {
+            "state": {**state, "design": {**state["design"], **free.dimensions(design.x)}},
+            "mass_kg": design.mass_kg,
+            "margin": design.margin,
+            "governs": design.governing.name,
+            "count": count,
+            "most": USUAL,
+        }
+
+    designs = Designs(free, lambda *said: say(json.dumps(told(*said))))
+    found = search(designs, free.start, USUAL)
+    return told(found.best, found.count) | {"ended": found.ended, "holds": found.holds}

@@ -1,0 +1,34 @@
+"""The job behind `fea studio`: the session, the processes and the server, until it is interrupted."""
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+
+from fea.apps.studio.jobs import MODEL, open_live, open_worker
+from fea.apps.studio.server import Studio, serve_studio
+from fea.apps.studio.session import session
+from fea.apps.studio.worker import Worker
+from fea.output.studio.page import studio_page
+from fea.output.target import near
+from fea.study.study import Study
+from geometry.system import saying
+
+
+def run_studio(
+    study: Study, folder: Path, port: int, opened: Callable[[str], None], model: str = MODEL
+) -> None:
+    """Serve the page of a study until an interrupt; `opened` is told its address.
+
+    Raises
+    ------
+    OccupiedError, StorageError
+        The session cannot be kept in the folder.
+    OSError
+        The port is taken.
+    """
+    page, policy = studio_page(study.name)
+    said = f"the studio has ended; the same command goes on from its session in {near(folder)}"
+    first = {"design": {}, "operation": {}}
+    with saying(said), session(study, first, folder) as kept:
+        live, fresh = Worker(open_live, study, model), Worker(open_worker, study, model)
+        asyncio.run(serve_studio(Studio(kept, folder, live, fresh), page, policy, port, opened))

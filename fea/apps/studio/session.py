@@ -1,0 +1,121 @@
+"""The session: designs with undo and redo and named variants, in a journal from which it goes on."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from fea.base.version import __version__
+from fea.output.folder import take
+from fea.output.target import OccupiedError, near, reported
+from fea.study.study import Study
+
+# Designs that can be undone.
+_MOST = 500
+# What answers of variants are, the better the later: those that are interpolated are not kept.
+KNOWN = ("exact on a moved mesh", "converged")
+
+State = Mapping[str, Mapping[str, Any]]  # "design" and "operation", each by the names of its values
+Answer = Mapping[str, Any]  # "label" and "figures" of a frame
+
+
+def rank(answer: Answer | None) -> int:
+    """Return how good an answer is, -1 where there is none."""
+    return KNOWN.index(answer["label"]) if answer else -1
+
+
+@dataclass
+class Session:
+    """Designs in the order in which they were made; `change` makes every change, and writes it down."""
+
+    states: list[State]
+    journal: BinaryIO | None = None
+    at: int = 0
+    variants: dict[str, dict[str, Any]] = field(default_factory=dict)  #: "state" and "answer" by name
+
+    @property
+    def state(self) -> State:
+        """The design at hand."""
+        return self.states[self.at]
+
+    def change(self, kind: str, **what: Any) -> None:
+        """Make a change, by the name of a method, and keep it in the journal."""
+        getattr(self, f"_{kind}")(**what)
+        if self.journal is not None:
+            self.journal.write(json.dumps({"kind": kind, **what}).encode() + b"\n")
+            self.journal.flush()
+
+    def answered(self, state: State, answer: Answer) -> bool:
+        """Give variants of a state an answer that is more exact than theirs; whether there are such."""
+        better = [
+            name
+            for name, variant in self.variants.items()
+            if variant["state"] == state and rank(variant["answer"]) <= rank(answer)
+        ]
+        for name in better:
+            self.change("keep", name=name, state=state, answer=answer)
+        return bool(better)
+
+    def replay(self, journal: bytes) -> int:
+        """Make the changes of a journal; return where its last complete line ends."""
+        end = 0
+        for line in journal.splitlines(keepends=True):
+            try:
+                what = json.loads(line)
+            except ValueError:  # the program ended while it was written
+                break
+            getattr(self, f"_{what.pop('kind')}")(**what)
+            end += len(line)
+        return end
+
+    def told(self) -> dict[str, Any]:
+        """What the page shows of the session."""
+        undo, redo = self.at > 0, self.at < len(self.states) - 1
+        return {**self.state, "undo": undo, "redo": redo, "variants": self.variants}
+
+    def _commit(self, state: State) -> None:
+        if state != self.state:
+            self.states = [*self.states[: self.at + 1], state][-_MOST:]
+            self.at = len(self.states) - 1
+
+    def _move(self, by: int) -> None:
+        self.at = min(max(self.at + by, 0), len(self.states) - 1)
+
+    def _keep(self, name: str, state: State, answer: Answer | None) -> None:
+        self.variants[name] = {"state": state, "answer": answer}
+
+    def _remove(self, name: str) -> None:
+        self.variants.pop(name, None)
+
+
+@contextmanager
+def session(study: Study, first: State, folder: Path) -> Iterator[Session]:
+    """Yield the session of a study, which goes on from its journal in the folder.
+
+    A study that has been edited has another journal.
+
+    Raises
+    ------
+    OccupiedError
+        Another `fea studio` has this session.
+    StorageError
+        The folder cannot be written.
+    """
+    identity = hashlib.sha256((__version__ + study.text()).encode()).hexdigest()[:12]
+    path = folder / f"session-{identity}.jsonl"
+    with ExitStack() as stack:
+        with reported(path, "Start fea studio in a folder that can be written."):
+            folder.mkdir(parents=True, exist_ok=True)
+            journal = stack.enter_context(path.open("a+b"))
+        owned = take(path)
+        if owned is None:
+            raise OccupiedError(f"{near(path)} is in use by another fea studio: use that one, or end it.")
+        stack.callback(owned.release)
+        journal.seek(0)
+        found = Session([first])
+        journal.truncate(found.replay(journal.read()))
+        found.journal = journal
+        yield found

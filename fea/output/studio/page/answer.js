@@ -1,0 +1,100 @@
+// The answer: mass and safety factors with their bars, and which design they are of.
+
+const MODES = [["yielding", "Yielding"], ["fatigue", "Fatigue"], ["buckling", "Buckling"]];
+const KNOWN = { interpolated: "Interpolated", "exact on a moved mesh": "Exact on a moved mesh", converged: "Converged" };
+const two = (value) => (value >= 100 ? "> 100" : value.toFixed(2));
+
+// A factor and how far it may be off: the bar is of the stress behind it.
+function interval({ factor, bar_percent: percent }) {
+  const low = factor / (1 + percent / 100);
+  return { factor, low, high: 2 * factor - low, bar: Math.max(factor - low, percent > 0 ? 0.01 : 0) };
+}
+
+function verdict({ low, high }, required) {
+  return low >= required ? ["holds", "holds"] : high < required ? ["fails", "does not hold"] : ["open", "undecided"];
+}
+
+class AnswerPanel {
+  constructor() {
+    const get = (id) => document.getElementById(id);
+    Object.assign(this, { root: get("cards"), of: get("of"), governs: get("governs"), said: get("said"), label: get("label"), mini: get("mini") });
+    this.required = 1;
+    this.before = null;
+  }
+
+  show(header, design) {
+    const { figures } = header;
+    this.label.textContent = this.labelled(header);
+    this.label.dataset.label = figures ? header.label : "none";
+    this.of.textContent = design;
+    if (!figures) {
+      this.governs.textContent = "This design lies beyond what the solved ones cover: let go, and it is solved.";
+      return;
+    }
+    const before = this.before ?? figures;
+    this.root.replaceChildren(this.mass(figures, before),
+      ...MODES.map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
+    const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
+    const where = worst.where ? `, ${worst.where}` : "";
+    const stress = peak ? ` Largest stress: ${peak.peak_MPa.toFixed(0)} MPa in ${peak.name}, ${peak.where}.` : "";
+    const failed = figures.failed.length ? ` Not to be trusted: ${figures.failed.join(", ")} failed.` : "";
+    this.governs.textContent = `${upper(figures.governs)} governs${where}.${stress}${failed}`;
+    const there = MODES.filter(([mode]) => figures[mode]);
+    this.mini.textContent = [`${(1000 * figures.mass_kg).toFixed(0)} g`,
+      ...there.map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}`)].join(" · ");
+    if (header.label === "interpolated") return;
+    const factors = there
+      .map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}, ${verdict(interval(figures[mode]), this.required)[1]}`);
+    this.said.textContent = `${this.label.textContent}: mass ${(1000 * figures.mass_kg).toFixed(0)} grams; ${factors.join("; ")}.`;
+  }
+
+  labelled({ label, pins, new_mesh: anew, figures }) {
+    if (!figures) return "Not solved here";
+    return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · pins: ${pins}`;
+  }
+
+  // The design from which the differences count.
+  from(figures, name) {
+    this.before = figures;
+    this.since = name;
+  }
+
+  mass({ mass_kg: mass }, before) {
+    return element("div", { class: "card" }, element("h3", {}, "Mass"),
+      element("p", { class: "big" }, `${(1000 * mass).toFixed(1)} g`), this.change(1000 * (mass - before.mass_kg), 1, "g"));
+  }
+
+  change(by, digits, unit = "") {
+    const said = by.toFixed(digits);
+    const none = Number(said) === 0;
+    const text = none ? `as ${this.since}` : `${by > 0 ? "+" : "−"}${said.replace("-", "")}${unit && ` ${unit}`} from ${this.since}`;
+    return element("p", { class: "change" }, this.since ? text : "");
+  }
+
+  card(name, factor, before, governs) {
+    const head = element("h3", {}, name);
+    if (governs) head.append(element("span", { class: "badge" }, "governs"));
+    if (!factor) return element("div", { class: "card none" }, head, element("p", { class: "big" }, "…"),
+      element("p", { class: "change" }, name === "Fatigue" ? "worked out when the hand rests" : "no load case compresses the rod"));
+    const own = interval(factor), [kind, words] = verdict(own, this.required);
+    const bar = own.bar ? ` ± ${own.bar.toFixed(2)}` : "";
+    return element("div", { class: `card ${kind}`, title: factor.where },
+      head, element("p", { class: "big" }, two(own.factor), element("small", {}, bar)),
+      this.meter(own), element("p", { class: "change" },
+        element("b", {}, words), before ? document.createTextNode(` · ${this.change(own.factor - before.factor, 2).textContent}`) : ""));
+  }
+
+  // From 0 to three times what is required: the factor, its bar, and the requirement as a line.
+  meter({ factor, low, high }) {
+    const end = 3 * this.required, at = (value) => `${100 * Math.min(1, value / end)}%`;
+    const made = element("div", { class: "meter", "aria-hidden": "true" }), add = (name, style) => {
+      const own = element("i", { class: name });
+      Object.assign(own.style, style);
+      made.append(own);
+    };
+    add("fill", { width: at(factor) });
+    add("bar", { left: at(low), width: `${100 * Math.max(0, Math.min(1, high / end) - Math.min(1, low / end))}%` });
+    add("need", { left: at(this.required) });
+    return made;
+  }
+}
