@@ -37,10 +37,12 @@ class Access:
         path, asked = urlsplit(request.path).path, parse_qs(urlsplit(request.path).query)
         hosts, origins = request.headers.get_all("Host"), request.headers.get_all("Origin")
         token = asked.get("token", [""])[0]
-        ours = hosts == [self.host] and origins in ([], [f"http://{self.host}"])
+        # Only browsers send an Origin: always for a socket, and for an address that is opened by hand never.
+        sent = ([f"http://{self.host}"],) if path == SOCKET else ([], [f"http://{self.host}"])
+        ours = hosts == [self.host] and origins in sent
         if not (ours and hmac.compare_digest(token.encode(), self.token.encode())):
             return self._response(HTTPStatus.FORBIDDEN, "Open the address that fea studio printed.\n")
-        if path == SOCKET and origins:
+        if path == SOCKET:
             return None
         if path == "/":
             return self._response(HTTPStatus.OK, self.page, "text/html")

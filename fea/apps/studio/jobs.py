@@ -11,6 +11,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
+from fea.analysis.result import Array
 from fea.apps.studio.frame import Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
@@ -19,7 +20,6 @@ from fea.output.json_file import json_text
 from fea.output.report.legends import case_fields
 from fea.output.text import write_text
 from fea.study.study import Study
-from geometry.arrays import Floats
 
 MODEL = "fea.apps.studio.live_rod"
 # What can be written at once, and what takes a process of its own.
@@ -162,7 +162,7 @@ def _answer(serial: int, state: State, found: Frame) -> Answer:
     return Answer(header, numbers, _Inside.mesh[2])
 
 
-def _legend(values: Floats, peak: float) -> dict[str, Any]:
+def _legend(values: Array, peak: float) -> dict[str, Any]:
     if not _KEEPS_LEGEND * _Inside.top <= peak <= _Inside.top:
         _Inside.top = peak
         (field,) = case_fields({"von_mises": values}, peak)

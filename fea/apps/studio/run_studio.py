@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fea.apps.studio.jobs import MODEL, open_live, open_worker
 from fea.apps.studio.server import Studio, serve_studio
-from fea.apps.studio.session import session
+from fea.apps.studio.session import State, session
 from fea.apps.studio.worker import Worker
 from fea.output.studio.page import studio_page
 from fea.output.target import near
@@ -28,7 +28,7 @@ def run_studio(
     """
     page, policy = studio_page(study.name)
     said = f"the studio has ended; the same command goes on from its session in {near(folder)}"
-    first = {"design": {}, "operation": {}}
+    first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed
     with saying(said), session(study, first, folder) as kept:
         live, fresh = Worker(open_live, study, model), Worker(open_worker, study, model)
         asyncio.run(serve_studio(Studio(kept, folder, live, fresh), page, policy, port, opened))

@@ -64,14 +64,14 @@ class Studio:
         self._doing = ""  # by the fresh process
         self._lightest: dict[str, Any] | None = None
         self._crashes = 0
-        self._work = {self._live_step: asyncio.Event(), self._fresh_step: asyncio.Event()}
+        self._live_work, self._fresh_work = asyncio.Event(), asyncio.Event()
 
     async def run(self) -> None:
         """Compute until this is cancelled."""
         try:
             async with asyncio.TaskGroup() as group:
-                for step in self._work:
-                    group.create_task(self._drive(step))
+                group.create_task(self._drive(self._live_step, self._live_work))
+                group.create_task(self._drive(self._fresh_step, self._fresh_work))
         finally:
             self._live.stop()
             self._fresh.stop()
@@ -88,6 +88,7 @@ class Studio:
                 await self._show(self._last)
             async for message in page:
                 await self._hear(message)
+                await asyncio.sleep(0)  # what computes has its turn also while requests pour in
         if self._page is page:
             self._page = None
 
@@ -152,7 +153,7 @@ class Studio:
 
         if what in jobs.QUICK:
             self._quick.append(export)
-            self._work[self._live_step].set()
+            self._live_work.set()
         else:
             self._queue(what, export)
 
@@ -232,7 +233,7 @@ class Studio:
         header = {} if self._last is None else self._last.header
         if header.get("state") != state or header["figures"] is None or header["label"] not in KNOWN:
             return None
-        return {"label": header["label"], "figures": header["figures"]}
+        return {key: header[key] for key in ("label", "pins", "figures")}
 
     def _background(self, coroutine: Any) -> None:
         task = asyncio.ensure_future(coroutine)
@@ -240,12 +241,13 @@ class Studio:
 
     # The processes.
 
-    async def _drive(self, step: Callable[[], Awaitable[bool]]) -> None:
+    @staticmethod
+    async def _drive(step: Callable[[], Awaitable[bool]], work: asyncio.Event) -> None:
         """Take step after step; wait where there is nothing to do."""
         while True:
-            self._work[step].clear()
+            work.clear()
             if not await step():
-                await self._work[step].wait()
+                await work.wait()
 
     def _ask(self, asked: Asked) -> None:
         """Let a request replace those before it."""
@@ -253,7 +255,7 @@ class Studio:
         self._converging, self._crashes = None, 0
         if self._doing == _CONVERGING:
             self._fresh.stop()
-        self._work[self._live_step].set()
+        self._live_work.set()
 
     async def _live_step(self) -> bool:
         """Answer the newest request, or go on with what takes longer."""
@@ -303,7 +305,7 @@ class Studio:
             await self._tell_ranges(asked)
         elif found is None and self._steps == "exact":
             self._steps, self._converging = "", asked
-            self._work[self._fresh_step].set()
+            self._fresh_work.set()
         elif found is None:
             self._steps = ""
         else:
@@ -318,7 +320,7 @@ class Studio:
         self._jobs.append((what, job))
         if self._doing == _CONVERGING:
             self._fresh.stop()
-        self._work[self._fresh_step].set()
+        self._fresh_work.set()
 
     async def _fresh_step(self) -> bool:
         """Do what the page ordered, or else solve the design that rests on a mesh of its own."""

@@ -33,12 +33,16 @@ class Worker:
             if listener is not None:
                 loop.call_soon_threadsafe(listener, line)
 
-        process = self._process
-        if process is None or not process.alive:
-            # By the main thread, whose end is that of the process.
-            process = self._process = fresh()
-            await asyncio.to_thread(_waited, process, self._opening, None)
-        return await asyncio.to_thread(_waited, process, partial(job, *arguments), heard)
+        begins = self._process is None
+        # By the main thread, whose end is that of the process.
+        process = self._process = self._process or fresh()
+        try:
+            if begins:
+                await asyncio.to_thread(_waited, process, self._opening, None)
+            return await asyncio.to_thread(_waited, process, partial(job, *arguments), heard)
+        finally:
+            if self._process is process and not process.alive:
+                self._process = None
 
     def stop(self) -> None:
         """End the process, also within a job."""

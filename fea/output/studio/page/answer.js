@@ -19,11 +19,17 @@ class AnswerPanel {
     const get = (id) => document.getElementById(id);
     Object.assign(this, { root: get("cards"), of: get("of"), governs: get("governs"), said: get("said"), label: get("label"), mini: get("mini") });
     this.required = 1;
-    this.before = null;
+    this.since = null;
+  }
+
+  // The design from which differences count; its figures are kept by what loads the pins, which must be alike.
+  from(name, state) {
+    this.since = { name, state: JSON.stringify(state), figures: {} };
   }
 
   show(header, design) {
     const { figures } = header;
+    this.now = JSON.stringify(header.state);
     this.label.textContent = this.labelled(header);
     this.label.dataset.label = figures ? header.label : "none";
     this.of.textContent = design;
@@ -31,7 +37,8 @@ class AnswerPanel {
       this.governs.textContent = "This design lies beyond what the solved ones cover: let go, and it is solved.";
       return;
     }
-    const before = this.before ?? figures;
+    if (this.since?.state === JSON.stringify(header.state)) this.since.figures[header.pins] = figures;
+    const before = this.since?.figures[header.pins] ?? {};
     this.root.replaceChildren(this.mass(figures, before),
       ...MODES.map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
     const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
@@ -53,22 +60,16 @@ class AnswerPanel {
     return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · pins: ${pins}`;
   }
 
-  // The design from which the differences count.
-  from(figures, name) {
-    this.before = figures;
-    this.since = name;
-  }
-
   mass({ mass_kg: mass }, before) {
-    return element("div", { class: "card" }, element("h3", {}, "Mass"),
-      element("p", { class: "big" }, `${(1000 * mass).toFixed(1)} g`), this.change(1000 * (mass - before.mass_kg), 1, "g"));
+    return element("div", { class: "card" }, element("h3", {}, "Mass"), element("p", { class: "big" }, `${(1000 * mass).toFixed(1)} g`),
+      element("p", { class: "change" }, this.change(1000 * mass, 1000 * before.mass_kg, 1, " g")));
   }
 
-  change(by, digits, unit = "") {
-    const said = by.toFixed(digits);
-    const none = Number(said) === 0;
-    const text = none ? `as ${this.since}` : `${by > 0 ? "+" : "−"}${said.replace("-", "")}${unit && ` ${unit}`} from ${this.since}`;
-    return element("p", { class: "change" }, this.since ? text : "");
+  // The difference in words; empty where there is nothing like it.
+  change(now, before, digits, unit = "") {
+    const by = (now - before).toFixed(digits);
+    if (!Number.isFinite(now - before) || this.now === this.since.state) return "";
+    return Number(by) === 0 ? `as ${this.since.name}` : `${by > 0 ? "+" : "−"}${by.replace("-", "")}${unit} from ${this.since.name}`;
   }
 
   card(name, factor, before, governs) {
@@ -81,7 +82,7 @@ class AnswerPanel {
     return element("div", { class: `card ${kind}`, title: factor.where },
       head, element("p", { class: "big" }, two(own.factor), element("small", {}, bar)),
       this.meter(own), element("p", { class: "change" },
-        element("b", {}, words), before ? document.createTextNode(` · ${this.change(own.factor - before.factor, 2).textContent}`) : ""));
+        element("b", {}, words), [" · ", this.change(own.factor, before?.factor, 2)].filter((_, k, all) => all[1]).join("")));
   }
 
   // From 0 to three times what is required: the factor, its bar, and the requirement as a line.

@@ -55,7 +55,8 @@ class StudioPage {
       event.preventDefault();
       const input = get("variant-name"), name = input.value.trim() || input.placeholder;
       this.say("keep", { name });
-      if (this.shown?.figures) this.panel.from(this.shown.figures, name);
+      this.panel.from(`“${name}”`, this.state);
+      if (this.current && RANK[this.shown.label]) this.panel.show(this.shown, this.described(this.state));
       input.value = "";
     });
     get("lighten").addEventListener("click", () => {
@@ -150,7 +151,7 @@ class StudioPage {
       const governing = header.figures.cases.find(({ name }) => name === header.figures.governing);
       this.stage.show(fields, header.field, worst.at_mm ?? governing?.at_mm ?? null);
       this.fields(header.figures.cases);
-      if (!this.panel.before && RANK[header.label]) this.panel.from(header.figures, "the first design");
+      if (!this.panel.since) this.panel.from("the first design", header.state);
     }
     this.panel.show(header, this.described(header.state));
     if (this.current) {

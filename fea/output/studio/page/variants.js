@@ -14,7 +14,7 @@ class Variants {
     }
     const head = element("tr", {}, element("th", { scope: "col" }, ""), ...columns.map(([name]) => this.heading(name)));
     const rows = [...this.inputs(columns, items), ...this.answers(columns)];
-    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? KNOWN[answer.label] : "not solved yet")));
+    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? `${KNOWN[answer.label]}, pins: ${answer.pins}` : "not solved yet")));
     const table = element("table", {}, element("caption", { class: "sr-only" }, "Variants with what differs, and the difference to the design at hand"),
       element("thead", {}, head), element("tbody", {}, ...rows, labels));
     this.root.replaceChildren(table);
@@ -49,19 +49,21 @@ class Variants {
 
   answers(columns) {
     const found = columns.map(([, { answer }]) => answer?.figures);
+    // Factors are compared only where the same pins load the rod.
+    const like = columns.map(([, { answer }]) => answer?.pins === columns[0][1].answer?.pins);
     const rows = [this.compared("Mass, g", found.map((figures) => figures && 1000 * figures.mass_kg), 1)];
     for (const [mode, name] of MODES) {
-      if (found.some((figures) => figures?.[mode])) rows.push(this.compared(`${name}, factor`, found.map((figures) => figures?.[mode]?.factor), 2));
+      if (found.some((figures) => figures?.[mode])) rows.push(this.compared(`${name}, factor`, found.map((figures) => figures?.[mode]?.factor), 2, like));
     }
     return rows;
   }
 
   // Numbers with their difference to the first.
-  compared(name, values, digits) {
+  compared(name, values, digits, like = []) {
     return this.row(name, values.map((value, k) => {
       if (value === undefined || value === null) return "–";
       const by = value - values[0], cell = element("span", {}, value.toFixed(digits));
-      if (k && Number.isFinite(by) && Number(by.toFixed(digits))) {
+      if (k && like[k] !== false && Number.isFinite(by) && Number(by.toFixed(digits))) {
         cell.append(element("small", {}, ` ${by > 0 ? "+" : "−"}${Math.abs(by).toFixed(digits)}`));
       }
       return cell;

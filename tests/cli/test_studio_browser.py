@@ -1,0 +1,94 @@
+"""The page of `fea studio` in real browsers: drag, undo, compare, save, reload, a worker that dies."""
+
+import time
+from urllib.parse import urlsplit
+
+import pytest
+from browser import PATIENCE, browser, missing
+from studios import end, served
+
+ANSWERED = "feaStudio.current && feaStudio.shown.label === 'converged'"
+SLIDER = """((box) => [box.left + 8, box.width - 16, box.top + box.height / 2])(
+  (document.getElementById("in-web_thickness_mm").scrollIntoView({ block: "center" }),
+   document.getElementById("in-web_thickness_mm").getBoundingClientRect()))"""
+CARDS = "Array.from(document.querySelectorAll('.card .big'), (own) => own.textContent)"
+UNNAMED = """Array.from(document.querySelectorAll("button, select, input, canvas"))
+  .filter((one) => !(one.textContent.trim() || one.labels?.length || one.ariaLabel))
+  .map((one) => one.outerHTML.slice(0, 80))"""
+WEB = "document.getElementById('in-web_thickness_mm')"
+WHY = "document.getElementById('in-web_thickness_mm-why')"
+ROWS = "Array.from(document.querySelectorAll('#compare tbody tr'), (row) => row.innerText)"
+NUMBER = f"Number({WEB}.value)"
+
+
+def wait(shown, condition):
+    end = time.monotonic() + PATIENCE
+    while not shown.run(f"Boolean({condition})"):
+        assert time.monotonic() < end, condition
+        time.sleep(0.05)
+
+
+def click(shown, selector):
+    shown.run(f"document.querySelector('{selector}').click()")
+
+
+@pytest.mark.parametrize("name", ["chromium", "firefox"])
+def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
+    if why := missing(name):
+        pytest.skip(f"no {name}: {why}")
+    with served(tmp_path) as studio, browser(name) as shown:
+        shown.open(studio.address)
+        wait(shown, ANSWERED)
+        first = shown.run(CARDS)
+        assert first[0] == "500.0 g"
+
+        # A drag: figures follow, and are exact where it ends.
+        left, width, y = shown.run(SLIDER)
+        low, high = shown.run(f"((own) => [Number(own.min), Number(own.max)])({WEB})")
+        at = left + width * (5.0 - low) / (high - low)
+        shown.drag((round(at), round(y)), (round(left + width), round(y)))
+        wait(shown, ANSWERED)
+        assert shown.run(NUMBER) == 6.0  # where the rule ends it
+        assert shown.run(f"{WHY}.textContent").endswith("too thick")
+        assert shown.run(CARDS)[0] == "600.0 g"
+        assert "+100.0 g" in shown.run("document.querySelector('.card .change').textContent")
+        assert "web thickness 6.00 mm" in shown.run("document.getElementById('of').textContent")
+        assert "600 grams" in shown.run("document.getElementById('said').textContent")
+
+        # Compare, with the keyboard for another design.
+        shown.run("document.getElementById('variant-name').value = 'thick'")
+        click(shown, "#keep button")
+        wait(shown, "'thick' in feaStudio.session.variants")
+        shown.run(f"{WEB}.focus()")
+        shown.keys("\ue012", "\ue012")  # left
+        wait(shown, f"{NUMBER} < 6 && {ANSWERED}")
+        table = shown.run(ROWS)
+        assert any(row.startswith("Web thickness, mm") and "6.00" in row for row in table)
+        click(shown, "#undo")
+        wait(shown, f"{NUMBER} === 6 && {ANSWERED}")
+        click(shown, "#redo")
+        wait(shown, f"{NUMBER} < 6 && {ANSWERED}")
+
+        # Save, a worker that dies, and a reload.
+        click(shown, "[data-export=study]")
+        wait(shown, "document.querySelector('#message a')?.download === 'study.toml'")
+        end(studio.workers()[0])
+        shown.run(f"{WEB}.focus()")
+        shown.keys("\ue012")
+        wait(shown, "document.getElementById('message').textContent.includes('SIGKILL')")
+        wait(shown, ANSWERED)
+        before = shown.run(f"[{NUMBER}, {CARDS}]")
+        assert shown.complaints() == []
+        shown.open(studio.address)
+        wait(shown, ANSWERED)
+        assert shown.run(f"[{NUMBER}, {CARDS}]") == before
+        assert shown.run("Object.keys(feaStudio.session.variants)") == ["thick"]
+        asked = {url for url in shown.requests() if not url.startswith("data:")}
+        assert {urlsplit(url)[1:3] for url in asked} <= {
+            (studio.url.netloc, "/"),
+            (studio.url.netloc, "/socket"),
+        }
+        assert shown.run(UNNAMED) == []
+        shown.size(390, 844)
+        assert shown.run("document.documentElement.scrollWidth") <= 390
+        assert shown.complaints() == []
