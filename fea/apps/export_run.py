@@ -34,16 +34,9 @@ def export_run(folder: Path, file: Path) -> Exported:
     """Write the mesh of a run at one speed with its loads or its results.
 
     The suffix chooses the format: ``.inp`` is a deck of all load cases for CalculiX and Abaqus, the others
-    hold the mesh with the results as far as the format carries them.
-
-    Raises
-    ------
-    InvalidValue
-        The folder is not that of a run, or the file cannot be written there.
-    MeshError
-        The bores of the run's mesh were not found, which a deck needs.
-    StorageError
-        The disk, a permission or a missing library prevents writing.
+    hold the mesh with the results as far as the format carries them. Raises `InvalidValue`: the folder is not
+    that of a run, or the file cannot be written there; `MeshError`: the bores of the run's mesh were not
+    found, which a deck needs; `StorageError`: the disk, a permission or a missing library prevents writing.
     """
     require_target("FILE", file, SUFFIXES)
     inside = file.resolve().parent == folder.resolve()

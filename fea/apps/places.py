@@ -20,12 +20,8 @@ class Place(NamedTuple):
 def places_of(study: Study) -> list[Place]:
     """Return the place of each speed's run, where it may be written.
 
-    Raises
-    ------
-    InvalidValue
-        An animation cannot be written, or is requested without the cycle.
-    OccupiedError, StorageError
-        The output directory cannot take the run.
+    Raises `InvalidValue`: an animation cannot be written, or is requested without the cycle; `OccupiedError`,
+    `StorageError`: the output directory cannot take the run.
     """
     speeds = study.speeds()
     folders = _folders(study, speeds)

@@ -38,12 +38,8 @@ _OF_ASSEMBLY = (
 def prepared_again(run: StoredRun) -> PreparedRod:
     """Prepare the study of a run on the run's own mesh.
 
-    Raises
-    ------
-    InvalidValue
-        The rod is an assembly: a run's mesh does not say where its parts touch.
-    MeshError
-        The bores of the run's mesh were not found.
+    Raises `InvalidValue`: the rod is an assembly: a run's mesh does not say where its parts touch;
+    `MeshError`: the bores of the run's mesh were not found.
     """
     study, rule = run.study, "holds a rod of separate parts, and its mesh does not say where they touch"
     require(study.assembly is None, "RUN", str(run.folder), rule, _OF_ASSEMBLY)
@@ -67,10 +63,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
 def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str, Instants]:
     """Return load cases by their names, if their loads are those of the run.
 
-    Raises
-    ------
-    InvalidValue
-        They are not.
+    Raises `InvalidValue`: they are not.
     """
     again = {case.name: case for case in cases}
     remedy = "Repeat the run: fea run study.toml."
@@ -97,15 +90,9 @@ def report_run(
 ) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
-    The listener is told the name of each stage as it begins. The figures are in the given units, or in
-    those of the run.
-
-    Raises
-    ------
-    InvalidValue
-        The folder is not that of a run, or its files are damaged.
-    StorageError
-        The disk, a permission or the file system refused.
+    The listener is told the name of each stage as it begins. The figures are in the given units, or in those
+    of the run. Raises `InvalidValue`: the folder is not that of a run, or its files are damaged;
+    `StorageError`: the disk, a permission or the file system refused.
     """
     require(folder.is_dir(), "RUN", str(folder), "is not a directory", "Name a folder that fea run wrote.")
     clock = Clock(listener)

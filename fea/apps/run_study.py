@@ -27,16 +27,9 @@ def run_study(
     """Analyse a study at each of its speeds, and write and return the runs in the order of the speeds.
 
     The listener is told the name of each stage as it begins. The modules `ahead` are imported in a second
-    thread while the rod is drawn and meshed.
-
-    Raises
-    ------
-    InvalidValue
-        A value breaks a rule.
-    OccupiedError, StorageError
-        The output directory cannot take the run.
-    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError, SolverUnavailableError
-        See the stages.
+    thread while the rod is drawn and meshed. Raises `InvalidValue`: a value breaks a rule; `OccupiedError`,
+    `StorageError`: the output directory cannot take the run; `GeometryError`, `MeshError`,
+    `UnderconstrainedError`, `SingularMatrixError`, `SolverUnavailableError`: see the stages.
     """
     places = places_of(study)
     clock = Clock(listener)

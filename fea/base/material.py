@@ -206,10 +206,7 @@ def is_steel(youngs_modulus: float) -> bool:
 def size_factor(diameter: float) -> float:
     """k_b of a round section in bending, diameter in mm (equation 6-20); 1 under axial load (6-21).
 
-    Raises
-    ------
-    InvalidValue
-        The diameter exceeds 254 mm, the largest tested.
+    Raises `InvalidValue`: the diameter exceeds 254 mm, the largest tested.
     """
     require_positive("material.size_mm", diameter)
     require(diameter <= 254, "material.size_mm", diameter, "must not exceed 254 mm, the largest size tested")
@@ -221,10 +218,7 @@ def size_factor(diameter: float) -> float:
 def reliability_factor(percent: float) -> float:
     """k_e = 1 − 0.08 z of the reliability in per cent (equation 6-29).
 
-    Raises
-    ------
-    InvalidValue
-        The reliability is below 50, which would raise the strength, or not below 100.
+    Raises `InvalidValue`: the reliability is below 50, which would raise the strength, or not below 100.
     """
     require(50 <= percent < 100, "material.reliability_percent", percent, "must be at least 50 and below 100")
     return 1 - SCATTER * NormalDist().inv_cdf(percent / 100)

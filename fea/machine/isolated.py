@@ -82,12 +82,8 @@ def isolated(
     there. Its result and errors always must, and it must have no other effects.
 
     It may take `seconds` of processor time (`allow` changes that) and `memory` bytes beyond what it finds,
-    after which it gets a `MemoryError`. The listener is called with what the job passes to `say`.
-
-    Raises
-    ------
-    CrashError, OvertimeError
-        The process ended without a result, or took too much time.
+    after which it gets a `MemoryError`. The listener is called with what the job passes to `say`. Raises
+    `CrashError`, `OvertimeError`: the process ended without a result, or took too much time.
     """
     with begun(job, seconds=seconds, memory=memory) as process:
         return process.result(listener)  # type: ignore[no-any-return]
@@ -280,12 +276,8 @@ def fresh(
     """Start a Python interpreter that finds the same modules as this one.
 
     `environment` is added to that of this process. A `patient` one lets a job that is interrupted clean up;
-    others are killed, and Ctrl-C is left to this process. With `messages`, its standard error is kept.
-
-    Raises
-    ------
-    OSError
-        It could not be started.
+    others are killed, and Ctrl-C is left to this process. With `messages`, its standard error is kept. Raises
+    `OSError`: it could not be started.
     """
     path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)
     said = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process

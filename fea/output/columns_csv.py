@@ -14,12 +14,7 @@ from geometry.arrays import Floats
 def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
     """Write columns over the cycle by name, (n,) or one number for all rows; units as the names say.
 
-    Raises
-    ------
-    ValueError
-        The lengths differ.
-    StorageError
-        The file could not be written.
+    Raises `ValueError`: the lengths differ; `StorageError`: the file could not be written.
     """
     values = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
     write_text(path, ",".join(columns) + "\n" + _rows(np.stack(values, axis=1)))
@@ -28,10 +23,7 @@ def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
 def read_columns(path: Path) -> dict[str, Floats]:
     """Read columns (n,) by their names; what does not apply is NaN.
 
-    Raises
-    ------
-    OSError, ValueError
-        There is no such file, or it is not such a table.
+    Raises `OSError`, `ValueError`: there is no such file, or it is not such a table.
     """
     head, *rows = path.read_text(encoding="utf-8").splitlines()
     names = head.split(",")

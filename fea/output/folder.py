@@ -90,12 +90,8 @@ LONGEST_NAME = 255  # bytes, on every file system in use
 def require_replaceable(target: Path) -> None:
     """Require that a run may be written to `target`: it does not exist, is empty or holds an earlier run.
 
-    Raises
-    ------
-    OccupiedError
-        It contains something else, or it is or contains the current directory.
-    StorageError
-        It cannot be read.
+    Raises `OccupiedError`: it contains something else, or it is or contains the current directory;
+    `StorageError`: it cannot be read.
     """
     with reported(near(target), ANOTHER_OUT):
         _require_room_for_name(target)
@@ -126,13 +122,8 @@ def run_folder(target: Path) -> Iterator[Path]:
     If the block ends with an exception, or its process dies, `target` stays as it was. Several simultaneous
     runs into one place are safe: each is complete, and the last one stays. Missing parents are created; only
     an earlier run is replaced (see `require_replaceable`, checked at the beginning and again at the end).
-
-    Raises
-    ------
-    OccupiedError
-        `target` contains something other than an earlier run.
-    StorageError
-        A full disk, a permission or the file system prevents writing.
+    Raises `OccupiedError`: `target` contains something other than an earlier run; `StorageError`: a full
+    disk, a permission or the file system prevents writing.
     """
     require_replaceable(target)
     place = target.resolve()  # a link to a directory stays a link

@@ -58,13 +58,8 @@ def write_deck(
     Units are mm, N, MPa, t. Each surface of the mesh becomes a node set and an element surface of its name,
     each part an element set of its material. The body force stands in the nodal forces: the deck needs no
     motion. Every step replaces the loads of the one before and asks for displacements and nodal stresses.
-
-    Raises
-    ------
-    ValueError
-        An array does not have one row per node.
-    StorageError
-        The file could not be written.
+    Raises `ValueError`: an array does not have one row per node; `StorageError`: the file could not be
+    written.
     """
     for step in steps:
         for name, values in (("forces", step.forces), ("fixed", step.fixed)):
@@ -181,12 +176,7 @@ def read_frd(path: Path, name: str, n_nodes: int, step: int = 1) -> Floats:
     """Return the values of a field at the nodes, NaN where the .frd file (in its text form) has none.
 
     The field is ``"DISP"`` (3 components) or ``"STRESS"`` (6: XX YY ZZ XY YZ XZ), of a step of the deck from
-    1.
-
-    Raises
-    ------
-    ValueError
-        The file has no such field of that step.
+    1. Raises `ValueError`: the file has no such field of that step.
     """
     rows: list[str] = []
     reading, steps = False, 0

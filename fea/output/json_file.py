@@ -30,12 +30,7 @@ def json_text(value: object, digits: int = DIGITS) -> str:
     Dataclasses, mappings, sequences, NumPy arrays and scalars, enums, paths, text, numbers and None are
     allowed; what is not finite is ``null``. Numbers have so many significant digits; the components of a
     vector are rounded alike, to those of the largest, so that a coordinate of 3e-15 mm beside one of 141 mm
-    is 0.
-
-    Raises
-    ------
-    TypeError
-        A value of another type.
+    is 0. Raises `TypeError`: a value of another type.
     """
     return _indented(_plain(value, digits), "") + "\n"
 
@@ -88,12 +83,7 @@ def as_dict(value: Any) -> Any:
 def read_summary(folder: Path) -> Summary:
     """Read the figures of a run.
 
-    Raises
-    ------
-    OSError
-        There is no `summary.json`.
-    ValueError
-        It is not one that this version writes.
+    Raises `OSError`: there is no `summary.json`; `ValueError`: it is not one that this version writes.
     """
     raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     try:

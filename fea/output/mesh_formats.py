@@ -61,12 +61,8 @@ def write_mesh(
 ) -> tuple[Path, ...]:
     """Write a mesh with as much of its results as the format of the suffix carries (see `Format.without`).
 
-    Returned are the files written: XDMF keeps its numbers in a second one, ``.h5``.
-
-    Raises
-    ------
-    StorageError
-        The disk or a permission refused, or an installed library lacks.
+    Returned are the files written: XDMF keeps its numbers in a second one, ``.h5``. Raises `StorageError`:
+    the disk or a permission refused, or an installed library lacks.
     """
     form = FORMATS[path.suffix.lower()]
     try:

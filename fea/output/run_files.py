@@ -62,12 +62,7 @@ def write_seats(path: Path, cases: Mapping[str, CaseResult]) -> None:
 
     For each load case, `pressure_CASE`, MPa, and `traction_CASE`: force over area on the part that the
     surface bounds, MPa. Pressures are linear over a facet. Of the elements, an array by the name of each
-    surface is 1 on it.
-
-    Raises
-    ------
-    StorageError
-        The file could not be written.
+    surface is 1 on it. Raises `StorageError`: the file could not be written.
     """
     first = next(iter(cases.values()))
     surfaces = [surface for surface in first.seats if surface not in _OPPOSITE]
@@ -225,12 +220,8 @@ def pays_to_draw(run: RunResult, clock: Clock) -> bool:
 def write_files(folder: Path, run: RunResult, clock: Clock) -> tuple[list[str], str]:
     """Write every file of a run but the summary; return their names, and why a picture is missing, if one is.
 
-    A machine that cannot draw keeps the rest.
-
-    Raises
-    ------
-    StorageError
-        The disk, a permission or the file system refused.
+    A machine that cannot draw keeps the rest. Raises `StorageError`: the disk, a permission or the file
+    system refused.
     """
     names: list[str] = []
     without_pictures = ""

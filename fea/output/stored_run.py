@@ -120,10 +120,7 @@ class StoredRun:
 def read_run(folder: Path) -> StoredRun:
     """Read a run of one speed that `fea run` has written.
 
-    Raises
-    ------
-    InvalidValue
-        It is not such a folder, or its files are damaged.
+    Raises `InvalidValue`: it is not such a folder, or its files are damaged.
     """
     _require_run(folder)
     try:

@@ -11,12 +11,8 @@ from geometry.errors import InvalidValue, require
 def require_target(option: str, path: Path | None, suffixes: Collection[str]) -> None:
     """Refuse a file, given by an option, that cannot be written; None stands for none.
 
-    Suffixes are in lower case; an existing device or pipe may have any.
-
-    Raises
-    ------
-    InvalidValue
-        The suffix is not allowed, the directory does not exist, or the path is a directory.
+    Suffixes are in lower case; an existing device or pipe may have any. Raises `InvalidValue`: the suffix is
+    not allowed, the directory does not exist, or the path is a directory.
     """
     if path is None:
         return
@@ -29,10 +25,7 @@ def require_target(option: str, path: Path | None, suffixes: Collection[str]) ->
 def require_report(path: Path | None) -> None:
     """Refuse a Markdown report that cannot be written; missing directories above it will be created.
 
-    Raises
-    ------
-    InvalidValue
-        It does not end in .md, it is a directory, or a parent is not a directory.
+    Raises `InvalidValue`: it does not end in .md, it is a directory, or a parent is not a directory.
     """
     if path is None:
         return

@@ -32,14 +32,9 @@ def write_vtu(
     """Write a mesh and its results; the same input gives the same bytes.
 
     Point data are (n_nodes,) or (n_nodes, n_components), cell data likewise of the elements; each array keeps
-    its precision. They are compressed by zlib, as meshio cannot read LZ4.
-
-    Raises
-    ------
-    ValueError
-        An array does not have one row per node or element, or has too few components for its names.
-    StorageError
-        The file could not be written.
+    its precision. They are compressed by zlib, as meshio cannot read LZ4. Raises `ValueError`: an array does
+    not have one row per node or element, or has too few components for its names; `StorageError`: the file
+    could not be written.
     """
     write_cells(path, mesh.points, mesh.tets, point_data, cell_data or {})
 
@@ -197,10 +192,7 @@ _FOOT = "  </Collection>\n</VTKFile>\n"
 def write_pvd(path: Path, times: Mapping[str, float]) -> None:
     """Write a collection of files beside it, with the crank angle in degrees, or number, of each.
 
-    Raises
-    ------
-    StorageError
-        The file could not be written.
+    Raises `StorageError`: the file could not be written.
     """
     ordered = sorted(times.items(), key=lambda item: item[1])
     rows = (_row(name, time) for name, time in ordered)

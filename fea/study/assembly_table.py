@@ -196,10 +196,8 @@ class AssemblyTable(
     def require_dimensions(self, rod: Rod) -> None:
         """Refuse a parametric rod that lacks what the assembly needs.
 
-        Raises
-        ------
-        InvalidValue
-            It has no bolt holes, or an interference is given for a bushing or shells that it does not have.
+        Raises `InvalidValue`: it has no bolt holes, or an interference is given for a bushing or shells that
+        it does not have.
         """
         rule = "is missing: [assembly] splits the big end, and bolts hold the cap"
         remedy = "Give the diameter of the bolt holes, with cap_bolt_spacing_mm, cap_boss_length_mm and "
@@ -216,10 +214,7 @@ class AssemblyTable(
 def require_pins_in_contact(pressure: str | None) -> None:
     """Refuse a prescribed pressure on the bores of an assembly.
 
-    Raises
-    ------
-    InvalidValue
-        The pressure is not that of contact.
+    Raises `InvalidValue`: the pressure is not that of contact.
     """
     rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
     remedy = f'Leave it out, or use pressure = "{CONTACT}".'

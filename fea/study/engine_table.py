@@ -239,10 +239,7 @@ class EngineTable(
     def gas_model(self, engine: Engine) -> GasModel:
         """Return the cylinder pressure.
 
-        Raises
-        ------
-        InvalidValue
-            A missing key of the model, or a trace that is not one cycle.
+        Raises `InvalidValue`: a missing key of the model, or a trace that is not one cycle.
         """
         return scaled(self._unscaled(engine), self.gas_scale or 1.0)
 
@@ -308,10 +305,7 @@ def _require_full_load(name: str, point: Mapping[str, float]) -> None:
 def located_gas(name: str, gas: str, folder: Path) -> str:
     """Return what a key `name` calls the gas, with the path of a file made absolute.
 
-    Raises
-    ------
-    InvalidValue
-        It is neither a gas model nor a file that can be read.
+    Raises `InvalidValue`: it is neither a gas model nor a file that can be read.
     """
     if not _is_file(gas):
         return gas

@@ -74,10 +74,7 @@ class Flags:
     def applied(self, study: Study) -> Study:
         """Return the study with the flags on top.
 
-        Raises
-        ------
-        InvalidValue
-            A flag's value breaks a rule, or there is no such flag.
+        Raises `InvalidValue`: a flag's value breaks a rule, or there is no such flag.
         """
         known, changes = overrides(), dict[str, dict[str, Any]]()
         aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
@@ -117,10 +114,7 @@ NO_FLAGS = Flags()
 def python_flags(values: Mapping[str, Any], *, writes: bool = True) -> Flags:
     """Return flags of Python's `run`, or of an analysis that `writes` nothing.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such flag.
+    Raises `InvalidValue`: there is no such flag.
     """
     known = {name: each for name, each in overrides().items() if writes or not each.declared.writes}
     for name in values:

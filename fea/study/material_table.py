@@ -40,10 +40,7 @@ def sn_line(
 ) -> Basquin | None:
     """Return the line of σ_f′ (MPa) and b, or of tests: cycles to failure and amplitudes, MPa.
 
-    Raises
-    ------
-    InvalidValue
-        Values are missing, out of range or given in two ways.
+    Raises `InvalidValue`: values are missing, out of range or given in two ways.
     """
     for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
         for name, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
@@ -63,10 +60,7 @@ def sn_line(
 def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
     """Fit Basquin's line to specimens that broke, the logarithm of life being dependent (ASTM E739).
 
-    Raises
-    ------
-    InvalidValue
-        There are fewer than two amplitudes, or life does not fall as they rise.
+    Raises `InvalidValue`: there are fewer than two amplitudes, or life does not fall as they rise.
     """
     for name, values in zip(_TESTS, (cycles, amplitudes), strict=True):
         for value in values:
@@ -258,10 +252,8 @@ class MaterialTable(Table, table="material"):
     def basquin(self) -> Basquin | None:
         """Return the S–N line; None where the table gives none.
 
-        Raises
-        ------
-        InvalidValue
-            It is given in part or in two ways, or is no line that falls with the number of cycles.
+        Raises `InvalidValue`: it is given in part or in two ways, or is no line that falls with the number of
+        cycles.
         """
         return sn_line(*(getattr(self, key) for key in SN_KEYS))
 
@@ -279,13 +271,8 @@ class MaterialTable(Table, table="material"):
         A steel whose surface is not given counts as a forging that was cleaned by blasting or peening, as
         rods are delivered; for other metals no factor is known, and their surface counts as polished. The
         bores, and the faces beside them, are machined where the rest of the part is left as it was forged or
-        rolled, unless their finish is given.
-
-        Raises
-        ------
-        InvalidValue
-            A value is out of its range, a finish is named but not the ultimate strength, or the metal is none
-            that a finish was tested on.
+        rolled, unless their finish is given. Raises `InvalidValue`: a value is out of its range, a finish is
+        named but not the ultimate strength, or the metal is none that a finish was tested on.
         """
         forged = is_steel(self.stiffness()[0]) and self.ultimate_MPa is not None
         usual = Finish.SHOT_PEENED if forged else Finish.POLISHED
@@ -350,12 +337,8 @@ _LARGEST = 1e-4
 def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | None]:
     """Return α, 1/K, of a material and, where it is assumed, the metal that it is taken for.
 
-    Messages name the table of the study, `name`: ``material.bushing``.
-
-    Raises
-    ------
-    InvalidValue
-        It is out of range, or not given and the metal is not recognised.
+    Messages name the table of the study, `name`: ``material.bushing``. Raises `InvalidValue`: it is out of
+    range, or not given and the metal is not recognised.
     """
     resolved, key = table.resolved(), f"{name}.thermal_expansion_1_K"
     given = resolved.thermal_expansion_1_K

@@ -93,10 +93,7 @@ _BY_NAME = {
 def library_material(where: str, name: str) -> LibraryMaterial:
     """Return a material by one of its names; `where` names the key or flag in the message.
 
-    Raises
-    ------
-    InvalidValue
-        There is none of that name.
+    Raises `InvalidValue`: there is none of that name.
     """
     if found := _BY_NAME.get(_plain(name)):
         return found

@@ -488,10 +488,7 @@ class OptimiseTable(
 def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
     """Return free dimensions and their bounds, mm, from ``web_thickness_mm=3:7`` or ``…=0.1in:0.3in``.
 
-    Raises
-    ------
-    InvalidValue
-        One is not written so.
+    Raises `InvalidValue`: one is not written so.
     """
     free: dict[str, list[float | str]] = {}
     for text in given:

@@ -12,12 +12,7 @@ _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 def located(name: str, path: str, folder: Path) -> Path:
     """Return the absolute form of a path from a study; a relative path starts at `folder`.
 
-    Messages name its key, `name`.
-
-    Raises
-    ------
-    InvalidValue
-        The path is not valid.
+    Messages name its key, `name`. Raises `InvalidValue`: the path is not valid.
     """
     remedy = "Give another path."
     require("\0" not in path, name, path, "must not contain a NUL character", remedy)
@@ -58,12 +53,8 @@ def is_file(path: Path) -> bool:
 def require_size(name: str, path: Path, largest: int) -> None:
     """Refuse a path that is not a regular file, or a file larger than `largest` bytes, before reading it.
 
-    Raises
-    ------
-    InvalidValue
-        It is too large, or a device or a pipe, which may never end.
-    OSError
-        It does not exist.
+    Raises `InvalidValue`: it is too large, or a device or a pipe, which may never end; `OSError`: it does not
+    exist.
     """
     size = path.stat().st_size
     require(path.is_file(), name, str(path), "is not a regular file", "Name a file.")
@@ -78,10 +69,7 @@ _MOST = 2000
 def parse_speeds(given: object) -> tuple[float, ...]:
     """Read ``6000``, ``800,3000,6000`` or ``800:9000:200``, or numbers, as speeds, rpm.
 
-    Raises
-    ------
-    InvalidValue
-        Anything else.
+    Raises `InvalidValue`: anything else.
     """
     if not isinstance(given, str):
         numbers = given if isinstance(given, list | tuple) else [given]

@@ -56,13 +56,7 @@ PIN_MODELS: tuple[PinModelEntry, ...] = (
 
 
 def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
-    """Return the model that a value of `pressure` asks for.
-
-    Raises
-    ------
-    InvalidValue
-        There is none.
-    """
+    """Return the model that a value of `pressure` asks for; raises `InvalidValue`: there is none."""
     for entry in PIN_MODELS:
         if entry.in_parts == in_parts and re.fullmatch(entry.pattern, pressure):
             entry.parse(pressure)

@@ -65,10 +65,7 @@ def engine_names() -> tuple[str, ...]:
 def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
     """Return an engine by its name; `where` names the key or flag in the message.
 
-    Raises
-    ------
-    InvalidValue
-        There is no engine of that name.
+    Raises `InvalidValue`: there is no engine of that name.
     """
     if name not in engine_names():
         remedy = nearest(name, engine_names())
@@ -95,12 +92,8 @@ def _figure(entry: Mapping[str, Any]) -> Figure:
 def with_preset(raw: object) -> object:
     """Return what a study says of its engine, with the figures of the preset that it names filled in.
 
-    `raw` comes from the TOML parser: a table, or the name of an engine of the library.
-
-    Raises
-    ------
-    InvalidValue
-        There is no engine of that name.
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library. Raises `InvalidValue`:
+    there is no engine of that name.
     """
     if isinstance(raw, str):
         return {**engine_preset(raw, "engine").entries(), "preset": raw}

@@ -49,12 +49,8 @@ def stem(key: str) -> str:
 def quantity(name: str, value: object, unit: str, *, change: bool = False) -> float:
     """Return the number of a text with a unit, in the unit of a key (of `OTHER_UNITS`).
 
-    `change`: the value is a difference of two, such as a deviation; of temperatures it has no zero.
-
-    Raises
-    ------
-    InvalidValue
-        It is no number with a unit, the unit is unknown, or of another kind.
+    `change`: the value is a difference of two, such as a deviation; of temperatures it has no zero. Raises
+    `InvalidValue`: it is no number with a unit, the unit is unknown, or of another kind.
     """
     example = f'Write number and unit, as in "70 {_others(unit)[0]}".'
     if not isinstance(value, str):

@@ -180,10 +180,7 @@ class RodTable:
     def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
         """Return the table with other keys that say how its file is read.
 
-        Raises
-        ------
-        InvalidValue
-            The rod is not from a file, or a value breaks a rule.
+        Raises `InvalidValue`: the rod is not from a file, or a value breaks a rule.
         """
         flag, value = next(iter(changes.items()))
         rule = "says how a CAD file or a mesh is read, but the rod of this study is given by dimensions"
@@ -201,14 +198,9 @@ class RodTable:
     ) -> "Solid":
         """Draw the smallest symmetry cell in the open gmsh session.
 
-        `tell` is told what is being done, where that takes long; a rod in one piece has no `assembly`.
-
-        Raises
-        ------
-        InvalidValue
-            Only mass properties are given, the file cannot be read, or the parts do not go together.
-        GeometryError
-            No solid could be made, or its bores cannot be identified.
+        `tell` is told what is being done, where that takes long; a rod in one piece has no `assembly`. Raises
+        `InvalidValue`: only mass properties are given, the file cannot be read, or the parts do not go
+        together; `GeometryError`: no solid could be made, or its bores cannot be identified.
         """
         if self.cad is not None:
             return _imported(self.cad, tell, assembly)
@@ -219,13 +211,7 @@ class RodTable:
         return build(rod, cell, assembly)
 
     def solid(self) -> Rod:
-        """Return the dimensions.
-
-        Raises
-        ------
-        InvalidValue
-            There are none.
-        """
+        """Return the dimensions; raises `InvalidValue`: there are none."""
         if self.dimensions is None:
             if self.cad is not None:
                 rule = "is an imported solid: it has no dimensions to fit or to export again"
@@ -243,10 +229,7 @@ class RodTable:
     def with_dimensions(self, changes: Mapping[str, object]) -> "RodTable":
         """Return the table with some dimensions changed, by their keys.
 
-        Raises
-        ------
-        InvalidValue
-            There are no dimensions, or one of those given is unknown or breaks a rule.
+        Raises `InvalidValue`: there are no dimensions, or one of those given is unknown or breaks a rule.
         """
         for name in changes:
             if full_key(name, _fields()) not in _fields():
@@ -320,13 +303,7 @@ def sufficient() -> list[list[str]]:
 
 
 def dimension_of(key: str) -> str:
-    """Return the dimension of a key of the [rod] table.
-
-    Raises
-    ------
-    InvalidValue
-        The key is not a dimension.
-    """
+    """Return the dimension of a key of the [rod] table; raises `InvalidValue`: the key is not a dimension."""
     keys = {key_of(name): name for name in dimensions()}
     if key not in keys:
         raise unknown_key("[rod]", key, keys)
@@ -336,10 +313,8 @@ def dimension_of(key: str) -> str:
 def read_rod(raw: object, folder: Path) -> RodTable:
     """Read the [rod] table; a relative path starts at `folder`.
 
-    Raises
-    ------
-    InvalidValue
-        An unknown key, a wrong type, a missing dimension, or a dimension that breaks a rule.
+    Raises `InvalidValue`: an unknown key, a wrong type, a missing dimension, or a dimension that breaks a
+    rule.
     """
     given = entries_of(read_table(RodKeys, "rod", raw))
     mass = _mass(given)

@@ -164,10 +164,8 @@ class Study:
     def require_loading(self) -> None:
         """Refuse a study in which nothing loads the rod, or nothing balances the load.
 
-        Raises
-        ------
-        InvalidValue
-            There is neither an engine nor a force, or a transverse force that nothing balances.
+        Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
+        balances.
         """
         if self.forces is None:
             self.require_engine()
@@ -200,10 +198,7 @@ class Study:
     def require_plausible(self, measured: Mapping[str, float] | None = None) -> None:
         """Refuse values far outside of the ranges of engines, unless the study insists on them.
 
-        Raises
-        ------
-        InvalidValue
-            A value is so far outside that it must be in another unit than its key says.
+        Raises `InvalidValue`: a value is so far outside that it must be in another unit than its key says.
         """
         refused = [finding for finding in self.unusual(measured) if finding.refused]
         if refused and not self.analysis.unusual:
@@ -212,13 +207,7 @@ class Study:
             raise InvalidValue(refused[0].key, value, refused[0].text, remedy)
 
     def require_engine(self) -> EngineTable:
-        """Return the engine.
-
-        Raises
-        ------
-        InvalidValue
-            There is none.
-        """
+        """Return the engine; raises `InvalidValue`: there is none."""
         if self.engine is not None:
             return self.engine
         rule, remedy, example = "has neither [engine] nor [forces]", "Add one of them.", ""
@@ -256,10 +245,7 @@ class Study:
     def with_engine(self, name: str) -> "Study":
         """Return the study with an engine of the library in place of its own.
 
-        Raises
-        ------
-        InvalidValue
-            There is no such engine, or forces are given instead of an engine.
+        Raises `InvalidValue`: there is no such engine, or forces are given instead of an engine.
         """
         entries = engine_preset(name, "--engine").entries()
         return replace(self, engine=EngineTable(**entries, preset=name))
@@ -298,10 +284,7 @@ class Study:
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part, from the table that `part_material_table` gives.
 
-        Raises
-        ------
-        InvalidValue
-            A table names a part that the rod does not have.
+        Raises `InvalidValue`: a table names a part that the rod does not have.
         """
         names = list(parts)
         known = {*names, *PINS}
@@ -444,13 +427,7 @@ def _beside(path: Path) -> str:
 
 
 def parse_study(text: str, name: str, folder: Path) -> Study:
-    """Parse the text of a study file.
-
-    Raises
-    ------
-    InvalidValue
-        See `load_study`.
-    """
+    """Parse the text of a study file; raises `InvalidValue`: see `load_study`."""
     rule, remedy = "nests its keys too deeply", "Use one level of tables, or two as in [material.bushing]."
     require(_NESTED.search(text) is None, "STUDY", name, rule, remedy)
     try:

@@ -175,10 +175,7 @@ def nearest(word: str, valid: Iterable[str]) -> str:
 def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
     """Make the dataclass `cls` from a TOML table that messages call `where`.
 
-    Raises
-    ------
-    InvalidValue
-        Not a table, an unknown or a missing key, or a value of the wrong type.
+    Raises `InvalidValue`: not a table, an unknown or a missing key, or a value of the wrong type.
     """
     values = read_keys(cls, where, raw)
     for name in required(cls):

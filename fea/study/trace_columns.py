@@ -210,10 +210,7 @@ class Columns(NamedTuple):
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     """Choose the columns by the keys, by their names, or by what they contain.
 
-    Raises
-    ------
-    InvalidValue
-        A key names no column, or several columns may be meant.
+    Raises `InvalidValue`: a key names no column, or several columns may be meant.
     """
     _require_consistent(keys)
     chosen: dict[str, str | int] = {}

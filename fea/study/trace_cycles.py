@@ -40,12 +40,8 @@ def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) ->
     """Fold recorded samples into one cycle, or one revolution where there is no more.
 
     Angles (n,) are in degrees in the order of the file, and may begin anew with every revolution or cycle;
-    pressures (n, m) have a column per cycle. Messages name the file and count lines from `first_line`.
-
-    Raises
-    ------
-    InvalidValue
-        The angles are not sorted, or do not cover a revolution.
+    pressures (n, m) have a column per cycle. Messages name the file and count lines from `first_line`. Raises
+    `InvalidValue`: the angles are not sorted, or do not cover a revolution.
     """
     turned = _unwrapped(angles, source, first_line)
     steps = np.diff(turned)
@@ -134,12 +130,8 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
 
     A lone revolution of a two-stroke engine is repeated. That of a four-stroke engine must contain
     compression and expansion; the other revolution is held at the pressure with which compression begins.
-    Firing TDC is at the angle `firing` of the file, degrees.
-
-    Raises
-    ------
-    InvalidValue
-        The pressure jumps inside the revolution: compression or expansion is missing.
+    Firing TDC is at the angle `firing` of the file, degrees. Raises `InvalidValue`: the pressure jumps inside
+    the revolution: compression or expansion is missing.
     """
     angles = np.mod(recording.angles - firing + recording.period / 2, recording.period) - recording.period / 2
     order = np.argsort(angles, kind="stable")
@@ -179,12 +171,8 @@ def firing_offset(recording: Recording, source: str) -> float:
     """Find what must be added to the angles of the file so that firing TDC is at 360°.
 
     TDC is taken to be at a multiple of 180° in the file, where the encoder was set; the peak must lie from
-    20° before to 60° after it.
-
-    Raises
-    ------
-    InvalidValue
-        The peak is elsewhere, or both revolutions have a peak and differ.
+    20° before to 60° after it. Raises `InvalidValue`: the peak is elsewhere, or both revolutions have a peak
+    and differ.
     """
     peak = recording.peak
     before = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN

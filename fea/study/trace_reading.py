@@ -53,12 +53,8 @@ def read_as(
     """Decide unit and reference; say why, and where the result is in doubt.
 
     Angles (n,) are in degrees from firing TDC, pressures (n,) in the unit of the file, the atmosphere in bar;
-    unit, reference and compression ratio are None where they are not known.
-
-    Raises
-    ------
-    InvalidValue
-        No reading, or more than one, is possible.
+    unit, reference and compression ratio are None where they are not known. Raises `InvalidValue`: no
+    reading, or more than one, is possible.
     """
     readings = [
         Reading(u, r)

@@ -78,10 +78,7 @@ class TraceTable:
 def read_trace_table(text: str, source: str, remedy: str) -> TraceTable:
     """Find the table in a text.
 
-    Raises
-    ------
-    InvalidValue
-        There is no table with two columns of numbers, or one of its lines breaks its form.
+    Raises `InvalidValue`: there is no table with two columns of numbers, or one of its lines breaks its form.
     """
     sample = list(islice(lines_of(text), _SAMPLE))
     require(bool(sample), "engine.gas", source, "contains no data", remedy)
@@ -179,10 +176,7 @@ def _require_preamble(line: Line, form: Form, source: str) -> None:
 def read_rows(text: str, form: Form, names: tuple[str, ...], first_line: int, source: str) -> TraceTable:
     """Read the rows from a line on.
 
-    Raises
-    ------
-    InvalidValue
-        A line does not have the form; the message names it.
+    Raises `InvalidValue`: a line does not have the form; the message names it.
     """
     body = "".join(text.split("\n", first_line - 1)[first_line - 1 :])
     if all(line.is_comment for line in lines_of(body)):
@@ -240,10 +234,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f]")
 def read_text(path: Path, remedy: str) -> str:
     """Read text in UTF-8, UTF-16 with a byte-order mark, or Latin-1; `remedy` says what it should hold.
 
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, is too large, or is not text.
+    Raises `InvalidValue`: the file cannot be read, is too large, or is not text.
     """
     try:
         require_size("engine.gas", path, LARGEST_TRACE)

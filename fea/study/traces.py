@@ -71,10 +71,7 @@ _NOWHERE = Surroundings()
 def shipped_trace(name: str) -> Trace:
     """Load a trace that comes with the program, by a name of `SHIPPED`.
 
-    Raises
-    ------
-    InvalidValue
-        There is no trace of that name.
+    Raises `InvalidValue`: there is no trace of that name.
     """
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
     return parse_trace((files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8"), "").trace
@@ -83,10 +80,8 @@ def shipped_trace(name: str) -> Trace:
 def read_trace(path: Path, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE) -> Imported:
     """Read a user's trace as far as the keys say how, and decide the rest.
 
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read or contains no cycle; the message names file, line, value and rule.
+    Raises `InvalidValue`: the file cannot be read or contains no cycle; the message names file, line, value
+    and rule.
     """
     return parse_trace(read_text(path, _REMEDY), path.name, keys, around)
 

@@ -65,12 +65,8 @@ class Record:
 def record(folder: Path, study: Study) -> Iterator[Record]:
     """Yield the record of a search beside its folder; it is removed with the block, but not by an interrupt.
 
-    Raises
-    ------
-    OccupiedError
-        Another search is at work there.
-    StorageError
-        The disk, a permission or the file system refuses.
+    Raises `OccupiedError`: another search is at work there; `StorageError`: the disk, a permission or the
+    file system refuses.
     """
     place = folder.resolve()
     path = place.with_name(place.name + SUFFIX)

@@ -43,10 +43,7 @@ _APART = 1.15
 def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> str:
     """Write the files into an empty folder; return why there is no picture of the rods, empty if there is.
 
-    Raises
-    ------
-    StorageError, PictureError
-        Another one could not be written.
+    Raises `StorageError`, `PictureError`: another one could not be written.
     """
     write_text(folder / STUDY, after.study.text())
     write_text(folder / OPTIMISED, json_text(figures))
@@ -72,13 +69,7 @@ def _columns(figures: OptimiseFigures) -> dict[str, Any]:
 
 
 def plot_course(path: Path, figures: OptimiseFigures) -> None:
-    """Plot mass and margin of all designs.
-
-    Raises
-    ------
-    PictureError
-        The file could not be written.
-    """
+    """Plot mass and margin of all designs; raises `PictureError`: the file could not be written."""
     figure = new_figure(9, 6)
     above, below = figure.subplots(2, 1, sharex=True)
     number = np.array([design.number for design in figures.history])
@@ -216,12 +207,8 @@ def search_study(study: Study) -> Study:
     """Return the study that the search solves: with the crank cycle, every case refined to the tolerance.
 
     The peaks of both ends and of the shank limit a rod, each by itself, and so not only the governing one.
-    Mass properties that the study gives are left out: they are those of its own rod.
-
-    Raises
-    ------
-    InvalidValue
-        The rod is in separate parts, or comes from a mesh.
+    Mass properties that the study gives are left out: they are those of its own rod. Raises `InvalidValue`:
+    the rod is in separate parts, or comes from a mesh.
     """
     rule = "cannot be combined with fea optimise: every design would take minutes"
     remedy = "Remove [assembly], then check the lighter rod with it: fea run."

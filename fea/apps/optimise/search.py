@@ -139,12 +139,8 @@ def search(designs: Designs, start: Floats, most: int) -> SearchResult:
     At most `most` meshes are solved.
 
     Two rounds minimise the mass on moved copies of one mesh each. Further designs follow from what all tried
-    so far say of those near them; each has a mesh of its own.
-
-    Raises
-    ------
-    GeometryError, MeshError
-        A design cannot be drawn or meshed.
+    so far say of those near them; each has a mesh of its own. Raises `GeometryError`, `MeshError`: a design
+    cannot be drawn or meshed.
     """
     remeshed = [designs.begin(start)]
     mesh_cost = designs.count + 1  # a mesh of its own may be refined once more than the first

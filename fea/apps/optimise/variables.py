@@ -49,13 +49,7 @@ class Variables:
         return dict(zip(self.keys, values.tolist(), strict=True))
 
     def study_at(self, x: Floats) -> Study:
-        """Return the study of scaled values (n,).
-
-        Raises
-        ------
-        InvalidValue
-            They break a rule of the rod.
-        """
+        """Return the study of scaled values (n,); raises `InvalidValue`: they break a rule of the rod."""
         return self.study.with_rod(**self.dimensions(x))
 
     def feasible(self, x: Floats) -> bool:
@@ -107,11 +101,8 @@ class Variables:
 def variables(study: Study) -> Variables:
     """Return the free dimensions of a study.
 
-    Raises
-    ------
-    InvalidValue
-        The rod has no dimensions, does not have one of those that are free, or has a value outside the bounds
-        or below the least wall.
+    Raises `InvalidValue`: the rod has no dimensions, does not have one of those that are free, or has a value
+    outside the bounds or below the least wall.
     """
     rod, table = study.rod.solid(), study.optimise
     asked = {} if table is None else table.free

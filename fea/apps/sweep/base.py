@@ -33,10 +33,7 @@ class Base:
     def study(self, design: Mapping[str, Any], speeds: Sequence[float | None] = ()) -> Study:
         """Return the study with the values of a design, at some speeds, rpm, in place of its own.
 
-        Raises
-        ------
-        InvalidValue
-            They break a rule of the study.
+        Raises `InvalidValue`: they break a rule of the study.
         """
         study = study_of_tables(changed(self.raw, design), self.name, self.folder)
         study.require_plausible()
@@ -46,10 +43,7 @@ class Base:
     def require_presets_alone(self, keys: Mapping[str, Any]) -> None:
         """Refuse to change a preset beside keys that would override each of them.
 
-        Raises
-        ------
-        InvalidValue
-            The study gives such keys.
+        Raises `InvalidValue`: the study gives such keys.
         """
         for key in keys:
             table, _, name = key.rpartition(".")
@@ -65,12 +59,8 @@ class Base:
 def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     """Read the study of a sweep: a shipped one, or a file (TOML, CAD or mesh) relative to the sweep's folder.
 
-    `fixed` is what all designs have in common, by key.
-
-    Raises
-    ------
-    InvalidValue
-        It is not a study, or what is fixed breaks a rule.
+    `fixed` is what all designs have in common, by key. Raises `InvalidValue`: it is not a study, or what is
+    fixed breaks a rule.
     """
     shipped = source in shipped_studies()
     place = source if shipped else str(folder / source)
@@ -130,12 +120,8 @@ def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
     """Return what a table of tables says of each key: ``("rod.web_thickness_mm", value)``, in its unit.
 
     Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``); `where` is the name of
-    the table, for messages.
-
-    Raises
-    ------
-    InvalidValue
-        It is not a table, or names a table or a key that a study does not have.
+    the table, for messages. Raises `InvalidValue`: it is not a table, or names a table or a key that a study
+    does not have.
     """
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
@@ -161,13 +147,7 @@ _QUANTITIES = ("from", "to", "mean", "deviation", "mode")
 
 
 def kind_of(key: str, where: str) -> Any:
-    """Return the annotated type of a key of a study.
-
-    Raises
-    ------
-    InvalidValue
-        There is no such key.
-    """
+    """Return the annotated type of a key of a study; raises `InvalidValue`: there is no such key."""
     table, _, name = key.rpartition(".")
     first, _, part = table.partition(".")
     if not table or first not in _TABLES or (part and first != "material"):
@@ -199,13 +179,7 @@ _NEEDED = ("dask", "distributed", "pyarrow", "SALib")
 
 
 def require_extra() -> None:
-    """Refuse to begin without them.
-
-    Raises
-    ------
-    ImportError
-        One is missing (exit code 7).
-    """
+    """Refuse to begin without them; raises `ImportError`: one is missing (exit code 7)."""
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
         raise ImportError(

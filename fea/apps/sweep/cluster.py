@@ -43,14 +43,9 @@ def physical_cores() -> int:
 def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     """Yield a Dask client of so many processes on this machine (default: its cores), or of a scheduler.
 
-    `address` is that of the scheduler (``tcp://host:8786``), or the path of a scheduler file.
-
-    Raises
-    ------
-    InvalidValue
-        Both are given, the number is not positive, or it is neither an address nor a scheduler file.
-    ClusterError
-        No scheduler answers.
+    `address` is that of the scheduler (``tcp://host:8786``), or the path of a scheduler file. Raises
+    `InvalidValue`: both are given, the number is not positive, or it is neither an address nor a scheduler
+    file; `ClusterError`: no scheduler answers.
     """
     import dask  # noqa: PLC0415 - comes with the extra
 
@@ -152,10 +147,7 @@ class Workers:
     def threads(self) -> int:
         """Return how many threads there are.
 
-        Raises
-        ------
-        ClusterError
-            The scheduler is gone, or no worker of this machine stays.
+        Raises `ClusterError`: the scheduler is gone, or no worker of this machine stays.
         """
         now = self._clock()
         if now - self._looked < _LOOK:

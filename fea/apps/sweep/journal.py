@@ -64,12 +64,8 @@ class Entry:
 class Journal:
     """The journal in a file, created where it is missing; the caller lets no one else write to it.
 
-    Raises
-    ------
-    InvalidValue
-        The file is not a journal.
-    StorageError
-        The disk, a permission or the file system refuses.
+    Raises `InvalidValue`: the file is not a journal; `StorageError`: the disk, a permission or the file
+    system refuses.
     """
 
     def __init__(self, path: Path) -> None:

@@ -31,12 +31,7 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
     """Return the rows of a sweep.
 
     One mesh and one factorisation serve all speeds of a rod: of the study's list of speeds, and of designs
-    that differ in speed alone.
-
-    Raises
-    ------
-    InvalidValue
-        See `Sweep.designs`.
+    that differ in speed alone. Raises `InvalidValue`: see `Sweep.designs`.
     """
     designs = sweep.designs()
     if designs:
@@ -66,10 +61,7 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
 def study_text(sweep: Sweep, number: int) -> str:
     """Return the study of a row as a file that ``fea run`` takes.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such row, or its design breaks a rule.
+    Raises `InvalidValue`: there is no such row, or its design breaks a rule.
     """
     planned = rows(sweep)
     require(0 <= number < len(planned), "--study", number, f"must be a row, 0 to {len(planned) - 1}")

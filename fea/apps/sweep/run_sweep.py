@@ -42,10 +42,7 @@ _MOST = 1000
 def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
     """Write the report of a sweep, and return what it tells.
 
-    Raises
-    ------
-    StorageError
-        The disk, a permission or the file system refuses.
+    Raises `StorageError`: the disk, a permission or the file system refuses.
     """
     samples = samples_of(journal.entries())
     figures = statistics(sweep, samples)
@@ -173,18 +170,10 @@ def run_sweep(
 
     The folder is new, empty, or that of the same sweep; `workers` and `address` are those of `cluster`. A rod
     that takes longer than `minutes` has failed. `compute` replaces the analysis in tests: it takes a study
-    and the number of frequencies.
-
-    Raises
-    ------
-    InvalidValue
-        The folder holds the journal of another sweep or version, or a value breaks a rule.
-    OccupiedError
-        The folder holds something else, or another process is at work in it.
-    StorageError
-        The disk, a permission or the file system refuses.
-    ClusterError, VersionError
-        The scheduler or a worker cannot be used.
+    and the number of frequencies. Raises `InvalidValue`: the folder holds the journal of another sweep or
+    version, or a value breaks a rule; `OccupiedError`: the folder holds something else, or another process is
+    at work in it; `StorageError`: the disk, a permission or the file system refuses; `ClusterError`,
+    `VersionError`: the scheduler or a worker cannot be used.
     """
     rule = f"must be above 0 and at most {_A_YEAR}"
     require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)

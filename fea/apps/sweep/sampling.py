@@ -40,12 +40,8 @@ def designs(
 
     A full grid; Sobol's sequence, scrambled (Owen 1998), of which a longer one continues a shorter one; a
     Latin hypercube (McKay, Beckman & Conover 1979); independent random designs; or the designs of Saltelli
-    (2002) for Sobol's indices, of which there are `samples` (n_keys + 2).
-
-    Raises
-    ------
-    InvalidValue
-        There would be too many.
+    (2002) for Sobol's indices, of which there are `samples` (n_keys + 2). Raises `InvalidValue`: there would
+    be too many.
     """
     if sampling is Sampling.GRID:
         lists = [variation.every() for variation in varied.values()]
@@ -106,10 +102,8 @@ _WORDS = {"true": True, "false": False}
 def read_designs(path: Path) -> list[Design]:
     """Read designs.
 
-    Raises
-    ------
-    InvalidValue
-        The file cannot be read, a column names no key of a study, or a value is not of its key's type.
+    Raises `InvalidValue`: the file cannot be read, a column names no key of a study, or a value is not of its
+    key's type.
     """
     name = path.name
     try:

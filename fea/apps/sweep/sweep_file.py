@@ -39,10 +39,7 @@ class Sweep:
     def designs(self) -> list[Design]:
         """Return the values of the varied keys, a design each.
 
-        Raises
-        ------
-        InvalidValue
-            There are too many, or the file cannot be read.
+        Raises `InvalidValue`: there are too many, or the file cannot be read.
         """
         if self.sampling is None:
             return read_designs(self.file or Path())
@@ -63,10 +60,7 @@ class Sweep:
 def load_sweep(path: Path) -> Sweep:
     """Load a sweep file.
 
-    Raises
-    ------
-    InvalidValue
-        It cannot be read, is not valid TOML, has an unknown key, or a value breaks a rule.
+    Raises `InvalidValue`: it cannot be read, is not valid TOML, has an unknown key, or a value breaks a rule.
     """
     name = str(path)
     require(is_file(path), "SWEEP", name, "is not an existing file", "fea sweep --help shows an example.")

@@ -32,10 +32,7 @@ def table(entries: Iterable[Entry]) -> tuple[list[str], list[dict[str, Any]]]:
 def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
     """Write the table into a folder, each file completely or not at all.
 
-    Raises
-    ------
-    StorageError
-        The disk, a permission or the file system refuses.
+    Raises `StorageError`: the disk, a permission or the file system refuses.
     """
     names, rows = table(entries)
     text = io.StringIO()

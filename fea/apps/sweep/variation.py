@@ -89,10 +89,7 @@ Variation = Choice | Span
 def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
     """Read what a key varies over, from the TOML parser; `kind` is the annotated type of the key.
 
-    Raises
-    ------
-    InvalidValue
-        It is none of the forms, a bound is missing, or the bounds are upside down.
+    Raises `InvalidValue`: it is none of the forms, a bound is missing, or the bounds are upside down.
     """
     if isinstance(raw, list):
         return _choice(name, raw, kind)

@@ -49,12 +49,8 @@ class VersionError(OSError):
 def work(task: Task, compute: Callable[..., Any] | None = None) -> list[Done]:
     """Compute rods in a process of their own; an error, a crash and the time limit of one are its reasons.
 
-    `compute` replaces `fea.apps.sweep.evaluate.evaluate` in tests.
-
-    Raises
-    ------
-    VersionError
-        This worker's version of the program is not that of the sweep.
+    `compute` replaces `fea.apps.sweep.evaluate.evaluate` in tests. Raises `VersionError`: this worker's
+    version of the program is not that of the sweep.
     """
     if task.version != __version__:
         raise VersionError(
@@ -85,10 +81,8 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
 def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) -> Done:
     """Return the result of a job from this thread's process; a new one is started where there is none.
 
-    Raises
-    ------
-    CrashError, OvertimeError
-        See `IsolatedProcess.run`; `seconds` include the start of the process.
+    Raises `CrashError`, `OvertimeError`: see `IsolatedProcess.run`; `seconds` include the start of the
+    process.
     """
     import cloudpickle  # noqa: PLC0415 - comes with the extra
 

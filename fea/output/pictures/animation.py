@@ -27,12 +27,8 @@ TIMEOUT = 600.0  # seconds; 72 frames take about ten
 def require_film(path: Path) -> None:
     """Refuse an animation that cannot be written, before anything is computed.
 
-    Raises
-    ------
-    InvalidValue
-        The suffix is not known, or the directory does not exist.
-    PictureError
-        An MP4 file is requested, but its encoder is not installed.
+    Raises `InvalidValue`: the suffix is not known, or the directory does not exist; `PictureError`: an MP4
+    file is requested, but its encoder is not installed.
     """
     require_target("--animate", path, SUFFIXES)
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
@@ -43,10 +39,7 @@ def require_film(path: Path) -> None:
 def drawn(film: Film, suffix: str) -> bytes:
     """Draw an animation and return the content of its file.
 
-    Raises
-    ------
-    PictureError
-        It could not be drawn; the message says what to install.
+    Raises `PictureError`: it could not be drawn; the message says what to install.
     """
     with TemporaryDirectory() as scratch:
         target = Path(scratch, f"film{suffix.lower()}")

@@ -46,12 +46,8 @@ Marks = Sequence[tuple[str, Sequence[float]]]
 def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ()) -> Image.Image:
     """Return the picture of a result, with more notes beside the legend.
 
-    `marks` are names and places, mm, on the undeformed rod, that get a small ring.
-
-    Raises
-    ------
-    RuntimeError
-        The picture is blank: some OpenGL libraries fail without an error.
+    `marks` are names and places, mm, on the undeformed rod, that get a small ring. Raises `RuntimeError`: the
+    picture is blank: some OpenGL libraries fail without an error.
     """
     plotter = canvas((ROD_SHARE, 1 - ROD_SHARE), (SPOT_SHARE, 1 - SPOT_SHARE), joined=(0,), axes=(0,))
     plotter.subplot(0, 0)

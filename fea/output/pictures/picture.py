@@ -31,12 +31,8 @@ def take_pictures(folder: Path, summary: Summary, results: Sequence[str]) -> lis
 def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
     """Draw one result file, titled by the summary beside it if there is one; return `png`.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such file, or it is not that of a run, or has not the field.
-    PictureError
-        See `draw_pictures`.
+    Raises `InvalidValue`: there is no such file, or it is not that of a run, or has not the field;
+    `PictureError`: see `draw_pictures`.
     """
     require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote.")
     draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
@@ -46,12 +42,7 @@ def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
 def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
     """Draw a rod and its elements as ``<name>-rod.png`` in `folder`, which is made; return the file.
 
-    Raises
-    ------
-    PictureError
-        See `draw_pictures`.
-    StorageError
-        The folder cannot be made.
+    Raises `PictureError`: see `draw_pictures`; `StorageError`: the folder cannot be made.
     """
     png = folder / f"{name}-rod.png"
     title = f"{name}: {len(mesh.points)} nodes, {len(mesh.tets)} elements"
@@ -66,10 +57,7 @@ def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
 def try_rendering() -> None:
     """Draw something small the way pictures are drawn.
 
-    Raises
-    ------
-    PictureError
-        This machine cannot; says what to install.
+    Raises `PictureError`: this machine cannot; says what to install.
     """
     with TemporaryDirectory() as folder:
         vtu = Path(folder, "trial.vtu")
@@ -82,10 +70,7 @@ def try_rendering() -> None:
 def draw_pictures(pictures: Sequence[Picture]) -> None:
     """Draw pictures, all in one process: that of `ready_to_draw`, if there is one.
 
-    Raises
-    ------
-    PictureError
-        One is missing, damaged or blank; says what to install.
+    Raises `PictureError`: one is missing, damaged or blank; says what to install.
     """
     if not pictures:
         return

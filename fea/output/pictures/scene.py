@@ -42,10 +42,7 @@ class Scene:
     ) -> "Scene":
         """Read a result file; unless it is given, the hot spot is the worst place of the named field.
 
-        Raises
-        ------
-        ValueError
-            The file has no tetrahedra, or does not have the field at its nodes.
+        Raises `ValueError`: the file has no tetrahedra, or does not have the field at its nodes.
         """
         points, tets, data = _read(vtu)
         if name not in data:

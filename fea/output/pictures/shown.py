@@ -85,10 +85,7 @@ _FIELDS = (
 def point_arrays(vtu: Path) -> list[str]:
     """Return the names of the nodal arrays of a .vtu file, without reading the arrays.
 
-    Raises
-    ------
-    InvalidValue
-        The file is incomplete.
+    Raises `InvalidValue`: the file is incomplete.
     """
     content = vtu.read_bytes()
     rule = "is not a complete .vtu file, which must end with </VTKFile>"
@@ -116,10 +113,7 @@ def field_of(name: str) -> Field:
 def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
     """Return the requested field, or the first that a file has.
 
-    Raises
-    ------
-    InvalidValue
-        The file has no field, or not the requested one.
+    Raises `InvalidValue`: the file has no field, or not the requested one.
     """
     names = available(arrays)
     rule = "has no stress, safety factor or mode shape"
@@ -162,10 +156,7 @@ def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
 def described_by(summary: Summary, vtu: Path, field: str | None = None) -> Picture:
     """Return the picture of a result of a run: a load case, the envelope or a buckling mode.
 
-    Raises
-    ------
-    LookupError
-        The summary says nothing of this result.
+    Raises `LookupError`: the summary says nothing of this result.
     """
     kinds = {"envelope": _envelope, "buckling": _buckling}
     return kinds.get(vtu.stem, _case)(summary, vtu, field)

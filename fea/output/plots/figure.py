@@ -22,13 +22,7 @@ def new_figure(width: float, height: float) -> "Figure":
 
 
 def save(figure: "Figure", path: Path, dpi: int = 110) -> None:
-    """Write a figure.
-
-    Raises
-    ------
-    PictureError
-        The system refuses, or matplotlib cannot write the suffix.
-    """
+    """Write a figure; raises `PictureError`: the system refuses, or matplotlib cannot write the suffix."""
     try:
         figure.savefig(path, dpi=dpi)
     except (OSError, ValueError) as error:

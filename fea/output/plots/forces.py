@@ -32,12 +32,7 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     """Plot forces and torque of every speed over the crank angle.
 
     If all cylinders were computed, torque and shaking force are those of the whole engine, with those of the
-    first cylinder as dashed lines.
-
-    Raises
-    ------
-    PictureError
-        The file could not be written.
+    first cylinder as dashed lines. Raises `PictureError`: the file could not be written.
     """
     figure = new_figure(11, 13)
     axes = np.ravel(figure.subplots(4, 2, sharex=True))
@@ -138,10 +133,7 @@ _HIGHEST = 5.0  # upper end of the plot: larger factors are safe
 def plot_speed_map(path: Path, study: str, speeds: SpeedMap) -> None:
     """Draw the smallest safety factors against speed, with the speeds at which they fall below 1.
 
-    Raises
-    ------
-    PictureError
-        The file could not be written.
+    Raises `PictureError`: the file could not be written.
     """
     figure = new_figure(9, 5)
     panel = figure.subplots()

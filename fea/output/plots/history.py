@@ -55,12 +55,8 @@ def plot_histories(
 ) -> None:
     """Draw one curve per place: (x, y, z), mm, and signed von Mises stress (n,), MPa, over (n,) angles, rad.
 
-    `marks` are crank angles to mark, rad, by the name of their case.
-
-    Raises
-    ------
-    PictureError
-        The file could not be written.
+    `marks` are crank angles to mark, rad, by the name of their case. Raises `PictureError`: the file could
+    not be written.
     """
     histories = [(place, scale("MPa") * np.asarray(signed)) for place, signed in histories]
     panel = _Panel(np.array([signed for _, signed in histories]))

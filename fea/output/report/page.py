@@ -184,12 +184,8 @@ _HEAD = 4096  # characters within which the mark stands
 def open_report(file: Path) -> None:
     """Open a report.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such file, or it is no report of this program.
-    PictureError
-        There is no browser.
+    Raises `InvalidValue`: there is no such file, or it is no report of this program; `PictureError`: there is
+    no browser.
     """
     require(file.is_file(), "FILE", str(file), "is not a file", "Name a report.html that fea wrote.")
     with file.open(encoding="utf-8", errors="replace") as text:

@@ -21,10 +21,7 @@ from fea.output.units import system
 def write_report(path: Path, run: Run) -> None:
     """Write a report; the still picture is that of the folder, or is drawn, or is left out.
 
-    Raises
-    ------
-    StorageError
-        The disk, a permission or the file system refused.
+    Raises `StorageError`: the disk, a permission or the file system refused.
     """
     with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
         units = run.study.output.units
