@@ -71,10 +71,6 @@ def _deck(run: StoredRun, file: Path) -> Exported:
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     heading = [f"{run.summary.title}: one step per load case"]
     write_deck(file, rod.mesh.whole, materials, steps, heading)
-    return Exported((file,), tuple(map(warning, _deck_notes(rod))))
-
-
-def _deck_notes(rod: PreparedRod) -> list[str]:
     notes = [
         "pressures and inertia are nodal forces (*CLOAD); three nodes are held at the run's displacement, so "
         "that displacements agree"
@@ -86,7 +82,7 @@ def _deck_notes(rod: PreparedRod) -> list[str]:
             "a part is nearly incompressible: the run solves it with mixed elements, which have a pressure "
             "field that C3D10 lack, so that results of the deck differ there"
         )
-    return notes
+    return Exported((file,), tuple(map(warning, notes)))
 
 
 def _step(run: StoredRun, rod: PreparedRod, case: Instants) -> Step:

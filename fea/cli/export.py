@@ -84,7 +84,14 @@ def view(
         Units of the picture: si or us.
     """
     if file.suffix.lower() == ".html":
-        _open(file, field, out)
+        from fea.output.report.page import open_report
+        from geometry.errors import require
+
+        for option, value in (("--field", field), ("--out", out)):
+            rule = "cannot be used with a report, which shows every field"
+            require(value is None, option, None if value is None else str(value), rule, "Leave it out.")
+        open_report(file)
+        _say(f"Opened {file}")
         return
     from fea.output.pictures.picture import picture_of
     from fea.output.target import require_target
@@ -94,17 +101,6 @@ def view(
     with shown_in(units):
         picture = picture_of(file, out or file.with_suffix(".png"), field)
     _say(f"Wrote {picture}")
-
-
-def _open(file: Path, field: str | None, out: Path | None) -> None:
-    from fea.output.report.page import open_report
-    from geometry.errors import require
-
-    for option, value in (("--field", field), ("--out", out)):
-        rule = "cannot be used with a report, which shows every field"
-        require(value is None, option, None if value is None else str(value), rule, "Leave it out.")
-    open_report(file)
-    _say(f"Opened {file}")
 
 
 def _say(text: str) -> None:

@@ -5,7 +5,7 @@ from typing import Literal
 
 from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, one_or_all, print_json, print_written, takes
 from fea.study.flags import NO_FLAGS, Flags
-from fea.study.study import DEFAULT_STUDY, Study, load_study
+from fea.study.study import DEFAULT_STUDY, load_study
 from geometry.errors import require
 
 
@@ -37,7 +37,9 @@ def loads(
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
     asked = flags.applied(load_study(study))
-    _keep_trace(asked, csv)
+    same = asked.engine is not None and csv is not None and Path(asked.engine.gas) == csv.resolve()
+    rule = "is the study's own pressure trace, which must not be overwritten"
+    require(not same, "--csv", str(csv), rule, "Name another file.")
     reports = study_forces(asked, every_cylinder=cylinders == "all")
     from fea.output.units import shown_in
 
@@ -59,10 +61,3 @@ def loads(
         with shown_in(asked.output.units):
             print_forces(reports, asked.name)
         print_written((csv, plot))
-
-
-def _keep_trace(study: Study, csv: Path | None) -> None:
-    """Refuse to overwrite the study's own pressure trace."""
-    same = study.engine is not None and csv is not None and Path(study.engine.gas) == csv.resolve()
-    rule = "is the study's own pressure trace, which must not be overwritten"
-    require(not same, "--csv", str(csv), rule, "Name another file.")

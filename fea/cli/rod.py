@@ -63,8 +63,13 @@ def rod(
         return 0 if best.met else CHECK_FAILED
 
     from fea.analysis.rod_report import rod_report
+    from fea.output.target import require_target
 
-    _require_plain(step, mass_kg, center_of_gravity_mm, inertia_kg_m2)
+    targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
+    remedy = "Name the dimensions to adjust with --fit."
+    for name, target in targets.items():
+        require(target is None, f"target {name}", target, "has no effect without --fit", remedy)
+    require_target("--step", step, (".step", ".stp"))
     figures, mesh = rod_report(asked)
     written: list[Path] = []
     if step is not None:
@@ -88,19 +93,6 @@ def rod(
             print_rod(figures)
         print_written(written)
     return 0
-
-
-def _require_plain(
-    step: Path | None, mass_kg: object, center_of_gravity_mm: object, inertia_kg_m2: object
-) -> None:
-    """Refuse targets without --fit, and a STEP file in a directory that does not exist."""
-    from fea.output.target import require_target
-
-    targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
-    remedy = "Name the dimensions to adjust with --fit."
-    for name, target in targets.items():
-        require(target is None, f"target {name}", target, "has no effect without --fit", remedy)
-    require_target("--step", step, (".step", ".stp"))
 
 
 @takes("rpm", *FILE_FLAGS, size=DEFAULT_SIZE)

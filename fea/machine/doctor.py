@@ -29,26 +29,19 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Try everything that a run may need."""
+    python = "install Python 3.11 or later"
+    complaint = _tried("from fea.output.pictures.picture import try_rendering; try_rendering()")
+    found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
     return [
-        _python(),
+        Finding("Python", platform.python_version(), sys.version_info >= (3, 11), needed=True, remedy=python),
         _library("geometry and meshing", "gmsh", _GMSH, meshing_remedy()),
         _library("finite elements", "scikit-fem", "import skfem", "pip install scikit-fem"),
         _pardiso(),
-        _rendering(),
-        _processors(),
+        Finding("pictures", found, complaint is None, needed=False, remedy=picture_remedy()),
+        Finding("processors", str(usable_processors()), good=True, needed=False, remedy=""),
         _memory(),
         _disk(),
     ]
-
-
-def _python() -> Finding:
-    return Finding(
-        "Python",
-        platform.python_version(),
-        sys.version_info >= (3, 11),
-        needed=True,
-        remedy="install Python 3.11 or later",
-    )
 
 
 def _tried(code: str) -> str | None:
@@ -89,16 +82,6 @@ def _pardiso() -> Finding:
         needed=True,
         remedy=solver_remedy(),
     )
-
-
-def _rendering() -> Finding:
-    complaint = _tried("from fea.output.pictures.picture import try_rendering; try_rendering()")
-    found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
-    return Finding("pictures", found, complaint is None, needed=False, remedy=picture_remedy())
-
-
-def _processors() -> Finding:
-    return Finding("processors", str(usable_processors()), good=True, needed=False, remedy="")
 
 
 def _memory() -> Finding:

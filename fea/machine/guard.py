@@ -42,7 +42,15 @@ def guarded(job: Callable[[], int]) -> int:
         read, write = os.pipe()
         child = Copy(lambda: _run(job, write, chatter))
         os.close(write)
-        _forward_interrupts(child.pid)
+
+        # Forward Ctrl-C and similar signals to the child; the program treats a repeated one as one.
+        def forward(number: int, _frame: object) -> None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(child.pid, number)
+
+        for number in ENDS:
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                signal.signal(number, forward)
         with os.fdopen(read, "rb") as pipe:
             said = pipe.read(1)
         code = child.wait()
@@ -56,7 +64,14 @@ def guarded(job: Callable[[], int]) -> int:
 def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
     code: int | None = None
     try:
-        _redirect(chatter)
+        # Let Python write to copies of its streams, and redirect the messages of libraries to `chatter`.
+        for name, descriptor in (("stdout", 1), ("stderr", 2)):
+            stream = getattr(sys, name)
+            stream.flush()
+            own = outlet(os.dup(descriptor), stream, patient=stream is sys.stderr)
+            setattr(sys, name, own)
+            setattr(sys, f"__{name}__", own)
+            os.dup2(chatter.fileno(), descriptor)
         code = job()
     except SystemExit as leaving:
         code = leaving.code if isinstance(leaving.code, int) else 1
@@ -68,29 +83,6 @@ def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
         if code is not None:
             os.write(write, bytes([code & 0xFF]))
         os._exit(MACHINE)
-
-
-def _redirect(chatter: IO[bytes]) -> None:
-    """Let Python write to copies of its streams, and redirect the messages of libraries to `chatter`."""
-    for name, descriptor in (("stdout", 1), ("stderr", 2)):
-        stream = getattr(sys, name)
-        stream.flush()
-        own = outlet(os.dup(descriptor), stream, patient=stream is sys.stderr)
-        setattr(sys, name, own)
-        setattr(sys, f"__{name}__", own)
-        os.dup2(chatter.fileno(), descriptor)
-
-
-def _forward_interrupts(child: int) -> None:
-    """Forward Ctrl-C and similar signals to the child; the program treats a repeated one as one."""
-
-    def forward(number: int, _frame: object) -> None:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(child, number)
-
-    for number in ENDS:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, forward)
 
 
 def _explain(limit: int, code: int, chatter: str) -> None:

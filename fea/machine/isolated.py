@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from tempfile import TemporaryFile
-from typing import IO, Any, NoReturn, Self, TypeVar
+from typing import IO, Any, Self, TypeVar
 
 from geometry.system import (
     CAN_FORK,
@@ -429,17 +429,13 @@ class Copy:
         self.returncode: int | None = None
         self.pid = os.fork()
         if not self.pid:
-            self._work(work)
-
-    @staticmethod
-    def _work(work: Callable[[], None]) -> NoReturn:
-        code = 1
-        try:
-            die_with_parent()
-            work()
-            code = 0
-        finally:
-            os._exit(code)
+            code = 1
+            try:
+                die_with_parent()
+                work()
+                code = 0
+            finally:
+                os._exit(code)
 
     def poll(self, *, wait: bool = False) -> int | None:
         """Return its code, negative for a signal, None while it lives."""

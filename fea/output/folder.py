@@ -94,9 +94,15 @@ def require_replaceable(target: Path) -> None:
     `StorageError`: it cannot be read.
     """
     with reported(near(target), ANOTHER_OUT):
-        _require_room_for_name(target)
+        if len(os.fsencode(_sibling(target.absolute(), BACKUP).name)) > LONGEST_NAME:
+            raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG), str(target))
         if not target.exists():
-            _require_directory_above(target)
+            above = next(parent for parent in target.absolute().parents if parent.exists())
+            if not above.is_dir():
+                raise OccupiedError(
+                    f"{near(target)} is inside {near(above)}, which is not a directory: "
+                    "choose another directory with --out."
+                )
             return
         if not target.is_dir():
             raise OccupiedError(
@@ -128,7 +134,8 @@ def run_folder(target: Path) -> Iterator[Path]:
     require_replaceable(target)
     place = target.resolve()  # a link to a directory stays a link
     with reported(near(target), ANOTHER_OUT):
-        made = _make_parents(place)
+        made = [parent for parent in place.parents if not parent.exists()]
+        place.parent.mkdir(parents=True, exist_ok=True)
         try:
             with held(place.parent):
                 _mend(place)
@@ -143,7 +150,12 @@ def run_folder(target: Path) -> Iterator[Path]:
         with incomplete(part):
             yield part
         with reported(near(target), ANOTHER_OUT):
-            _flush(part)
+            # Flush every file to the disk before the name of the run points to them.
+            for root, _, names in os.walk(part):
+                for name in names:  # Windows flushes only what is open for writing
+                    with Path(root, name).open("r+b") as file:
+                        flush(file.fileno())
+                _flush_directory(Path(root))
             with held(place.parent):
                 require_replaceable(target)
                 old = _put(part, place)
@@ -157,28 +169,6 @@ def run_folder(target: Path) -> Iterator[Path]:
             _unmake_parents(made)
         if owned:
             owned.release()
-
-
-def _require_room_for_name(target: Path) -> None:
-    """Require that the name of a sibling is not too long for the file system."""
-    if len(os.fsencode(_sibling(target.absolute(), BACKUP).name)) > LONGEST_NAME:
-        raise OSError(errno.ENAMETOOLONG, os.strerror(errno.ENAMETOOLONG), str(target))
-
-
-def _require_directory_above(target: Path) -> None:
-    above = next(parent for parent in target.absolute().parents if parent.exists())
-    if not above.is_dir():
-        raise OccupiedError(
-            f"{near(target)} is inside {near(above)}, which is not a directory: "
-            "choose another directory with --out."
-        )
-
-
-def _make_parents(place: Path) -> list[Path]:
-    """Create the missing parents of `place`; return them, the deepest first."""
-    missing = [parent for parent in place.parents if not parent.exists()]
-    place.parent.mkdir(parents=True, exist_ok=True)
-    return missing
 
 
 def _unmake_parents(made: list[Path]) -> None:
@@ -232,15 +222,6 @@ def _put(part: Path, place: Path) -> Path | None:
         backup.rename(place)
         raise
     return backup
-
-
-def _flush(directory: Path) -> None:
-    """Flush every file to the disk before the name of the run points to them."""
-    for root, _, names in os.walk(directory):
-        for name in names:
-            with Path(root, name).open("r+b") as file:  # Windows flushes only what is open for writing
-                flush(file.fileno())
-        _flush_directory(Path(root))
 
 
 def _flush_directory(directory: Path) -> None:

@@ -122,7 +122,8 @@ def _keys(faces: Ints, n_points: int) -> Ints:
 
 def _sections(mesh: TetMesh, materials: Mapping[str, Material]) -> Iterator[str]:
     for number, (part, material) in enumerate(materials.items()):
-        name, elements = _set_name(part), "EALL"
+        letters = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in part.upper())
+        name, elements = letters[:40] or "PART", "EALL"
         if mesh.part is not None:
             elements = f"E_{name}"
             yield f"*ELSET, ELSET={elements}"
@@ -133,12 +134,6 @@ def _sections(mesh: TetMesh, materials: Mapping[str, Material]) -> Iterator[str]
         yield "*DENSITY"
         yield f"{material.density:.12g}"
         yield f"*SOLID SECTION, ELSET={elements}, MATERIAL={name}"
-
-
-def _set_name(part: str) -> str:
-    """A part's name as decks allow it: capital letters, digits and underscores."""
-    letters = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in part.upper())
-    return letters[:40] or "PART"
 
 
 def _step(step: Step, *, several: bool) -> Iterator[str]:

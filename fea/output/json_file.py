@@ -45,9 +45,12 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     if value is None or isinstance(value, bool | int | str):
         return value
     if isinstance(value, float):
-        return _rounded(value, digits)
+        return float(f"{value:.{digits}g}") + 0.0 if math.isfinite(value) else None  # + 0.0: no minus zero
     if isinstance(value, Mapping):
-        return {str(key): _plain(item, _digits(key, item, digits)) for key, item in value.items()}
+        return {
+            str(key): _plain(item, FULL if key in IN_FULL and isinstance(item, Mapping) else digits)
+            for key, item in value.items()
+        }
     if isinstance(value, PathLike):
         return fspath(value)
     if isinstance(value, list | tuple):
@@ -68,10 +71,12 @@ def as_dict(value: Any) -> Any:
         omitted = value.kind is NoteKind.OMISSION
         return {"what": value.topic, "why": value.text} if omitted else str(value)
     if dataclasses.is_dataclass(value):
+        hints = _hints(typing.cast("type", type(value)))
         return {
             field.name: as_dict(getattr(value, field.name))
             for field in dataclasses.fields(value)
-            if getattr(value, field.name) is not None or not _only_where_known(type(value), field.name)
+            if getattr(value, field.name) is not None
+            or ONLY_WHERE_KNOWN not in getattr(hints[field.name], "__metadata__", ())
         }
     if isinstance(value, Mapping):
         return {key: as_dict(item) for key, item in value.items()}
@@ -91,10 +96,6 @@ def read_summary(folder: Path) -> Summary:
     except (TypeError, KeyError, AttributeError) as error:
         raise ValueError(f"{folder / SUMMARY} is not the summary of a run: {error}") from error
     return summary
-
-
-def _only_where_known(kind: type, name: str) -> bool:
-    return ONLY_WHERE_KNOWN in getattr(_hints(kind)[name], "__metadata__", ())
 
 
 @cache
@@ -129,15 +130,6 @@ def _read_either(hints: list[Any], raw: Any) -> Any:
         if fields is None or fields >= raw.keys():
             return _read(hint, raw)
     raise KeyError(", ".join(raw))
-
-
-def _digits(key: object, item: object, digits: int) -> int:
-    return FULL if key in IN_FULL and isinstance(item, Mapping) else digits
-
-
-def _rounded(value: float, digits: int) -> float | None:
-    """Return `value` with so many significant digits; None if it is not finite."""
-    return float(f"{value:.{digits}g}") + 0.0 if math.isfinite(value) else None  # + 0.0: no minus zero
 
 
 def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.output.target import StorageError
-from geometry.arrays import Ints
 from mesh.tetmesh import TetMesh, boundary_facets
 
 Array = npt.NDArray[Any]
@@ -71,7 +70,8 @@ def write_mesh(
             place = Path(scratch) / path.name
             write(str(place), _content(form, mesh, point_data, cell_data), **dict(form.options or {}))
             if form.module == "nastran":
-                _with_valid_names(place)
+                # Name ten-node tetrahedra as Nastran does; meshio writes a name of its own.
+                place.write_bytes(place.read_bytes().replace(b"\nCTETRA_ ", b"\nCTETRA  "))
             made = sorted(Path(scratch).iterdir())
             for file in made:
                 file.replace(path.parent / file.name)
@@ -84,39 +84,36 @@ def write_mesh(
     return tuple(path.parent / file.name for file in made)
 
 
-def _with_valid_names(path: Path) -> None:
-    """Name ten-node tetrahedra as Nastran does; meshio writes a name of its own."""
-    path.write_bytes(path.read_bytes().replace(b"\nCTETRA_ ", b"\nCTETRA  "))
-
-
 def _content(
     form: Format, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> Any:
     from meshio import Mesh  # noqa: PLC0415 - only an export needs it
 
     if form.skin:
-        return Mesh(*_skin(mesh))
+        facets = boundary_facets(mesh.tets)
+        if mesh.order == 2:
+            facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)
+        used, local = np.unique(facets, return_inverse=True)
+        return Mesh(mesh.points[used], [("triangle", local.reshape(-1, 3).astype(np.int32))])
     kind = "tetra" if mesh.order == 1 else "tetra10"
     if form.module == "nastran":
         part = np.ones(len(mesh.tets), dtype=int) if mesh.part is None else mesh.part + 1
         property_numbers = {"nastran:ref": [part]}
-        return Mesh(_ten_digits(mesh.points), [(kind, mesh.tets)], cell_data=property_numbers)
-    points = {name: _wide(values) if form.module == "gmsh" else values for name, values in point_data.items()}
+        # Coordinates as Nastran's fields of sixteen letters hold them, with a sign and one digit of exponent.
+        short = [float(f"{x:.10e}") if abs(x) > 1e-9 else 0.0 for x in mesh.points.ravel().tolist()]
+        return Mesh(np.reshape(short, mesh.points.shape), [(kind, mesh.tets)], cell_data=property_numbers)
+    points = dict(point_data)
+    if form.module == "gmsh":
+        tensors = [name for name, values in points.items() if values.shape[1:] == (6,)]
+        points |= {name: np.asarray(points[name][:, _FULL]) for name in tensors}
     if not form.surfaces or not mesh.facets:
-        return Mesh(
-            mesh.points,
-            [(kind, mesh.tets)],
-            point_data=points if form.points else {},
-            cell_data={name: [_plain(form, values)] for name, values in cell_data.items()}
-            if form.cells
-            else {},
-        )
-    return _with_surfaces(form, kind, mesh, points)
-
-
-def _with_surfaces(form: Format, kind: str, mesh: TetMesh, points: Mapping[str, Array]) -> Any:
-    """The mesh with one number for the solid, and one for each named surface."""
-    from meshio import Mesh  # noqa: PLC0415
+        # VTK has no name for integers that meshio writes.
+        plain = {name: values.astype(float) for name, values in cell_data.items()}
+        cell_data = plain if form.module == "vtk" else cell_data
+        of_cells = {name: [values] for name, values in cell_data.items() if form.cells}
+        of_points = points if form.points else {}
+        return Mesh(mesh.points, [(kind, mesh.tets)], point_data=of_points, cell_data=of_cells)
+    # One number for the solid, and one for each named surface.
 
     names = list(mesh.facets)
     triangles = np.concatenate([mesh.facets[name] for name in names])
@@ -132,26 +129,3 @@ def _with_surfaces(form: Format, kind: str, mesh: TetMesh, points: Mapping[str, 
     tags = [*(name.value for name in names), "rod"]
     made.cell_tags = {-number: [name] for number, name in enumerate(tags, start=1)}
     return made
-
-
-def _ten_digits(points: Array) -> Array:
-    """Coordinates as Nastran's fields of sixteen letters hold them, with a sign and one digit of exponent."""
-    short = [float(f"{x:.10e}") if abs(x) > 1e-9 else 0.0 for x in points.ravel().tolist()]
-    return np.reshape(short, points.shape)
-
-
-def _plain(form: Format, values: Array) -> Array:
-    """Arrays in a type that readers know: VTK has no name for integers that meshio writes."""
-    return values.astype(float) if form.module == "vtk" else values
-
-
-def _wide(values: Array) -> Array:
-    return np.asarray(values[:, _FULL]) if values.ndim == 2 and values.shape[1] == 6 else values
-
-
-def _skin(mesh: TetMesh) -> tuple[Array, list[tuple[str, Ints]]]:
-    facets = boundary_facets(mesh.tets)
-    if mesh.order == 2:
-        facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)
-    used, local = np.unique(facets, return_inverse=True)
-    return mesh.points[used], [("triangle", local.reshape(-1, 3).astype(np.int32))]

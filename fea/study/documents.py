@@ -110,7 +110,12 @@ def study_schema() -> Schema:
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
     tables["engine"].pop("allOf")
-    tables["engine"] |= _or_a_name()
+    tables["engine"] |= {
+        "type": ["string", "object"],
+        "if": {"type": "string"},
+        "then": _choices(engine_names()),
+        "anyOf": _alternatives([["preset"], required(TABLES["engine"])]),
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": _TITLE,
@@ -161,19 +166,6 @@ def _needs(names: Iterable[str]) -> Schema:
         "allOf": [
             {"anyOf": [{"required": [key]} for key in dict.fromkeys((name, stem(name)))]} for name in names
         ]
-    }
-
-
-def _or_a_name() -> Schema:
-    """Keywords of an engine: a name of the library, or a table with a preset or with what it cannot lack.
-
-    Not as alternatives of two schemas, for which editors could not tell the key that is wrong.
-    """
-    return {
-        "type": ["string", "object"],
-        "if": {"type": "string"},
-        "then": _choices(engine_names()),
-        "anyOf": _alternatives([["preset"], required(TABLES["engine"])]),
     }
 
 

@@ -330,7 +330,12 @@ def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note
     preset = table.library()
     if preset is None:
         return []
-    notes = [*assumptions(f"engine {preset.name}", _assumed(table, preset))]
+    estimates = [
+        f"{key} = {value if isinstance(value, str) else f'{value:g}'} ({origin})"
+        for key, (value, origin, assumed) in preset.engine.items()
+        if assumed and getattr(table, key) == value and table.gas in _NEEDED_BY.get(key, {table.gas})
+    ]
+    notes = [*assumptions(f"engine {preset.name}", estimates)]
     if not math.isclose(rod_length, preset.rod_length, rel_tol=_SAME_LENGTH):
         length = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
         notes.append(warning(f"{length}, the one of this study {rod_length:.4g} mm"))
@@ -350,17 +355,3 @@ def layout_notes(table: EngineTable) -> list[Note]:
     real = f"the {preset.name} engine is of {preset.layout} layout"
     remedy = "set engine.bank_angle_deg, and engine.crank_pins_deg if it fires unevenly"
     return [warning(f"{summed}, but {real} ({remedy}); with even firing, the torque is the same")]
-
-
-def _assumed(table: EngineTable, preset: EnginePreset) -> list[str]:
-    """Estimates that a study takes from the library, each with what it rests on."""
-    used = {
-        key: figure
-        for key, figure in preset.engine.items()
-        if figure.assumed and getattr(table, key) == figure.value
-        if table.gas in _NEEDED_BY.get(key, {table.gas})
-    }
-    return [
-        f"{key} = {value if isinstance(value, str) else f'{value:g}'} ({origin})"
-        for key, (value, origin, _) in used.items()
-    ]

@@ -53,27 +53,23 @@ def _variants(name: str, table: dict[str, Any]) -> Iterator[LibraryMaterial]:
     title, also, source, usual = (table.pop(key, "") for key in ("title", "also", "source", "usual"))
     variants = table.pop("variants", {"": {}})
     if table.pop("interpolate", False):
-        variants = _between(variants)
+        # At every whole hardness, linear between those that are given, MPa without decimals.
+        known = {int(hardness): figures for hardness, figures in variants.items()}
+        found = {str(hardness): dict(figures) for hardness, figures in known.items()}
+        for low, high in pairwise(sorted(known)):
+            for hardness in range(low + 1, high):
+                share = (hardness - low) / (high - low)
+                found[str(hardness)] = {
+                    key: float(round((1 - share) * value + share * known[high][key]))
+                    for key, value in known[low].items()
+                }
+        variants = {hardness: found[hardness] for hardness in sorted(found)}
     by_figure = source if isinstance(source, dict) else {", ".join(table): source}
     sources = {key: text for keys, text in by_figure.items() for key in keys.split(", ")}
     for variant, figures in variants.items():
         names = tuple(also) if variant == usual else ()
         own = f"{name}-{variant}" if variant else name
         yield LibraryMaterial(own, title, names, table | figures, sources)
-
-
-def _between(variants: Mapping[str, Figures]) -> dict[str, dict[str, float]]:
-    """Return figures at every whole hardness, linear between those that are given, MPa without decimals."""
-    known = {int(hardness): figures for hardness, figures in variants.items()}
-    found = {str(hardness): dict(figures) for hardness, figures in known.items()}
-    for low, high in pairwise(sorted(known)):
-        for hardness in range(low + 1, high):
-            share = (hardness - low) / (high - low)
-            found[str(hardness)] = {
-                key: float(round((1 - share) * value + share * known[high][key]))
-                for key, value in known[low].items()
-            }
-    return {hardness: found[hardness] for hardness in sorted(found)}
 
 
 LIBRARY = {material.name: material for material in _materials()}

@@ -259,7 +259,11 @@ def checked(name: str, value: object, hint: Any) -> Any:
         return {key: checked(f"{name}.{key}", entry, inner) for key, entry in value.items()}
     for number in value if isinstance(value, list | tuple) else [value]:
         if isinstance(number, int | float):
-            _require_size(name, number)
+            if not is_finite(number):
+                raise InvalidValue(name, number, "must be a finite number")
+            if number and not 1 / _LARGEST <= abs(number) <= _LARGEST:
+                rule = f"its magnitude must be 0 or between {1 / _LARGEST:g} and {_LARGEST:g}"
+                raise InvalidValue(name, number, rule, "Give it in the unit that the key names.")
     options = options_of(hint)
     for option in options:
         converted = _convert(value, option)
@@ -277,14 +281,6 @@ def options_of(hint: Any) -> list[Any]:
     """Return the types that a hint allows beside None."""
     options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
     return [option for option in options if option is not types.NoneType]
-
-
-def _require_size(name: str, number: float) -> None:
-    if not is_finite(number):
-        raise InvalidValue(name, number, "must be a finite number")
-    if number and not 1 / _LARGEST <= abs(number) <= _LARGEST:
-        rule = f"its magnitude must be 0 or between {1 / _LARGEST:g} and {_LARGEST:g}"
-        raise InvalidValue(name, number, rule, "Give it in the unit that the key names.")
 
 
 def _is_enum(option: Any) -> bool:

@@ -113,12 +113,9 @@ def _ordered_words(name: str) -> list[str]:
 
 def _words(name: str) -> set[str]:
     words = _ordered_words(_BRACKETS.sub(" ", name))
-    return set(words) | {"".join(pair) for pair in pairwise(words)} | _bracketed(name)
-
-
-def _bracketed(name: str) -> set[str]:
-    """Words in brackets, where they are all that the name has: ``[deg]``."""
-    return set() if _ordered_words(_BRACKETS.sub(" ", name)) else set(_ordered_words(name))
+    if not words:  # those in brackets are all that the name has: ``[deg]``
+        return set(_ordered_words(name))
+    return set(words) | {"".join(pair) for pair in pairwise(words)}
 
 
 def _split_unit(word: str) -> tuple[PressureUnit | None, str]:

@@ -56,16 +56,12 @@ def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) ->
     at, value, count = _folded(turned[kept], mean[kept], period, step)
     cycles = int(np.median(count)) * pressures.shape[1]
     if cycles == 1 and not kept[-1] and period == _CYCLE:
-        _require_closed(mean, source)
+        # Refuse a cycle whose last sample, one cycle after the first, differs from it.
+        gap = abs(float(mean[-1] - mean[0])) / float(np.abs(mean).max())
+        rule = f"the pressures one cycle apart may differ by at most {100 * _CLOSURE:g} % of the peak"
+        remedy = "Correct the drift of the pressure transducer."
+        require(gap <= _CLOSURE, "engine.gas", source, f"{rule}; here {100 * gap:.3g} %", remedy)
     return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
-
-
-def _require_closed(pressures: Floats, source: str) -> None:
-    """Refuse a cycle whose last sample, one cycle after the first, differs from it."""
-    gap = abs(float(pressures[-1] - pressures[0])) / float(np.abs(pressures).max())
-    rule = f"the pressures one cycle apart may differ by at most {100 * _CLOSURE:g} % of the peak"
-    remedy = "Correct the drift of the pressure transducer."
-    require(gap <= _CLOSURE, "engine.gas", source, f"{rule}; here {100 * gap:.3g} %", remedy)
 
 
 def _unwrapped(angles: Floats, source: str, first_line: int) -> Floats:
@@ -138,16 +134,7 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
     at, value = angles[order], recording.pressures[order]
     if recording.period == _CYCLE:
         return at, value, np.nan
-    _require_continuous(recording, firing, source)
-    if strokes == 2:
-        return np.r_[at, at + _TURN], np.r_[value, value], np.nan
-    start = float(value[at < at[0] + 10.0].mean())
-    missing = np.arange(at[-1] + recording.step, at[0] + _CYCLE - 0.5 * recording.step, recording.step)
-    return np.r_[at, missing], np.r_[value, np.full(missing.size, start)], start
-
-
-def _require_continuous(recording: Recording, firing: float, source: str) -> None:
-    """Refuse a revolution whose end does not meet its start, unless that is at BDC, where valves are open."""
+    # Refuse a revolution whose end does not meet its start, unless that is at BDC, where valves are open.
     seam = float(recording.angles[0])
     from_firing = abs((seam - firing + _TURN / 2) % _TURN - _TURN / 2)
     first, last = float(recording.pressures[0]), float(recording.pressures[-1])
@@ -158,6 +145,11 @@ def _require_continuous(recording: Recording, firing: float, source: str) -> Non
     )
     open_valves = _TURN / 2 - from_firing <= _VALVES_OPEN
     require(open_valves or gap <= _CLOSURE, f"{source}: crank angle", seam, rule, "Record two revolutions.")
+    if strokes == 2:
+        return np.r_[at, at + _TURN], np.r_[value, value], np.nan
+    start = float(value[at < at[0] + 10.0].mean())
+    missing = np.arange(at[-1] + recording.step, at[0] + _CYCLE - 0.5 * recording.step, recording.step)
+    return np.r_[at, missing], np.r_[value, np.full(missing.size, start)], start
 
 
 # Degrees about a dead centre in which the peak of a firing or motored engine lies.
@@ -252,7 +244,10 @@ def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None
     if width:
         return _averaged(angles, pressures, width)
     plain = Smoothed(pressures, 0.0, 0.0)
-    peak, noise = float(np.abs(pressures).max()), _noise(pressures)
+    second = np.diff(pressures, n=2)
+    # Standard deviation of the noise, from the median of second differences (6 σ² for white noise).
+    noise = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
+    peak = float(np.abs(pressures).max())
     if width == 0 or step > _FINE_DEG or noise <= _NOISY * peak:
         return plain
     averaged = _averaged(angles, pressures, _WIDTH_DEG)
@@ -270,9 +265,3 @@ def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
     beside = np.minimum(middle - first, last - 1 - middle)
     mean = (sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1)
     return Smoothed(mean, width, float(np.abs(mean - pressures).max()))
-
-
-def _noise(pressures: Floats) -> float:
-    """Standard deviation of the noise, from the median of second differences (6 σ² for white noise)."""
-    second = np.diff(pressures, n=2)
-    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0

@@ -104,7 +104,17 @@ def parse_trace(
         if not (angles.size and (angles.min() < 0 or angles.max() > _CYCLE)):
             return Imported(_documented(text, table, speeds), keys)
     if documented and speeds and keys.pressure_column is None:
-        return _import_speeds(text, source, speeds, keys, around)
+        first = _import(text, source, replace(keys, pressure_column=speeds[0]), around)
+        rest = [
+            _import(text, source, replace(first.keys, pressure_column=column), around)
+            for column in speeds[1:]
+        ]
+        trace = replace(
+            first.trace,
+            pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
+            speeds=np.array([speed_of(column) for column in speeds], dtype=np.float64) * RPM,
+        )
+        return Imported(trace, replace(first.keys, pressure_column=None))
     return _import(text, source, keys, around)
 
 
@@ -139,22 +149,6 @@ def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> 
         return Trace(angles * DEG, pressures, speeds, source)
     except InvalidValue as error:
         raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
-
-
-def _import_speeds(
-    text: str, source: str, columns: list[str], keys: TraceKeys, around: Surroundings
-) -> Imported:
-    """Import a column per speed; what is decided for the first holds for all."""
-    first = _import(text, source, replace(keys, pressure_column=columns[0]), around)
-    rest = [
-        _import(text, source, replace(first.keys, pressure_column=column), around) for column in columns[1:]
-    ]
-    trace = replace(
-        first.trace,
-        pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
-        speeds=np.array([speed_of(column) for column in columns], dtype=np.float64) * RPM,
-    )
-    return Imported(trace, replace(first.keys, pressure_column=None))
 
 
 class _Assumption(NamedTuple):

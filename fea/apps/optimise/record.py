@@ -78,7 +78,11 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
             raise OccupiedError(
                 f"{near(folder)} is in use by another fea optimise: wait for it, or choose --out."
             )
-        kept = Record(path, _identity(study))
+        table = study.optimise
+        same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
+        files = [digest(path) for path in files_of(same.as_dict())]
+        identity = hashlib.sha256(json.dumps([__version__, same.text(), files]).encode()).hexdigest()
+        kept = Record(path, identity)
     done = False
     try:
         with saying(f"interrupted; the same command goes on from the designs in {near(path)}"):
@@ -101,11 +105,3 @@ def _lines(content: bytes) -> Iterator[tuple[dict[str, Any], int]]:
             yield json.loads(line), end
         except ValueError:  # the program ended while it was written
             return
-
-
-def _identity(study: Study) -> str:
-    """What makes a search the same: the version, the study with its files, but not how long it may take."""
-    table = study.optimise
-    same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
-    files = [digest(path) for path in files_of(same.as_dict())]
-    return hashlib.sha256(json.dumps([__version__, same.text(), files]).encode()).hexdigest()

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
@@ -47,25 +46,21 @@ def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after
     """
     write_text(folder / STUDY, after.study.text())
     write_text(folder / OPTIMISED, json_text(figures))
-    write_columns(folder / HISTORY, _columns(figures))
+    tried = figures.history
+    columns: dict[str, list[float]] = {
+        "number": [design.number for design in tried],
+        "mass_kg": [design.mass_kg for design in tried],
+        "margin": [design.margin for design in tried],
+        "new_mesh": [int(design.new_mesh) for design in tried],
+    }
+    columns |= {key: [design.dimensions_mm[key] for design in tried] for key in tried[0].dimensions_mm}
+    write_columns(folder / HISTORY, columns)
     plot_course(folder / COURSE, figures)
     try:
         _draw_rods(folder / RODS, figures, before, after)
     except PictureError as error:  # a search is not lost for it
         return str(error)
     return ""
-
-
-def _columns(figures: OptimiseFigures) -> dict[str, Any]:
-    tried = figures.history
-    fixed = {
-        "number": [design.number for design in tried],
-        "mass_kg": [design.mass_kg for design in tried],
-        "margin": [design.margin for design in tried],
-        "new_mesh": [int(design.new_mesh) for design in tried],
-    }
-    keys = tried[0].dimensions_mm
-    return fixed | {key: [design.dimensions_mm[key] for design in tried] for key in keys}
 
 
 def plot_course(path: Path, figures: OptimiseFigures) -> None:

@@ -46,34 +46,27 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
     """
     samples = samples_of(journal.entries())
     figures = statistics(sweep, samples)
-    write_sweep_report(path, _swept(sweep, journal, samples, figures))
-    return figures
-
-
-def _swept(sweep: Sweep, journal: Journal, samples: Samples, figures: Statistics) -> Swept:
-    shown = samples.part(_shown(samples))
-    counts = journal.counts()
-    return Swept(
+    known = np.flatnonzero(samples.complete)
+    some = known[np.linspace(0, len(known) - 1, min(len(known), _MOST)).round().astype(int)]
+    shown = samples.part(np.union1d(some, _front(samples)).astype(int).tolist())
+    entries = [next(journal.entries(row)) for row in shown.rows]
+    swept = Swept(
         title=sweep.name,
-        counts=_counts(counts, samples, shown),
+        counts=_counts(journal.counts(), samples, shown),
         keys={key: shown.column(key) for key in shown.numeric},
         figures=shown.values,
         rows=shown.rows,
-        studies=[_study(sweep, journal, row) for row in shown.rows],
+        studies=[sweep.base.study(entry.design, [entry.rpm]).text() for entry in entries],
         front=_front(shown),
         probabilities=[
-            (
-                one.name,
-                f"{one.estimate:.3g}",
-                f"{one.low:.3g} to {one.high:.3g}",
-                f"{one.rods}",
-                f"{one.missing}",
-            )
-            for one in figures.probabilities
+            (p.name, f"{p.estimate:.3g}", f"{p.low:.3g} to {p.high:.3g}", f"{p.rods}", f"{p.missing}")
+            for p in figures.probabilities
         ],
         influences=[_influenced(one) for one in figures.sensitivities],
         failures=failures(journal.entries()),
     )
+    write_sweep_report(path, swept)
+    return figures
 
 
 def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> str:
@@ -90,23 +83,10 @@ def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> st
     return " ".join(said)
 
 
-def _shown(samples: Samples) -> Sequence[int]:
-    """Numbers of the designs that the page holds, those of the front among them."""
-    known = np.flatnonzero(samples.complete)
-    some = known[np.linspace(0, len(known) - 1, min(len(known), _MOST)).round().astype(int)]
-    chosen: list[int] = np.union1d(some, _front(samples)).astype(int).tolist()
-    return chosen
-
-
 def _front(samples: Samples) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     if MASS not in samples.values or FACTOR not in samples.values:
         return np.zeros(0, np.int64)
     return np.asarray(pareto_front(samples.values[MASS], samples.values[FACTOR]), np.int64)
-
-
-def _study(sweep: Sweep, journal: Journal, row: int) -> str:
-    entry = next(journal.entries(row))
-    return sweep.base.study(entry.design, [entry.rpm]).text()
 
 
 def _influenced(one: Sensitivity) -> Influenced:
@@ -194,13 +174,30 @@ def run_sweep(
             raise
         write_tables(folder, journal.entries())
         figures = report_sweep(folder / REPORT, sweep, journal)
-        return _report(folder, journal, progress.done, figures)
+        counts = journal.counts()
+        untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
+        return SweepReport(
+            folder=folder,
+            computed=progress.done,
+            done=counts[State.DONE],
+            failed=counts[State.FAILED],
+            untrusted=untrusted,
+            reasons={reason: count for _, reason, count in failures(journal.entries())},
+            statistics=figures,
+        )
 
 
 @contextmanager
 def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
     """Open the journal of a sweep, or begin one; errors as `run_sweep`."""
-    _require_ours(folder)
+    if folder.exists() and not folder.is_dir():
+        raise OccupiedError(f"{near(folder)} is a file: --out must name a directory.")
+    others = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+    others = [name for name in others if name not in _OURS and not name.startswith(".")]
+    if others:
+        raise OccupiedError(
+            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
+        )
     # What is wrong with the rows is told before anything is written.
     new = None if (folder / JOURNAL).exists() else rows(sweep)
     make_directory(folder)
@@ -216,17 +213,6 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
             journal.close()
     finally:
         owned.release()
-
-
-def _require_ours(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise OccupiedError(f"{near(folder)} is a file: --out must name a directory.")
-    others = sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
-    others = [name for name in others if name not in _OURS and not name.startswith(".")]
-    if others:
-        raise OccupiedError(
-            f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
-        )
 
 
 def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] | None) -> None:
@@ -255,17 +241,3 @@ def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -
     """Several rods to compute: the study travels once, and their designs."""
     rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
     return Task(rods, sweep.base, sweep.frequencies, __version__, 60 * minutes)
-
-
-def _report(folder: Path, journal: Journal, computed: int, figures: Statistics) -> SweepReport:
-    counts = journal.counts()
-    untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
-    return SweepReport(
-        folder=folder,
-        computed=computed,
-        done=counts[State.DONE],
-        failed=counts[State.FAILED],
-        untrusted=untrusted,
-        reasons={reason: count for _, reason, count in failures(journal.entries())},
-        statistics=figures,
-    )

@@ -5,7 +5,7 @@ import io
 import re
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -38,21 +38,15 @@ def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
     text = io.StringIO()
     writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
     writer.writeheader()
-    writer.writerows([{name: _plain(value) for name, value in row.items()} for row in rows])
+    for row in rows:
+        words = {name: str(value).lower() for name, value in row.items() if isinstance(value, bool)}
+        writer.writerow(row | words)
     write_text(folder / CSV, text.getvalue())
-    _write_parquet(folder / PARQUET, names, rows)
-
-
-def _plain(value: Any) -> Any:
-    return {True: "true", False: "false"}[value] if isinstance(value, bool) else value
-
-
-def _write_parquet(path: Path, names: Sequence[str], rows: Sequence[dict[str, Any]]) -> None:
     import pyarrow as pa  # noqa: PLC0415 - comes with the extra
     from pyarrow import parquet  # noqa: PLC0415 - comes with the extra
 
     columns = {name: _column([row.get(name) for row in rows]) for name in names}
-    with stored(path) as place:
+    with stored(folder / PARQUET) as place:
         parquet.write_table(pa.table(columns), place)
 
 

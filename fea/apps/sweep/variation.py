@@ -1,6 +1,6 @@
 """What a key of a study varies over: a list of values, a range, or a distribution between bounds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -92,28 +92,19 @@ def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
     Raises `InvalidValue`: it is none of the forms, a bound is missing, or the bounds are upside down.
     """
     if isinstance(raw, list):
-        return _choice(name, raw, kind)
+        require(len(raw) > 0, name, [], "must contain at least one value", _FORMS)
+        values = tuple(checked(name, value, kind) for value in raw)
+        distinct, rule = len({repr(value) for value in values}), "contains a value twice"
+        require(distinct == len(values), name, list(raw), rule, "Leave one out.")
+        return Choice(tuple(raw))
     if not isinstance(raw, Mapping):
         raise InvalidValue(name, raw, "says one value, so nothing varies", f"Move it to [set]. {_FORMS}")
     for key in raw:
         if key not in _KEYS:
             raise unknown_key(f"{name}:", key, _KEYS)
-    require(_is_real(kind), name, dict(raw), "does not take any number of a range", "Give a list of values.")
+    real, rule = float in getattr(kind, "__args__", (kind,)), "does not take any number of a range"
+    require(real, name, dict(raw), rule, "Give a list of values.")
     return _span(name, raw, kind, grid=grid)
-
-
-def _is_real(kind: Any) -> bool:
-    """Whether a key takes any number: of a choice or a number (a surface's finish), too."""
-    options = getattr(kind, "__args__", (kind,))
-    return float in options
-
-
-def _choice(name: str, raw: Sequence[Any], kind: Any) -> Choice:
-    require(len(raw) > 0, name, [], "must contain at least one value", _FORMS)
-    values = tuple(checked(name, value, kind) for value in raw)
-    rule = "contains a value twice"
-    require(len({repr(value) for value in values}) == len(values), name, list(raw), rule, "Leave one out.")
-    return Choice(tuple(value for value in raw))
 
 
 def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
@@ -128,7 +119,14 @@ def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
         checked(name, value, kind)
     steps = _steps(name, raw.get("steps"), grid=grid)
     span = Span(low, high, shape, steps, **_shape_numbers(name, raw, shape))
-    _require_within(name, span)
+    between = f"must lie between the bounds, {span.low:g} and {span.high:g}"
+    if span.shape is Shape.NORMAL:
+        require(span.deviation > 0, f"{name}.deviation", span.deviation, "must be positive")
+        require(span.low <= span.mean <= span.high, f"{name}.mean", span.mean, between)
+    elif span.shape is Shape.TRIANGULAR:
+        require(span.low <= span.mode <= span.high, f"{name}.mode", span.mode, between)
+    elif span.shape is Shape.LOG_UNIFORM:
+        require(span.low > 0, f"{name}.from", span.low, "must be positive in a log-uniform distribution")
     return span
 
 
@@ -164,14 +162,3 @@ def _shape_numbers(name: str, raw: Mapping[str, Any], shape: Shape) -> dict[str,
         rule = f"is not of a {shape.value} distribution, which takes {takes}"
         require(key in needed or key not in raw, f"{name}.{key}", raw.get(key), rule)
     return {key: require_number(f"{name}.{key}", raw[key]) for key in needed}
-
-
-def _require_within(name: str, span: Span) -> None:
-    between = f"must lie between the bounds, {span.low:g} and {span.high:g}"
-    if span.shape is Shape.NORMAL:
-        require(span.deviation > 0, f"{name}.deviation", span.deviation, "must be positive")
-        require(span.low <= span.mean <= span.high, f"{name}.mean", span.mean, between)
-    elif span.shape is Shape.TRIANGULAR:
-        require(span.low <= span.mode <= span.high, f"{name}.mode", span.mode, between)
-    elif span.shape is Shape.LOG_UNIFORM:
-        require(span.low > 0, f"{name}.from", span.low, "must be positive in a log-uniform distribution")

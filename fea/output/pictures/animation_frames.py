@@ -18,7 +18,6 @@ from fea.output.pictures.film import Film
 from fea.output.pictures.frame import Frame, View
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, oversampled, photograph, require_rod
-from geometry.arrays import Floats
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
 FAINT = "#606060"  # pale but legible
@@ -100,7 +99,10 @@ def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
         surface.points = film.skin.refined(film.deformed(k))
         surface.point_data[SCALARS] = film.skin.refined(film.von_mises[k].astype(float))
         rod.user_matrix = film.placement(k)
-        crank.user_matrix = _turned(film.crank_angle[k])
+        angle = film.crank_angle[k]
+        turned = np.eye(4)
+        turned[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        crank.user_matrix = turned
         plotter.renderer.ResetCameraClippingRange()
         image = np.asarray(photograph(plotter))
         require_rod(image)
@@ -117,12 +119,6 @@ def _add_engine(plotter: Any, film: Film) -> Any:
     circle = r * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     add_lines(plotter, circle[None], GREY, 1)
     return plotter.add_mesh(pyvista.Line((0, 0, 0), (r, 0, 0)), color=INK, line_width=6, lighting=False)
-
-
-def _turned(angle: float) -> Floats:
-    turned = np.eye(4)
-    turned[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-    return turned
 
 
 def _frame(film: Film) -> Frame:

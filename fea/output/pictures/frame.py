@@ -44,18 +44,15 @@ def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: fl
     `visible` tells whether the place is visible to an eye in a direction (3,); `closeness` is the weight of
     looking straight at the place, relative to looking from the usual direction.
     """
-    directions = _directions()
+    slant, around = np.radians(np.mgrid[-40:41:8, -180:180:10].reshape(2, -1))
+    directions = np.stack(
+        [np.sin(slant), np.cos(slant) * np.sin(around), np.cos(slant) * np.cos(around)], axis=1
+    )
     merit = closeness * (directions @ normal) + directions @ (USUAL / np.linalg.norm(USUAL))
     order = np.argsort(-merit, kind="stable")
     facing = [k for k in order if directions[k] @ normal > 0.1]
     best = next((k for k in facing if visible(directions[k])), order[0])
     return View.along(directions[best])
-
-
-def _directions() -> Floats:
-    """Return directions (n, 3) all around the rod, none nearly along it, so that its length stays visible."""
-    slant, around = np.radians(np.mgrid[-40:41:8, -180:180:10].reshape(2, -1))
-    return np.stack([np.sin(slant), np.cos(slant) * np.sin(around), np.cos(slant) * np.cos(around)], axis=1)
 
 
 @dataclass(frozen=True)

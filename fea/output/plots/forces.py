@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.analysis.forces import ForceReport
 from fea.analysis.speed_map import MODES, SpeedMap, rounded
@@ -66,12 +65,6 @@ def _draw_samples(panel: Any, reports: Sequence[ForceReport]) -> None:
         right.set_ylabel(f"{unit('bar')} gauge")
 
 
-def _places(reports: Sequence[ForceReport]) -> npt.NDArray[np.float64]:
-    """Positions of the speeds on the colour map, in proportion; the palest colours are not used."""
-    rpm = np.array([report.rpm for report in reports], dtype=float)
-    return np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0))
-
-
 def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
     from matplotlib import colormaps  # noqa: PLC0415
     from matplotlib.cm import ScalarMappable  # noqa: PLC0415
@@ -86,7 +79,8 @@ def _add_scale(figure: Any, axes: Any, reports: Sequence[ForceReport]) -> None:
 def _draw(panel: Any, reports: Sequence[ForceReport], column: str, factor: float) -> None:
     from matplotlib import colormaps  # noqa: PLC0415
 
-    shades = colormaps["viridis"](_places(reports))
+    rpm = np.array([report.rpm for report in reports], dtype=float)
+    shades = colormaps["viridis"](np.asarray(_PALEST * (rpm - rpm.min()) / (np.ptp(rpm) or 1.0)))
     for report, shade in zip(reports, shades, strict=True):
         engine = report.engine
         summed = engine is not None and not np.isnan(np.asarray(engine[column])).all()

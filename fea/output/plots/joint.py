@@ -53,11 +53,12 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
     """Draw the big end from the side, moved from where it was as assembled, with its stress."""
     mesh, state = case.mesh, case.assembly
     moved = case.displacement - alone.displacement
-    facets, reach = _facing(mesh), _reach(mesh)
-    moved = moved - moved[np.unique(mesh.facets[Surface.JOINT])].mean(axis=0)
+    facets, joint = _facing(mesh), np.unique(mesh.facets[Surface.JOINT])
+    reach = float(np.hypot(*mesh.points[joint, :2].T).max())  # from the big end's axis
+    moved = moved - moved[joint].mean(axis=0)
     gap = 0.0 if state is None else state.joint.opening
     size = gap or float(np.abs(moved[np.unique(facets)]).max())
-    factor = _rounded(min(_SHOWN * reach / size, _MOST)) if size > 0 else 1.0
+    factor = float(f"{min(_SHOWN * reach / size, _MOST):.0e}") if size > 0 else 1.0
     points = mesh.points + factor * moved
     near = case.counts & (np.abs(mesh.points[:, :2]).max(axis=1) < _AROUND * reach)
     stress = scale("MPa") * case.von_mises
@@ -100,7 +101,10 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
     """Draw the pressure on the joint's plane, and where it is open."""
     mesh = case.mesh
     facets = mesh.facets[Surface.JOINT][:, :3]
-    across, z = _on_plane(mesh, facets), mesh.points[:, 2]
+    at = mesh.points[np.unique(facets), :2]
+    along = np.linalg.svd(at - at.mean(axis=0), full_matrices=False)[2][0]
+    along = along if along[1] >= 0 else -along
+    across, z = np.asarray(mesh.points[:, :2] @ along), mesh.points[:, 2]
     pressure, seat = np.zeros(len(z)), case.seats[Surface.JOINT]
     pressure[seat.nodes] = seat.pressure
     drawn = axes.tripcolor(
@@ -167,23 +171,6 @@ def _facing(mesh: TetMesh) -> Ints:
     high = mesh.points[every, 2].mean(axis=1)
     chosen = np.flatnonzero(facing & (high > 0))
     return np.asarray(every[chosen[np.argsort(high[chosen], kind="stable")]])
-
-
-def _reach(mesh: TetMesh) -> float:
-    """Largest distance of the joint from the big end's axis, mm."""
-    return float(np.hypot(*mesh.points[np.unique(mesh.facets[Surface.JOINT]), :2].T).max())
-
-
-def _on_plane(mesh: TetMesh, facets: Ints) -> Floats:
-    """Coordinate (n_nodes,) along the joint's plane, square to z."""
-    at = mesh.points[np.unique(facets), :2]
-    along = np.linalg.svd(at - at.mean(axis=0), full_matrices=False)[2][0]
-    along = along if along[1] >= 0 else -along
-    return np.asarray(mesh.points[:, :2] @ along)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.0e}")
 
 
 # Directions and places along a bore at which pressures are looked up.

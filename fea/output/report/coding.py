@@ -69,7 +69,11 @@ class Packer:
         self.entries.append(entry | {"count": count, "columns": columns})
         for start in range(0, columns, _TOGETHER):
             own = np.ascontiguousarray(scaled[:, start : start + _TOGETHER].T)
-            self._pieces.append(_planes(own - _predicted(own, parents)))
+            # Modulo 2¹⁶, with the sign in the lowest bit; of each row the low bytes, then the high ones.
+            wrapped = (own - _predicted(own, parents)).astype(np.int16).astype(np.int32)
+            zigzag = ((wrapped << 1) ^ (wrapped >> 31)).astype("<u2")
+            bytes_ = zigzag.view(np.uint8).reshape(*zigzag.shape, 2)
+            self._pieces.append(np.ascontiguousarray(np.moveaxis(bytes_, 2, 1)).tobytes())
 
 
 def corner_steps(facets: Ints) -> Ints:
@@ -84,14 +88,6 @@ def _predicted(rows: npt.NDArray[np.int32], parents: Ints) -> npt.NDArray[np.int
         return np.zeros_like(rows)
     first, second = (rows[:, parent] for parent in np.maximum(parents, 0).T)
     return np.where(parents[:, 0] >= 0, (first + second) >> 1, 0).astype(np.int32)
-
-
-def _planes(difference: npt.NDArray[np.int32]) -> bytes:
-    """Differences (k, n) modulo 2¹⁶: of each row the low bytes, then the high ones."""
-    wrapped = difference.astype(np.int16).astype(np.int32)
-    zigzag = ((wrapped << 1) ^ (wrapped >> 31)).astype("<u2")
-    bytes_ = zigzag.view(np.uint8).reshape(*zigzag.shape, 2)
-    return np.ascontiguousarray(np.moveaxis(bytes_, 2, 1)).tobytes()
 
 
 def policy(style: str, script: str) -> str:

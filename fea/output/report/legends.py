@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import SpotFigures
 from fea.analysis.result import Array, Run
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
@@ -100,19 +99,16 @@ def _of_cycle(run: Run) -> list[dict[str, Any]]:
         return []
     result = "envelope" if run.motion is None else "cycle"
     spots = [
-        _spot(f"Cycle, place {chr(ord('A') + k)}", _said(spot), spot.at_mm, result, "von_mises")
+        _spot(f"Cycle, place {chr(ord('A') + k)}", text, spot.at_mm, result, "von_mises")
         | {"angle": spot.crank_deg}
         for k, spot in enumerate(cycle.spots)
+        for text in [f"up to {spot.max_von_mises_MPa:.0f} MPa at {number(spot.crank_deg, '.0f')}°"]
     ]
     weakest = cycle.fatigue
     if weakest is not None:
         text = f"fatigue factor {factor(weakest.fatigue_safety_factor)}"
         spots.append(_spot("Weakest in fatigue", text, weakest.at_mm, "envelope", "fatigue_safety_factor"))
     return spots
-
-
-def _said(spot: SpotFigures) -> str:
-    return f"up to {number(spot.max_von_mises_MPa, '.0f')} MPa at {number(spot.crank_deg, '.0f')}°"
 
 
 def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> dict[str, Any]:

@@ -63,8 +63,10 @@ def answer(summary: Summary) -> Answer:
 def _facts(summary: Summary) -> list[Fact]:
     name = summary.worst_case
     worst = summary.results[name]
+    angle = summary.loads[name].crank_deg
+    when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
     found = [
-        Fact("Safety factor against yielding", _with_bar(worst), _when(summary, name)),
+        Fact("Safety factor against yielding", _with_bar(worst), when),
         Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", _where(worst)),
     ]
     envelope = summary.envelope
@@ -94,11 +96,6 @@ def _with_bar(case: CaseFigures) -> str:
         return value
     low = case.min_safety_factor / (1 + case.error_percent / 100)
     return f"{value} ± {max(case.min_safety_factor - low, 0.01):.2f}"
-
-
-def _when(summary: Summary, name: str) -> str:
-    angle = summary.loads[name].crank_deg
-    return name if angle is None else f"{name}, crank angle {angle:.1f}°"
 
 
 def _where(case: CaseFigures) -> str:

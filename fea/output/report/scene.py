@@ -8,8 +8,9 @@ import numpy as np
 
 from fea.analysis.figures import BoreFigures
 from fea.analysis.motion import Motion, ParityMotion
-from fea.analysis.result import BORES, Array, Arrays, Run
+from fea.analysis.result import BORES, Array, Run
 from fea.base.choices import Support
+from fea.judge.verdict import CAP
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.coding import LEVELS, Packer, corner_steps
@@ -54,15 +55,12 @@ def cycle_loads(run: Run) -> dict[str, Any]:
         ]
     }
     if run.contact is not None:
-        found["touch"] = [_touch(run.contact, end) for end in ("big_end", "small_end")]
+        touch = {name: np.nan_to_num(np.asarray(values, float)) for name, values in run.contact.items()}
+        found["touch"] = [
+            [touch[f"{end}_{name}"].round(2).tolist() for name in ("at_deg", "arc_deg", "pressure_MPa")]
+            for end in ("big_end", "small_end")
+        ]
     return found
-
-
-def _touch(columns: Arrays, end: str) -> list[list[float]]:
-    return [
-        [round(float(value), 2) for value in np.nan_to_num(np.asarray(columns[f"{end}_{name}"], float))]
-        for name in ("at_deg", "arc_deg", "pressure_MPa")
-    ]
 
 
 def _whole(values: Floats) -> list[int]:
@@ -111,11 +109,12 @@ def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
         results.append(_envelope(run.envelope, cycle.max_von_mises_MPa, surface, packer))
         if run.motion is not None:
             results.append(_cycle(run, run.envelope, run.motion, surface, packer))
+    largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.fields.values())
     header = {
         "order": surface.order,
         "vertices": int(surface.facets.max()) + 1,
         "nodes": len(surface.nodes),
-        "exaggeration": _exaggeration(run, mesh),
+        "exaggeration": exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest),
         "bores": [bore._asdict() for bore in run.bores],
         "pressure": pressure_kind(run.summary.model.pressure),
         "clamped": run.study.analysis.support is Support.CLAMPED,
@@ -134,11 +133,6 @@ def _unit(name: str, si: int, us: int, per: float = 1.0) -> dict[str, Any]:
     return {"unit": unit(name), "factor": per * scale(name), "digits": digits}
 
 
-def _exaggeration(run: Run, mesh: TetMesh) -> float:
-    largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.fields.values())
-    return exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest)
-
-
 def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> dict[str, Any]:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
@@ -147,7 +141,13 @@ def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, pack
     packer.values(f"{name}.stress", stress, surface.parents, levels=_levels(stress, _STRESS))
     moved = own["displacement"]
     packer.values(f"{name}.displacement", moved, surface.parents, levels=_levels(moved, _DISPLACEMENT))
-    packer.values(f"{name}.strength", _strength(own), surface.parents)
+    # Yield strength, MPa, from stress and safety factor; without stress, that of the others.
+    free = own["safety_factor"] < CAP
+    strength = np.where(free, own["safety_factor"] * own["von_mises"], np.nan)
+    usual = float(np.nanmedian(strength)) if free.any() else 0.0
+    # Rounding would make constants look like noise.
+    rounded = np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])
+    packer.values(f"{name}.strength", rounded, surface.parents)
     if "contact_pressure" in own:
         packer.values(f"{name}.contact_pressure", own["contact_pressure"], surface.parents)
     crank, pin = (-loads.crank_axial_N, loads.crank_transverse_N), (loads.pin_axial_N, loads.pin_transverse_N)
@@ -163,17 +163,6 @@ def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, pack
             for field in case_fields(own, figures.max_von_mises_MPa)
         ],
     }
-
-
-def _strength(own: Mapping[str, Array]) -> Floats:
-    """Yield strength (n,), MPa, from stress and safety factor; without stress, that of the others."""
-    from fea.judge.verdict import CAP  # noqa: PLC0415
-
-    free = own["safety_factor"] < CAP
-    strength = np.where(free, own["safety_factor"] * own["von_mises"], np.nan)
-    usual = float(np.nanmedian(strength)) if free.any() else 0.0
-    # Rounding would make constants look like noise.
-    return np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])
 
 
 def _levels(values: Floats, steps: int) -> int:

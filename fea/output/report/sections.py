@@ -68,15 +68,11 @@ def input_tables(study: Study) -> list[InputTable]:
         if name == "output":
             continue
         plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
-        found.append(_table(study, name, _titled(name), plain))
+        found.append(_table(study, name, _TITLES.get(name, name.replace("_", " ").capitalize()), plain))
         for part, own in values.items():
             if isinstance(own, Mapping):
                 found.append(_table(study, "material", f"Material of {part.replace('_', ' ')}", own))
     return [table for table in found if table.rows]
-
-
-def _titled(name: str) -> str:
-    return _TITLES.get(name, name.replace("_", " ").capitalize())
 
 
 def _table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> InputTable:
@@ -244,10 +240,12 @@ def _checks(run: Run) -> Iterator[Section]:
 
 def _repeat(run: Run) -> Iterator[Section]:
     summary = run.summary
+    platform = summary.environment.platform
+    processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
     content = {
         "study": study_text(run),
         "environment": summary.environment,
-        "system": _system(summary.environment.platform),
+        "system": " on ".join(part for part in (platform.partition("-")[0], processor) if part),
         "model": summary.model,
         "total_s": summary.total_s,
         "memory": summary.peak_memory_MiB,
@@ -268,12 +266,6 @@ def marks(summary: Summary) -> dict[str, float]:
         for name, load in summary.loads.items()
         if load.crank_deg is not None and name != "gas"
     }
-
-
-def _system(platform: str) -> str:
-    """The operating system and the processor: the rest is of no use to who reads a report."""
-    processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
-    return " on ".join(part for part in (platform.partition("-")[0], processor) if part)
 
 
 def study_text(run: Run) -> str:

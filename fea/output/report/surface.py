@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.output.pictures.surface import DrawnSurface
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Ints
 from mesh.tetmesh import TetMesh
 
 # Beyond this number of surface nodes the nodes between vertices are left out, which makes a file a quarter as
@@ -33,7 +33,15 @@ class Surface:
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
         """Number the surface of a mesh; `most` nodes between vertices are kept."""
         facets = np.asarray(DrawnSurface.of(mesh.points, mesh.tets).facets, np.int64)
-        facets = facets[_along_curve(mesh.points[facets[:, :3]].mean(axis=1))]
+        # Order (n,) of places along a space-filling curve (Morton 1966).
+        points = mesh.points[facets[:, :3]].mean(axis=1)
+        low, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
+        cells = ((points - low) / (extent or 1.0) * (2**_MORTON_BITS - 1)).astype(np.int64)
+        keys = np.zeros(len(points), np.int64)
+        for bit in range(_MORTON_BITS):
+            for axis in range(3):
+                keys |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+        facets = facets[np.argsort(keys, kind="stable")]
         quadratic = facets.shape[1] == 6 and len(np.unique(facets)) <= most
         vertices, corners = _by_appearance(facets[:, :3])
         parents = _vertex_parents(corners, len(vertices))
@@ -57,17 +65,6 @@ class Surface:
         parents = np.where(above >= 0, renumbered[above], -1)
         own = np.arange(len(order))[:, None]
         return order, np.where(parents >= own, own - 1, parents)
-
-
-def _along_curve(points: Floats) -> Ints:
-    """Order (n,) of places along a space-filling curve (Morton 1966)."""
-    low, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    cells = ((points - low) / (extent or 1.0) * (2**_MORTON_BITS - 1)).astype(np.int64)
-    keys = np.zeros(len(points), np.int64)
-    for bit in range(_MORTON_BITS):
-        for axis in range(3):
-            keys |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(keys, kind="stable")
 
 
 def _appearance(values: Ints) -> tuple[Ints, Ints, Ints]:

@@ -1,12 +1,10 @@
 """The tables of a report: cells are text, so that the page only lays them out."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from fea.analysis.figures import (
     AssemblyFigures,
-    BoltsFigures,
-    BoreFigures,
     CycleFigures,
     EnvelopeFigures,
     PlaneFigures,
@@ -236,22 +234,19 @@ def _critical(plane: PlaneFigures) -> tuple[float, float, float]:
 def contact_table(summary: Summary) -> Table | None:
     """Return the contact on the bores in every load case."""
     rows = [
-        (f"{name}, {bore.replace('_bore', '').replace('_', ' ')}", *_contact(figures))
+        (
+            f"{name}, {bore.replace('_bore', '').replace('_', ' ')}", number(own.max_pressure_MPa, ".1f"),
+            number(own.at_deg, ".0f"), number(own.at_z_mm, ".1f"), number(own.arc_deg, ".0f"),
+            number(1e3 * own.widest_mm, "+.0f"), number(own.widest_deg, ".0f"),
+            number(1e3 * own.narrowest_mm, "+.0f"), number(own.narrowest_deg, ".0f"),
+        )
         for name, case in summary.results.items()
-        for bore, figures in (case.contact or {}).items()
-    ]
+        for bore, own in (case.contact or {}).items()
+    ]  # fmt: skip
     head = ("load case, bore", "pressure, MPa", "at, °", "at z, mm", "arc, °", "widest, µm", "at, °",
             "narrowest, µm", "at, °")  # fmt: skip
     caption = "Contact with the pins: largest pressure, change of the bores' diameters; 0° is along the rod"
     return _signed(Table(caption, head, tuple(rows))) if rows else None
-
-
-def _contact(found: BoreFigures) -> Sequence[str]:
-    return (
-        number(found.max_pressure_MPa, ".1f"), number(found.at_deg, ".0f"), number(found.at_z_mm, ".1f"),
-        number(found.arc_deg, ".0f"), number(1e3 * found.widest_mm, "+.0f"), number(found.widest_deg, ".0f"),
-        number(1e3 * found.narrowest_mm, "+.0f"), number(found.narrowest_deg, ".0f"),
-    )  # fmt: skip
 
 
 def _signed(table: Table) -> Table:
@@ -263,7 +258,29 @@ def _signed(table: Table) -> Table:
 def assembly_tables(found: AssemblyFigures) -> list[Table]:
     """Return the bolts, the joint by load case, and each fit by load case."""
     joint = f"Joint between rod and cap, friction {found.joint.friction:g}"
-    tables = [_bolts(found.bolts), _by_case(joint, JOINT, joint_rows(found))]
+    rows = (
+        ("preload after tightening and embedding, kN", number(found.bolts.preload_N / KN, ".1f")),
+        ("largest force, kN", number(found.bolts.max_force_N / KN, ".1f")),
+        ("amplitude, kN", number(found.bolts.amplitude_N / KN, ".2g")),
+        ("largest force over proof load", number(found.bolts.proof_use, ".2f")),
+        ("stress at tightening over yield strength", number(found.bolts.tightening_use, ".2f")),
+        ("safety factor against yielding", factor(found.bolts.yield_safety_factor)),
+        ("alternating stress in the thread, MPa", figure(found.bolts.alternating_stress_MPa, 3)),
+        ("endurance limit of the thread, MPa", figure(found.bolts.endurance_MPa, 3)),
+        ("safety factor against fatigue", factor(found.bolts.fatigue_safety_factor)),
+        ("largest bending stress, MPa", figure(found.bolts.max_bending_MPa, 3)),
+        (
+            "safety factor against yielding of the outer fibre",
+            factor(found.bolts.bending_yield_safety_factor),
+        ),
+        ("alternating stress with bending, MPa", figure(found.bolts.bending_alternating_stress_MPa, 3)),
+        ("safety factor against fatigue with bending", factor(found.bolts.bending_fatigue_safety_factor)),
+        ("largest pressure under head or nut, MPa", figure(found.bolts.seat_pressure_MPa, 3)),
+    )
+    tables = [
+        Table(f"Bolts, {found.bolts.thread}, by VDI 2230", _QUANTITY, rows),
+        _by_case(joint, JOINT, joint_rows(found)),
+    ]
     for name, fit in found.fits.items():
         interference = f"{1e3 * fit.interference_mm:.0f} µm of interference"
         caption = f"Fit of the {name}: pressures on the seat, {interference}"
@@ -274,23 +291,3 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
 def _by_case(caption: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
     head = (", ".join(filter(None, column)) for column in columns)
     return Table(caption, ("load case", *head), tuple(rows))
-
-
-def _bolts(bolts: BoltsFigures) -> Table:
-    rows = (
-        ("preload after tightening and embedding, kN", number(bolts.preload_N / KN, ".1f")),
-        ("largest force, kN", number(bolts.max_force_N / KN, ".1f")),
-        ("amplitude, kN", number(bolts.amplitude_N / KN, ".2g")),
-        ("largest force over proof load", number(bolts.proof_use, ".2f")),
-        ("stress at tightening over yield strength", number(bolts.tightening_use, ".2f")),
-        ("safety factor against yielding", factor(bolts.yield_safety_factor)),
-        ("alternating stress in the thread, MPa", figure(bolts.alternating_stress_MPa, 3)),
-        ("endurance limit of the thread, MPa", figure(bolts.endurance_MPa, 3)),
-        ("safety factor against fatigue", factor(bolts.fatigue_safety_factor)),
-        ("largest bending stress, MPa", figure(bolts.max_bending_MPa, 3)),
-        ("safety factor against yielding of the outer fibre", factor(bolts.bending_yield_safety_factor)),
-        ("alternating stress with bending, MPa", figure(bolts.bending_alternating_stress_MPa, 3)),
-        ("safety factor against fatigue with bending", factor(bolts.bending_fatigue_safety_factor)),
-        ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
-    )
-    return Table(f"Bolts, {bolts.thread}, by VDI 2230", _QUANTITY, rows)

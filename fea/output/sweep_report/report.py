@@ -248,6 +248,16 @@ def sweep_page(swept: Swept) -> str:
     """Return the report of a sweep as HTML."""
     swept = replace(swept, keys=_in_units(swept.keys), figures=_in_units(swept.figures))
     factors = swept.figures.get("factor", ())
+    # The studies, whose lines are mostly alike: each line once, and its numbers in each study.
+    numbers: dict[str, int] = {}
+    studies = [
+        [numbers.setdefault(line, len(numbers)) for line in text.splitlines()] for text in swept.studies
+    ]
+    columns = {**swept.keys, **swept.figures}
+    values = [
+        {name: float(f"{column[n]:.6g}") for name, column in columns.items() if column[n] == column[n]}
+        for n in range(len(swept.rows))
+    ]  # fmt: skip
     return html_page(
         "sweep_report",
         "sweep.html.jinja",
@@ -259,7 +269,9 @@ def sweep_page(swept: Swept) -> str:
         effects=main_effects(swept),
         parallel=parallel(swept),
         fails={n for n, factor in enumerate(factors) if factor < 1},
-        data=embedded_json(_data(swept)),
+        data=embedded_json(
+            {"rows": swept.rows, "lines": list(numbers), "studies": studies, "values": values}
+        ),
     )
 
 
@@ -267,17 +279,3 @@ def _in_units(columns: Mapping[str, Floats]) -> dict[str, Floats]:
     """Return columns, whose names hold their units, in the units that are shown."""
     named = {name: next((end for end in _UNITS if name.endswith(end)), "") for name in columns}
     return {name: in_unit(columns[name], _UNITS.get(end, "")) for name, end in named.items()}
-
-
-def _data(swept: Swept) -> dict[str, Any]:
-    """The studies, whose lines are mostly alike: each line once, and its numbers in each study."""
-    numbers: dict[str, int] = {}
-    studies = [
-        [numbers.setdefault(line, len(numbers)) for line in text.splitlines()] for text in swept.studies
-    ]
-    columns = {**swept.keys, **swept.figures}
-    values = [
-        {name: float(f"{column[n]:.6g}") for name, column in columns.items() if column[n] == column[n]}
-        for n in range(len(swept.rows))
-    ]  # fmt: skip
-    return {"rows": list(swept.rows), "lines": list(numbers), "studies": studies, "values": values}

@@ -40,26 +40,22 @@ def print_forces(reports: Sequence[ForceReport], study: str) -> None:
         console.print(_overview(reports, study))
     else:
         for report in reports:
-            console.print(_extremes(report, study))
+            titles = ("", "maximum", "at", "minimum", "at", "unit")
+            title = f"{study}, {report.rpm:g} rpm"
+            table = plain_table(titles, (), left=("", "unit"), title=title, title_justify="left")
+            for name, extreme in extremes(report.first, EXTREMES).items():
+                _add(table, *_NAMES[name], extreme)
+            table.add_row(*_mean("mean torque, one cylinder", mean_torque(report.first), report.rpm))
+            if report.engine is not None:
+                table.add_section()
+                for name, extreme in extremes(report.engine, WHOLE_ENGINE).items():
+                    quantity, unit = _NAMES[name]
+                    _add(table, f"whole engine: {quantity}", unit, extreme)
+                table.add_row(*_mean("whole engine: mean torque", mean_torque(report.engine), report.rpm))
+            console.print(table)
     print_lines(console, in_full(note for note in notes if note.topic != UNITS))
     signs = "Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°."
     print_lines(console, [signs], "dim")
-
-
-def _extremes(report: ForceReport, study: str) -> Table:
-    titles = ("", "maximum", "at", "minimum", "at", "unit")
-    title = f"{study}, {report.rpm:g} rpm"
-    table = plain_table(titles, (), left=("", "unit"), title=title, title_justify="left")
-    for name, extreme in extremes(report.first, EXTREMES).items():
-        _add(table, *_NAMES[name], extreme)
-    table.add_row(*_mean("mean torque, one cylinder", mean_torque(report.first), report.rpm))
-    if report.engine is not None:
-        table.add_section()
-        for name, extreme in extremes(report.engine, WHOLE_ENGINE).items():
-            quantity, unit = _NAMES[name]
-            _add(table, f"whole engine: {quantity}", unit, extreme)
-        table.add_row(*_mean("whole engine: mean torque", mean_torque(report.engine), report.rpm))
-    return table
 
 
 def _add(table: Table, name: str, unit: str, e: Extreme) -> None:

@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 
 from rich.console import Console
-from rich.table import Table
 
 from fea.analysis.modes import ModesFigures
-from fea.analysis.rod_report import RodReport, SectionFigures, SolidFigures
+from fea.analysis.rod_report import RodReport, SolidFigures
 from fea.base.note import UNITS
 from fea.output.terminal.prose import print_lines, terminal, unusual
 from fea.output.terminal.run_lines import plain_table
@@ -21,19 +20,27 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
     tensor = figures.inertia_kg_m2
     axes = [f"{2 * 'xyz'[k]} {tensor[k][k]:.4g} kg·m²" for k in range(3)]
     mesh = figures.mesh
+    least, slenderness = figures.least_section, figures.slenderness
+    section = f"least section {least.area_mm2:.2f} mm² at x = {least.x_mm:.1f} mm"
+    in_plane = f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1)"
     lines = [
         f"{figures.study}: {figures.mass_kg:.4g} kg, {figures.length_mm:.6g} mm between the bores",
         *unusual(figures.assumed),
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it: {', '.join(axes)}",
         *_found(figures),
-        *_column(figures),
+        f"{section}, I_y {least.inertia_y_mm4:.0f} mm⁴ and I_z {least.inertia_z_mm4:.0f} mm⁴",
+        f"{in_plane}, {slenderness['sideways']:.1f} sideways (K = 0.5)",
     ]
     if len(figures.parts_mm3) > 1:
         volumes = ", ".join(f"{name} {volume:.0f} mm³" for name, volume in figures.parts_mm3.items())
         lines.append(f"parts: {volumes}")
     print_lines(console, lines)
-    console.print(_sections(figures.sections))
+    rows = (
+        (f"{one.x_mm:.1f}", f"{one.area_mm2:.1f}", f"{one.inertia_y_mm4:.0f}", f"{one.inertia_z_mm4:.0f}")
+        for one in figures.sections
+    )
+    console.print(plain_table(("x\nmm", "area\nmm²", "I_y\nmm⁴", "I_z\nmm⁴"), rows))
     shapes = (
         f"mesh at {mesh.size_mm:.4g} mm: {mesh.nodes} nodes, {mesh.elements} elements, "
         f"symmetry {figures.symmetry}; mass within {100 * mesh.mass_error:.2g} % of the solid's; "
@@ -68,33 +75,6 @@ def solid_lines(solids: Sequence[SolidFigures]) -> list[str]:
     if left > _MOST_LEFT_OUT:
         lines.append(f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)")
     return lines
-
-
-def _column(figures: RodReport) -> list[str]:
-    least, slenderness = figures.least_section, figures.slenderness
-    return [
-        (
-            f"least section {least.area_mm2:.2f} mm² at x = {least.x_mm:.1f} mm, "
-            f"I_y {least.inertia_y_mm4:.0f} mm⁴ and I_z {least.inertia_z_mm4:.0f} mm⁴"
-        ),
-        (
-            f"slenderness K l / r {slenderness['in_plane']:.1f} in the plane of motion (K = 1), "
-            f"{slenderness['sideways']:.1f} sideways (K = 0.5)"
-        ),
-    ]
-
-
-def _sections(sections: Sequence[SectionFigures]) -> Table:
-    rows = (
-        (
-            f"{section.x_mm:.1f}",
-            f"{section.area_mm2:.1f}",
-            f"{section.inertia_y_mm4:.0f}",
-            f"{section.inertia_z_mm4:.0f}",
-        )
-        for section in sections
-    )
-    return plain_table(("x\nmm", "area\nmm²", "I_y\nmm⁴", "I_z\nmm⁴"), rows)
 
 
 _MOST_SPEEDS = 4

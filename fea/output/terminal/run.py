@@ -80,12 +80,8 @@ def case_table(summary: Summary, console: Console) -> Table:
 
     Where the console is narrow columns stand closer, then some are left out: no figure is cut.
     """
-    tables = [_table(summary, *layout) for layout in _NARROWER]
-    return next((table for table in tables if _width(table) <= console.width), tables[-1])
-
-
-def _width(table: Table) -> int:
-    return Console(width=_ENDLESS).measure(table).maximum
+    tables, endless = [_table(summary, *layout) for layout in _NARROWER], Console(width=_ENDLESS)
+    return next((one for one in tables if endless.measure(one).maximum <= console.width), tables[-1])
 
 
 def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -> Table:  # noqa: FBT001
@@ -112,8 +108,28 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
         for table in assembly_tables(summary.assembly, which):
             console.print(table)
     if verbose:
-        print_lines(console, [*_in_full(summary), f"{summary.model.nodes} nodes, {_model(summary)}"])
-        print_paths(console, [*_files(folder, summary), _next(folder, summary)])
+        lines = [
+            *failed_checks(summary),
+            *not_converged(summary),
+            *_diverging(summary),
+            governs(summary),
+            *levers(summary),
+            *sharp_edge_lines(summary),
+            *_contact(summary),
+            *assembly_lines(summary.assembly),
+            *_cycle(summary),
+            *film_lines(summary),
+            *life_lines(summary.life),
+            *buckling_lines(summary.buckling),
+            *in_full((*summary.notes, *summary.left_out)),
+        ]
+        print_lines(console, [*lines, f"{summary.model.nodes} nodes, {_model(summary)}"])
+        kinds: dict[str, list[str]] = {}
+        for name in summary.files or ():
+            kinds.setdefault(Path(name).suffix, []).append(name)
+        order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
+        files = (f"  {'  '.join(_shortened(kinds[kind]))}" for kind in order)
+        print_paths(console, [f"Written to {near(folder)}/", *files, _next(folder, summary)])
         return
     figures = [_model(summary), counted(summary.notes, summary.left_out)]
     paths = _written(folder, summary, console.width)
@@ -128,25 +144,6 @@ def _governing(summary: Summary) -> str:
     weakest = None if summary.governing is None else summary.governing.weakest
     part = "" if weakest is None else weakest.part
     return "shells" if part.endswith("shell") else part
-
-
-def _in_full(summary: Summary) -> list[str]:
-    """Return everything that is known beside the table."""
-    return [
-        *failed_checks(summary),
-        *not_converged(summary),
-        *_diverging(summary),
-        governs(summary),
-        *levers(summary),
-        *sharp_edge_lines(summary),
-        *_contact(summary),
-        *assembly_lines(summary.assembly),
-        *_cycle(summary),
-        *film_lines(summary),
-        *life_lines(summary.life),
-        *buckling_lines(summary.buckling),
-        *in_full((*summary.notes, *summary.left_out)),
-    ]
 
 
 def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
@@ -220,15 +217,6 @@ def _model(summary: Summary) -> str:
     kind = f"{model.element}, {model.size_mm:.3g} mm{refined}"
     mesh = f"{model.elements} elements ({kind})"
     return f"{mesh}; {passed} of {len(checks)} checks passed; {summary.total_s:.1f} s"
-
-
-def _files(folder: Path, summary: Summary) -> list[str]:
-    """Return the paths written, the files of a kind together."""
-    kinds: dict[str, list[str]] = {}
-    for name in summary.files or ():
-        kinds.setdefault(Path(name).suffix, []).append(name)
-    order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
-    return [f"Written to {near(folder)}/", *(f"  {'  '.join(_shortened(kinds[kind]))}" for kind in order)]
 
 
 def _shortened(names: list[str]) -> list[str]:

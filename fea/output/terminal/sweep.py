@@ -24,7 +24,12 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     rising = sorted((summary for _, summary in runs), key=lambda summary: summary.rpm or 0.0)
     table = plain_table(titles, map(_row, rising), left=("worst\ncase",))
     summaries = [summary for _, summary in runs]
-    worst = _worst(summaries)
+    gravity = list(Answer)
+
+    def rank(summary: Summary) -> tuple[int, float]:
+        return -gravity.index(Answer(summary.survival.answer)), summary.survival.assured_safety_factor
+
+    worst = min(summaries, key=rank)
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
@@ -84,15 +89,6 @@ def _row(summary: Summary) -> tuple[str, ...]:
         factor(result.min_safety_factor),
         "" if summary.trusted else "check failed",
     )
-
-
-def _worst(summaries: Sequence[Summary]) -> Summary:
-    gravity = list(Answer)
-
-    def rank(summary: Summary) -> tuple[int, float]:
-        return -gravity.index(Answer(summary.survival.answer)), summary.survival.assured_safety_factor
-
-    return min(summaries, key=rank)
 
 
 def _written(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
