@@ -137,7 +137,6 @@ def _called() -> int:
 
 
 def _not_loaded(error: Exception) -> int:
-    """Say why the program could not be loaded."""
     from fea.machine.exit_codes import MACHINE
     from fea.machine.foreign import foreign_package
 

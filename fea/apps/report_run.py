@@ -14,8 +14,8 @@ from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.pictures.process import ready_to_draw
+from fea.output.report.page import write_report
 from fea.output.report.sections import marks
-from fea.output.report.write import write_report
 from fea.output.stored_run import StoredRun, read_run
 from fea.output.units import shown_in
 from fea.rod.given import PART, meshed_rod
@@ -128,6 +128,5 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
 
 
 def _known(run: StoredRun) -> Iterator[Known]:
-    """The load cases of the run that are instants of the cycle."""
     for name, angle in marks(run.summary).items():
         yield Known(angle * DEG, run.fields[name]["von_mises"], run.fields[name]["displacement"])

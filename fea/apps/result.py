@@ -127,8 +127,7 @@ class Result(RunResult):
 
     def _repr_html_(self) -> str:
         """Return the head of a report for a notebook: the answer, the load cases, a picture of the worst."""
-        from fea.output.report.page import head  # noqa: PLC0415 - only a notebook needs it
-        from fea.output.report.write import still  # noqa: PLC0415
+        from fea.output.report.page import head, still  # noqa: PLC0415 - only a notebook needs it
 
         worst = self.summary.worst_case
         with shown_in(self.study.output.units), TemporaryDirectory() as scratch:

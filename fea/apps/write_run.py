@@ -16,10 +16,9 @@ from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
 from fea.apps.places import Place, target_of
 from fea.apps.result import Result, result_of
 from fea.machine.clock import Clock
-from fea.output.columns_csv import write_columns
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
-from fea.output.text import write_text
+from fea.output.text import write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 
@@ -106,7 +105,6 @@ def _critical(
 def _write_worst(
     study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
 ) -> list[WrittenRun]:
-    """Write full runs at the worst of many speeds, and at the others their figures."""
     full = {
         place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
         for place in places

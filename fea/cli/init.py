@@ -48,7 +48,6 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
 
 
 def _schema_beside(study: Path) -> Path | None:
-    """Write the schema that the study's first line names, unless a file of the user's has that name."""
     from fea.output.json_file import json_text
     from fea.output.text import write_text
     from fea.study.documents import SCHEMA_FILE, is_schema, study_schema

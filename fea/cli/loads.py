@@ -45,7 +45,7 @@ def loads(
 
     if csv is not None:
         from fea.analysis.forces import stacked
-        from fea.output.columns_csv import write_columns
+        from fea.output.text import write_columns
 
         write_columns(csv, stacked(reports))
     if plot is not None:

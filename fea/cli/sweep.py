@@ -48,7 +48,7 @@ def sweep(
 
     asked = load_sweep(file)
     if study is not None:
-        from fea.apps.sweep.plan import study_text
+        from fea.apps.sweep.sweep_file import study_text
 
         sys.stdout.write(study_text(asked, study))
         return 0

@@ -43,8 +43,6 @@ def outlet(descriptor: int, like: TextIO | None, *, patient: bool = False) -> Te
 
 
 class _Outlet(io.RawIOBase):
-    """A descriptor whose reader may have ended."""
-
     def __init__(self, descriptor: int, name: str, *, patient: bool) -> None:
         self._descriptor, self._name, self._patient = descriptor, name, patient
 

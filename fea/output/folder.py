@@ -179,14 +179,12 @@ def _unmake_parents(made: list[Path]) -> None:
 
 
 def _sibling(place: Path, kind: str) -> Path:
-    """Return a new hidden name beside `place`."""
     import secrets  # noqa: PLC0415 - it takes OpenSSL with it, and a run has other work before
 
     return place.with_name(f".{place.name}.{secrets.token_hex(4)}.{kind}")
 
 
 def _siblings(place: Path, kind: str) -> list[Path]:
-    """Return what earlier runs into `place` have left beside it."""
     entries = place.parent.iterdir()
     return [
         entry for entry in entries if entry.name.startswith(f".{place.name}.") and entry.suffix == f".{kind}"

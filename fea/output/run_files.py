@@ -14,10 +14,9 @@ import numpy as np
 from fea.analysis.result import RunResult
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
-from fea.output.columns_csv import write_columns
 from fea.output.folder import REPORT
 from fea.output.target import PictureError, picture_name
-from fea.output.text import write_text
+from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
 from geometry.surfaces import INTERFACES
 
@@ -83,7 +82,6 @@ def write_seats(path: Path, cases: Mapping[str, CaseResult]) -> None:
 
 
 def _seats(run: RunResult) -> Iterator[RunFiles]:
-    """What presses on the rod in the load cases, where that is a result."""
     cases = {name: case for name, case in run.cases.items() if case.seats}
     if cases:
         yield _one("contact.vtu", partial(write_seats, cases=cases))
@@ -184,7 +182,7 @@ def _pictures(run: RunResult) -> Iterator[RunFiles]:
 
 def _report(run: RunResult) -> Iterator[RunFiles]:
     if run.study.output.report:
-        from fea.output.report.write import write_report  # noqa: PLC0415 - only a report needs it
+        from fea.output.report.page import write_report  # noqa: PLC0415 - only a report needs it
 
         yield _one(REPORT, lambda path: write_report(path, run))
 

@@ -12,9 +12,9 @@ import numpy as np
 from fea.analysis.figures import SCHEMA, Summary
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, drawn_bores
-from fea.output.columns_csv import read_columns
 from fea.output.folder import SUMMARY
 from fea.output.json_file import read_summary
+from fea.output.text import read_columns
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 from mesh.files.given import named_mesh

@@ -26,7 +26,6 @@ _friction = within(_LEAST_FRICTION, _LARGEST_FRICTION)
 
 
 def _of_hole(least: float, most: float, why: str, power: int = 1) -> Plausible:
-    """Range of a quantity over a power of the diameter of the bolt hole."""
     return Plausible(least, most, why, {"rod.cap_bolt_mm": power}, far=3.0)
 
 
@@ -76,7 +75,7 @@ class AssemblyTable(
     bolt_lubricant: Lubricant | None = key(
         '"moly"', '"oil", "as-delivered" or "dry": the friction of thread and head where it is not given'
     )
-    thread_friction: float | None = key("0.12", check=_friction)
+    thread_friction: float | None = key("0.12", "", _friction)
     head_friction: float | None = key("0.12", "under the head", _friction)
     bolt_thread: str | None = key(
         '"M8x1"', 'or inches, as "3/8-24"; default: the largest that goes through the hole, with a fine pitch'

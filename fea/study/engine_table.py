@@ -43,7 +43,6 @@ class EngineTable(
     stroke_mm: float = key(
         "94.0",
         "",
-        None,
         Plausible(5.0, 3800.0, "from model engines of 0.2 cm³ to two-stroke engines of ships", far=3.0),
         Plausible(
             0.38,
@@ -58,7 +57,6 @@ class EngineTable(
     bore_mm: float = key(
         "76.0",
         "",
-        None,
         Plausible(5.0, 1100.0, "from model engines of 0.2 cm³ to two-stroke engines of ships", far=3.0),
         default=MISSING,
         stated=True,
@@ -66,7 +64,6 @@ class EngineTable(
     piston_mass_kg: float = key(
         "0.5",
         "with pin and rings",
-        None,
         Plausible(
             0.2e-6,
             3.6e-6,
@@ -90,7 +87,6 @@ class EngineTable(
     phase_deg: float | None = key(
         "180.0",
         "crank angle between the firing of successive cylinders",
-        None,
         Plausible(24.0, 720.0, "even firing of 30 cylinders, and of one"),
     )
     bank_angle_deg: float | None = key(
@@ -115,7 +111,6 @@ class EngineTable(
         "TDC: less wall force in the expansion stroke. A pin offset towards the thrust side, against piston "
         "slap, is negative. Angles count from the crank pin parallel to the cylinder axis: TDC is "
         "asin(offset/(crank radius + rod)) later",
-        None,
         Plausible(0.001, 0.2, "offsets of a tenth of the stroke are large", {"stroke_mm": 1}),
         default=0.0,
     )
@@ -131,7 +126,6 @@ class EngineTable(
     peak_pressure_bar: float | None = key(
         "60.0",
         "",
-        None,
         Plausible(
             18.0, 300.0, "from small side-valve engines to the highest peaks of diesel engines", far=2.0
         ),
@@ -147,11 +141,10 @@ class EngineTable(
     intake_pressure_bar: float | None = key(
         "1.01325",
         'for "otto" and "motored"',
-        None,
         Plausible(0.15, 7.0, "from a closed throttle to two-stage charging", far=3.0),
     )
     atmosphere_bar: float | None = key(
-        "1.01325", "pressure in the crankcase", None, Plausible(0.45, 1.3, "of the atmosphere", far=3.0)
+        "1.01325", "pressure in the crankcase", Plausible(0.45, 1.3, "of the atmosphere", far=3.0)
     )
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
     gas_scale: float | None = key(
@@ -294,7 +287,6 @@ _LOADS = ("peak_pressure_bar", "torque_Nm")
 
 
 def _require_full_load(name: str, point: Mapping[str, float]) -> None:
-    """Require a speed, and either a peak pressure or a torque."""
     rule = f"must have rpm and one of {', '.join(_LOADS)}, and nothing else"
     valid = len(point) == 2 and "rpm" in point and any(load in point for load in _LOADS)
     require(valid, name, ", ".join(point), rule)

@@ -103,7 +103,6 @@ class MaterialTable(Table, table="material"):
     E_GPa: float | None = key(
         "207.0",
         "Young's modulus",
-        None,
         Plausible(40.0, 420.0, "from magnesium to tungsten; diamond has 1200", far=3.0, refuses_less=False),
         stated=True,
     )
@@ -111,7 +110,6 @@ class MaterialTable(Table, table="material"):
     density_kg_m3: float | None = key(
         "7700.0",
         "",
-        None,
         Plausible(1500.0, 19_500.0, "from carbon fibre and magnesium to tungsten"),
         Plausible(
             12.0,
@@ -126,7 +124,6 @@ class MaterialTable(Table, table="material"):
     yield_MPa: float | None = key(
         "620.4",
         "",
-        None,
         Plausible(60.0, 2600.0, "from soft bronze to maraging steel", refuses_less=False),
         Plausible(
             1.2,
@@ -140,7 +137,6 @@ class MaterialTable(Table, table="material"):
     ultimate_MPa: float | None = key(
         "723.8",
         "needed for fatigue (cycle = true)",
-        None,
         Plausible(1.0, 2.8, "of metals, the ultimate strength is 1 to 2.8 yield strengths", {"yield_MPa": 1}),
     )
     endurance_MPa: float | None = key(
@@ -159,7 +155,6 @@ class MaterialTable(Table, table="material"):
     endurance_torsion_MPa: float | None = key(
         "220.0",
         "for Crossland's criterion; default: 0.60 of the limit in tension",
-        None,
         Plausible(
             0.4, 1.0, "0.58 of the limit in tension for ductile metals, 1 for brittle", {"endurance_MPa": 1}
         ),
@@ -176,7 +171,6 @@ class MaterialTable(Table, table="material"):
     size_mm: float | None = key(
         "20.0",
         "diameter of an equivalent round section in bending: reduces it too",
-        None,
         Plausible(3.0, 260.0, "of the sections of rods"),
     )
     loading: Loading | None = key(
@@ -186,7 +180,6 @@ class MaterialTable(Table, table="material"):
     fatigue_strength_coefficient_MPa: float | None = key(
         "1188.0",
         "S-N line of polished specimens, S (2N)^b: needed for [duty]",
-        None,
         Plausible(0.9, 3.0, "1 to 2 times the ultimate strength", {"ultimate_MPa": 1}),
     )
     fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
@@ -197,13 +190,11 @@ class MaterialTable(Table, table="material"):
     sn_amplitude_MPa: tuple[float, ...] | None = key(
         "[560, 500, 445]",
         "at these amplitudes",
-        None,
         Plausible(0.2, 1.2, "of tests up to the ultimate strength", {"ultimate_MPa": 1}),
     )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6",
         "for an assembly's temperature; default: that of the metal",
-        None,
         Plausible(7e-6, 32e-6, "from titanium to zinc"),
     )
     preset: str | None = key(

@@ -49,7 +49,6 @@ def _materials() -> Iterator[LibraryMaterial]:
 
 
 def _variants(name: str, table: dict[str, Any]) -> Iterator[LibraryMaterial]:
-    """Return the heat treatments of a material; the usual one has its plain names."""
     title, also, source, usual = (table.pop(key, "") for key in ("title", "also", "source", "usual"))
     variants = table.pop("variants", {"": {}})
     if table.pop("interpolate", False):

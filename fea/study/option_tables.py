@@ -51,7 +51,6 @@ class SpeedTable(Table, table="speed"):
     rpm: float | tuple[float, ...] | None = key(
         "6000",
         "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
-        None,
         *_SPEEDS,
         stated=True,
         flag="rpm",
@@ -87,7 +86,6 @@ class ForcesTable(
     pin_N: tuple[float, ...] = key(
         "[-45914.89, 0.0]",
         "along the rod, and across it",
-        None,
         Plausible(
             3.0,
             400.0,
@@ -305,7 +303,6 @@ class OutputTable(Table, table="output"):
 
 
 def _fit(bore: str, least: float) -> Plausible:
-    """Clearance or interference of a pin in a bore of the rod."""
     why = "0.3 to 2 thousandths of the bore are usual"
     return Plausible(least, 5e-3, why, {f"rod.{bore}_mm": 1}, refuses_less=False)
 

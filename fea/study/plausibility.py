@@ -26,8 +26,6 @@ _FILE_UNITS = (25.4, 1000.0, 10.0)
 
 @dataclass(frozen=True)
 class _Range:
-    """The range of a key of a study."""
-
     key: str  #: "table.key"
     given: Plausible
     of: Mapping[str, float]  #: exponents of other keys by their full names

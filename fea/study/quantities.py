@@ -91,7 +91,6 @@ def _converted(name: str, value: str, number: float, written: str, unit: str) ->
 
 
 def _plain(written: str, unit: str) -> str:
-    """Return a unit as `pint` reads it."""
     written = _INCHES.get(written, written)
     if unit == "C":
         written = _TEMPERATURES.get(written, written)

@@ -124,7 +124,6 @@ class _Sources(Table, table="rod"):
     center_of_gravity_mm: float | None = key(
         "64.0",
         "from the crank pin",
-        None,
         Plausible(0.12, 0.55, "in the big end's half of the rod", {"length_mm": 1}),
     )
     inertia_kg_m2: float | None = key(
@@ -151,7 +150,6 @@ def _declared() -> list[tuple[str, Any, Any]]:
         declared = key(
             told.get("example", shown),
             told["help"],
-            None,
             *told.get("plausible", ()),
             above=told.get("above", ""),
             stated=field.name in least,
@@ -404,7 +402,6 @@ def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, 
 
 
 def _cap(given: str, folder: Path, readable: Callable[[Path], bool]) -> MissingCap | Path:
-    """What `cap` says: whether one is assumed, or where its file is."""
     if given in list(MissingCap):
         return MissingCap(given)
     path = located("rod.cap", given, folder)

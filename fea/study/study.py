@@ -120,7 +120,6 @@ class Study:
             self.forces.pin()
 
     def _require_cycle(self, duty: DutyTable) -> None:
-        """Refuse a duty without the crank cycles that it consists of."""
         SpeedTable(duty.speeds).speeds()
         rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
         require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
@@ -152,7 +151,6 @@ class Study:
         require(whole, "analysis.symmetry", symmetry, rule, "Leave it out.")
 
     def _require_parts(self, assembly: AssemblyTable) -> None:
-        """Refuse an assembly of a rod that has no parts, or whose pins do not touch it."""
         rule = "cannot be combined with [assembly], whose parts must be solids of their own"
         remedy = "Give the rod by dimensions or as a CAD file, or remove [assembly]."
         path = None if self.rod.mesh is None else str(self.rod.mesh.path)
@@ -335,7 +333,6 @@ class Study:
 
     @property
     def _unused(self) -> list[str]:
-        """Tables that say nothing about this study."""
         speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
         used = {
             "speed": speeds,
@@ -417,7 +414,6 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
 
 
 def _beside(path: Path) -> str:
-    """Return which file of the same kind may be meant."""
     folder = path.resolve().parent
     if not folder.is_dir():
         return f"There is no folder {folder}."
@@ -491,7 +487,6 @@ def _with_cycle(raw: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:
-    """Separate the [material.<part>] tables from [material]."""
     material = raw.get("material")
     if not isinstance(material, Mapping):
         return dict(raw), {}
@@ -520,7 +515,6 @@ rpm = 6000.0
 
 
 def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
-    """Return what to do about a study without an engine, and one to complete with its [rod] table."""
     remedy = (
         f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
         f"of your engine and material, and run fea run {name}.toml."

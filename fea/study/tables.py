@@ -68,14 +68,11 @@ class Key:
 
 
 def key(
-    example: str = "",
-    comment: str = "",
-    check: Check | None = None,
-    *plausible: Plausible,
-    default: Any = None,
-    **more: Any,
+    example: str = "", comment: str = "", *rules: Check | Plausible, default: Any = None, **more: Any
 ) -> Any:
-    """Declare a key: the default of its field, and the attributes of `Key`."""
+    """Declare a key: the default of its field, and the attributes of `Key`; of `rules` one may be a check."""
+    plausible = tuple(rule for rule in rules if isinstance(rule, Plausible))
+    check = next((rule for rule in rules if not isinstance(rule, Plausible)), None)
     metadata = {"key": Key(example, comment, check, plausible, **more)}
     if default is dict:
         return dataclasses.field(default_factory=dict, metadata=metadata)

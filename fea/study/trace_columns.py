@@ -297,7 +297,6 @@ def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
 
 
 def _range(value: str) -> list[int]:
-    """Columns of a range: ``"2-61"``."""
     first, dash, last = value.partition("-")
     if not dash or not (first.strip().isdecimal() and last.strip().isdecimal()):
         return []
@@ -324,7 +323,6 @@ def _angle(table: TraceTable) -> int:
 
 
 def _turns(values: Floats) -> bool:
-    """Whether a column rises over most of its lines and spans a good part of a turn."""
     steps = np.diff(values)
     rising = np.count_nonzero(steps >= 0) >= 0.9 * steps.size and np.count_nonzero(steps > 0) >= 3
     return bool(rising and np.ptp(values) >= _LEAST_TURN)
@@ -345,7 +343,6 @@ def _pressure(table: TraceTable, others: set[int]) -> list[int]:
 
 
 def _are_cycles(table: TraceTable, columns: list[int]) -> bool:
-    """Whether columns repeat each other as the cycles of one engine do."""
     if len(columns) < _FEWEST_CYCLES:
         return False
     values = np.stack([table.column(i) for i in columns])

@@ -93,7 +93,6 @@ def _level(pressures: Floats, percentile: float = _FILLING) -> float:
 
 
 def _is_plausible(reading: Reading, pressures: Floats, atmosphere: float, *, known_unit: bool) -> bool:
-    """Whether an engine can have these pressures, whose unit may be known."""
     absolute = reading.absolute(pressures, atmosphere)
     least, peak = _level(absolute), float(absolute.max()) - atmosphere
     if known_unit:
@@ -128,7 +127,6 @@ def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
 
 
 def _no_reading(readings: list[Reading], pressures: Floats, atmosphere: float, source: str) -> InvalidValue:
-    """The error for pressures that can be read in no way, or in several."""
     name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
     if not readings:
         rule = "are those of a cylinder in none of bar, kPa, MPa, Pa and psi, neither absolute nor gauge"

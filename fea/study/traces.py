@@ -144,7 +144,6 @@ def _documented(text: str, table: TraceTable, speeds: list[str]) -> Trace:
 
 
 def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> Trace:
-    """The trace of angles in degrees; an error names the file."""
     try:
         return Trace(angles * DEG, pressures, speeds, source)
     except InvalidValue as error:

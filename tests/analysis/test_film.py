@@ -9,7 +9,7 @@ from fea.__main__ import call
 from fea.analysis import film
 from fea.analysis.film import Regime
 from fea.analysis.prepare import prepare
-from fea.output.columns_csv import read_columns
+from fea.output.text import read_columns
 from fea.pins.film import YieldingBore
 from fea.study.flags import Flags
 from fea.study.study import load_study

@@ -11,7 +11,7 @@ from fea.apps.sweep import cluster, work
 from fea.apps.sweep.base import Base
 from fea.apps.sweep.cluster import ClusterError, Engine
 from fea.apps.sweep.journal import Done, Journal, State
-from fea.apps.sweep.plan import PlannedRow
+from fea.apps.sweep.sweep_file import PlannedRow
 from fea.apps.sweep.work import Rod, Task, VersionError
 from fea.base.version import __version__
 from geometry.errors import InvalidValue

@@ -3,9 +3,8 @@ import tomllib
 
 import pytest
 
-from fea.apps.sweep.plan import rows
 from fea.apps.sweep.sampling import Sampling
-from fea.apps.sweep.sweep_file import load_sweep, parse_sweep
+from fea.apps.sweep.sweep_file import load_sweep, parse_sweep, rows
 from geometry.errors import InvalidValue
 
 WEB = "rod.web_thickness_mm"

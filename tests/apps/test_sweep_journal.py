@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fea.apps.sweep.journal import Done, Journal, State
-from fea.apps.sweep.plan import PlannedRow
+from fea.apps.sweep.sweep_file import PlannedRow
 from fea.output.target import StorageError
 from geometry.errors import InvalidValue
 

@@ -3,8 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.sweep.sampling import Sampling, designs, saltelli, unit_designs
-from fea.apps.sweep.variation import Choice, Shape, Span
+from fea.apps.sweep.sampling import Choice, Sampling, Shape, Span, designs, saltelli, unit_designs
 
 SPANS = st.builds(
     lambda low, width, shape, share, deviation: Span(

@@ -56,7 +56,7 @@ def report(tmp_path_factory):
     drawn = BytesIO()  # in place of a picture that takes seconds
     Image.linear_gradient("L").resize((1200, 750)).save(drawn, "PNG")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fea.output.report.write.still", lambda *_: drawn.getvalue())
+        patch.setattr("fea.output.report.page.still", lambda *_: drawn.getvalue())
         return result.write(tmp_path_factory.mktemp("browser") / "run", report=True) / "report.html"
 
 

@@ -29,11 +29,10 @@ from fea.output.folder import SUMMARY, is_earlier_run
 from fea.output.report.assumptions import limits
 from fea.output.report.charts import Heading, chart
 from fea.output.report.coding import HOLE, Packer, corner_steps
-from fea.output.report.page import open_report, page
+from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
 from fea.output.report.surface import Surface
-from fea.output.report.wording import figure, named
-from fea.output.report.write import still
+from fea.output.report.tables import figure, named
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
 from fea.stress.stress import von_mises
@@ -50,7 +49,7 @@ def undrawn():
         raise PictureError("no picture")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fea.output.report.write.draw_pictures", refuse)
+        patch.setattr("fea.output.report.page.draw_pictures", refuse)
         patch.setattr("fea.apps.report_run.ready_to_draw", nullcontext)
         yield
 
@@ -293,7 +292,7 @@ def test_the_still_picture_is_that_of_the_worst_case(written, monkeypatch):
         drawn.extend(pictures)
         pictures[0].png.write_bytes(b"PNG")
 
-    monkeypatch.setattr("fea.output.report.write.draw_pictures", draw)
+    monkeypatch.setattr("fea.output.report.page.draw_pictures", draw)
     run = result
     assert still(written, run.summary) == b"PNG"
     assert drawn[0].vtu == written / f"{result.summary.worst_case}.vtu"

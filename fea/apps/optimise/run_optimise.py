@@ -18,14 +18,13 @@ from fea.apps.optimise.variables import Variables, variables
 from fea.base.note import by_consequence
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock
-from fea.output.columns_csv import write_columns
 from fea.output.folder import OPTIMISED, require_replaceable, run_folder
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import Picture
 from fea.output.plots.figure import new_figure, save
 from fea.output.target import PictureError
-from fea.output.text import write_text
+from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_vtu
 from fea.study.study import Study
 from geometry.arrays import Floats

@@ -309,7 +309,6 @@ def _minimised(
 
 
 def _best(some: Sequence[Design]) -> Design:
-    """The lightest design that meets the required factors, or the one that lacks least."""
     holding = [design for design in some if design.margin >= 0]
     if holding:
         return min(holding, key=lambda design: design.mass_kg)

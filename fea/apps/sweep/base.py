@@ -168,7 +168,6 @@ def _flat(raw: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[tuple[tupl
 
 
 def _is_table(path: tuple[str, ...]) -> bool:
-    """Whether a path names a table, or a part's own material, rather than a key."""
     if len(path) == 1:
         return True
     keys = keys_of(TABLES["material"])

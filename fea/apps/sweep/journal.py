@@ -13,7 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from fea.apps.sweep.plan import PlannedRow
+from fea.apps.sweep.sweep_file import PlannedRow
 from fea.output.target import StorageError
 from geometry.errors import InvalidValue
 
@@ -156,7 +156,6 @@ class Journal:
                 yield Entry(number, sample, values, rpm, State(state), reason, results)
 
     def _require_ours(self) -> None:
-        """Refuse a database with other tables, before anything in it changes."""
         tables = {
             name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
         }

@@ -11,7 +11,6 @@ import numpy as np
 
 from fea.apps.sweep.cluster import Engine, cluster
 from fea.apps.sweep.journal import SCHEMA, Journal, State
-from fea.apps.sweep.plan import PlannedRow, rows
 from fea.apps.sweep.statistics import (
     MASS,
     Influence,
@@ -22,7 +21,7 @@ from fea.apps.sweep.statistics import (
     samples_of,
     statistics,
 )
-from fea.apps.sweep.sweep_file import Sweep
+from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
 from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
@@ -70,7 +69,6 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
 
 
 def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> str:
-    """What became of the rows, and what is not drawn, in words."""
     states = ", ".join(f"{counts[state]} {state}" for state in State if counts[state])
     said = [f"Rows of the table: {states}."]
     if not len(shown.rows):
@@ -238,6 +236,5 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
 
 
 def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
-    """Several rods to compute: the study travels once, and their designs."""
     rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
     return Task(rods, sweep.base, sweep.frequencies, __version__, 60 * minutes)

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from fea.apps.sweep.journal import Entry, State
-from fea.apps.sweep.sampling import Sampling
+from fea.apps.sweep.sampling import Sampling, Span
 from fea.apps.sweep.sweep_file import Sweep
-from fea.apps.sweep.variation import Span
 from geometry.arrays import Floats, Ints
 
 MASS = "mass_kg"
@@ -277,7 +276,6 @@ def statistics(sweep: Sweep, samples: Samples) -> Statistics:
 
 
 def _probabilities(sweep: Sweep, samples: Samples) -> tuple[Probability, ...]:
-    """P(factor < 1), where designs are drawn from distributions."""
     drawn = any(isinstance(one, Span) for one in sweep.varied.values())
     if not drawn or sweep.sampling in (None, Sampling.GRID):
         return ()
@@ -287,7 +285,6 @@ def _probabilities(sweep: Sweep, samples: Samples) -> tuple[Probability, ...]:
 
 
 def _independent(sweep: Sweep, count: int) -> Any:
-    """Which designs are independent: of Saltelli's blocks the first and the last."""
     if sweep.sampling is not Sampling.SALTELLI:
         return slice(None)
     block = len(sweep.varied) + 2

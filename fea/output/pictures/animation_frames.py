@@ -111,7 +111,6 @@ def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
 
 
 def _add_engine(plotter: Any, film: Film) -> Any:
-    """Draw the cylinder axis and the crank-pin circle; return the crank arm."""
     r, offset = film.crank_radius, film.pin_offset
     axis = pyvista.Line((-r, offset, 0), (r + film.skin.points[:, 0].max(), offset, 0))
     plotter.add_mesh(axis, color=GREY, line_width=2, lighting=False)

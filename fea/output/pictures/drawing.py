@@ -61,7 +61,6 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ())
 
 
 def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
-    """Draw the whole rod, its undeformed outline, a ring around the hot spot, and the marks."""
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     add_surface(plotter, _surface(scene, scene.skin), scene.bands)
@@ -91,7 +90,6 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
 
 
 def _draw_spot(plotter: Any, scene: Scene) -> None:
-    """Draw the surroundings of the hot spot with the elements' edges and a scale bar."""
     aspect = SIZE[0] * SPOT_SHARE / (SIZE[1] * (1 - ROD_SHARE))
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
@@ -147,7 +145,6 @@ def _moved(scene: Scene) -> str:
 
 
 def _surface(scene: Scene, skin: DrawnSurface) -> Any:
-    """Return the deformed skin with the values for its colours, shaded by the undeformed normals."""
     surface = pyvista.PolyData.from_regular_faces(skin.refined(scene.deformed), skin.triangles)
     surface.point_data[SCALARS] = skin.refined(np.minimum(scene.values, scene.top))
     surface.point_data["Normals"] = skin.refined_normals
@@ -169,7 +166,6 @@ def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
 
 
 def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats) -> None:
-    """Draw a small ring around a place of the undeformed rod, and write its name beside it."""
     node = int(np.linalg.norm(scene.skin.points - place, axis=1).argmin())
     middle, radius = frame.view.across(scene.deformed[node]), 0.2 * MAGNIFIED * scene.extent
     _add_ring(plotter, frame, middle, radius)
@@ -178,7 +174,6 @@ def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats
 
 
 def _add_ring(plotter: Any, frame: Frame, middle: Floats, radius: float) -> None:
-    """Draw a circle around a place (2,) of the view, legible on any colour."""
     angle = np.linspace(0, 2 * np.pi, 73)[:, None]
     ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
     add_lines(plotter, ring, PAPER, 6)

@@ -99,6 +99,5 @@ class Bands:
 
 
 def _between(scheme: npt.NDArray[np.int64], places: npt.NDArray[np.float64]) -> Colours:
-    """Colours at places from 0 to 1 of a scheme."""
     at = np.linspace(0, 1, len(scheme))
     return np.stack([np.interp(places, at, channel) for channel in scheme.T], axis=1).round().astype(np.uint8)

@@ -44,7 +44,6 @@ class DrawnSurface:
 
     @classmethod
     def _divided(cls, points: Floats, facets: Ints) -> "DrawnSurface":
-        """Return a skin of fewer pieces if it has many facets."""
         return cls(points, facets, int(np.clip(round((TRIANGLES / len(facets)) ** 0.5), 2, PIECES)))
 
     @cached_property
@@ -148,6 +147,5 @@ def _slopes(nodes: int) -> Floats:
 
 
 def _unit(vectors: Floats) -> Floats:
-    """Return vectors of unit length; a zero vector stays zero."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0, length, 1.0)

@@ -53,7 +53,6 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
 
 
 def _draw_samples(panel: Any, reports: Sequence[ForceReport]) -> None:
-    """Draw the samples of a user's pressure trace over the gas force, and their pressures on the right."""
     traces = [report.samples for report in reports if report.samples is not None]
     for i, trace in enumerate(traces):
         force = trace.bar * trace.newtons_per_bar * 1e-3 * scale("kN")

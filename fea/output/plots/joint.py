@@ -50,7 +50,6 @@ def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: C
 
 
 def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name: str) -> None:
-    """Draw the big end from the side, moved from where it was as assembled, with its stress."""
     mesh, state = case.mesh, case.assembly
     moved = case.displacement - alone.displacement
     facets, joint = _facing(mesh), np.unique(mesh.facets[Surface.JOINT])
@@ -98,7 +97,6 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
 
 
 def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, name: str) -> None:
-    """Draw the pressure on the joint's plane, and where it is open."""
     mesh = case.mesh
     facets = mesh.facets[Surface.JOINT][:, :3]
     at = mesh.points[np.unique(facets), :2]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
-from fea.output.report.wording import figure
+from fea.output.report.tables import figure
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from fea.study.pin_models import pin_model
@@ -205,7 +205,6 @@ def _limits(run: Run) -> Iterator[str]:
 
 
 def _joint(run: Run) -> Iterator[str]:
-    """What is not modelled of the big end's joint and of what is pressed into the bores."""
     if run.summary.assembly is not None:
         yield "Settling and creep of the bolted joint, and the threads and heads of its bolts."
         return

@@ -2,21 +2,29 @@
 
 import base64
 import webbrowser
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from fea.analysis.figures import CaseFigures, Summary
 from fea.analysis.result import Run
+from fea.base.choices import UnitSystem
 from fea.output.html import environment, html_page, page_file
+from fea.output.pictures.picture import draw_pictures
+from fea.output.pictures.shown import described_by
 from fea.output.report.coding import embedded_json
-from fea.output.report.scene import Scene
+from fea.output.report.scene import Scene, scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
-from fea.output.target import PictureError
+from fea.output.target import PictureError, picture_name
 from fea.output.terminal.run_lines import bar, factor, number, place
-from fea.output.units import unit
+from fea.output.text import write_text
+from fea.output.units import system, unit
 from geometry.errors import require
 
 _VERDICTS = {
@@ -167,7 +175,6 @@ def _with_charts(drawn: Scene, parts: list[Section]) -> dict[str, Any]:
 
 
 def _scales(usual: float) -> list[tuple[float, str]]:
-    """Magnifications of the displacements to choose from."""
     found = {0.0: "none", 1.0: "true size", usual / 2: "", usual: "", 2 * usual: ""}
     return [
         (scale, words or f"× {scale:g}") for scale, words in found.items() if scale in {0, 1} or scale > 1
@@ -192,3 +199,36 @@ def open_report(file: Path) -> None:
         raise PictureError(
             f"No browser was found to open {file}: open it by hand, or copy it to a machine with one."
         )
+
+
+def write_report(path: Path, run: Run) -> None:
+    """Write a report; the still picture is that of the folder, or is drawn, or is left out.
+
+    Raises `StorageError`: the disk, a permission or the file system refused.
+    """
+    with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
+        units = run.study.output.units
+        picture = beside.submit(copy_context().run, still, path.parent, run.summary, units)
+        drawn = scene(run)
+        text = page(run, drawn, picture.result())
+    write_text(path, text)
+
+
+def still(folder: Path, summary: Summary, drawn_in: UnitSystem = UnitSystem.SI) -> bytes | None:
+    """The picture of the worst load case in a run's folder: the one there, or a new one; or None.
+
+    `drawn_in` are the units of the one there, which stands if these are shown.
+    """
+    result = f"{summary.worst_case}.vtu"
+    there = folder / picture_name(result)
+    if there.is_file() and drawn_in is system():
+        return there.read_bytes()
+    if not (folder / result).is_file():
+        return None
+    with TemporaryDirectory() as scratch:
+        png = Path(scratch, there.name)
+        try:
+            draw_pictures([replace(described_by(summary, folder / result), png=png)])
+        except PictureError:
+            return None
+        return png.read_bytes()

@@ -23,9 +23,11 @@ from fea.output.report.tables import (
     convergence_tables,
     cycle_table,
     endurance_table,
+    figure,
     load_table,
+    named,
+    shown,
 )
-from fea.output.report.wording import figure, named, shown
 from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study

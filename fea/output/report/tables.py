@@ -1,21 +1,56 @@
 """The tables of a report: cells are text, so that the page only lays them out."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    CycleFigures,
-    EnvelopeFigures,
-    PlaneFigures,
-    Summary,
-)
+from fea.analysis.figures import AssemblyFigures, CycleFigures, EnvelopeFigures, PlaneFigures, Summary
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
-from fea.output.report.wording import figure
 from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
 from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place
 from fea.output.units import in_cells, in_heading, in_rows
+from fea.study.tables import unit_of
+
+_SIGNS = {"degrees": "°", "percent": "%"}
+_AS_THEY_ARE = {
+    "E": "Young's modulus E",
+    "nu": "Poisson's ratio ν",
+    "rpm": "speed",
+    "pin": "force of the pin",
+}
+
+
+def named(key: str) -> tuple[str, str]:
+    """Return the name of a key in words, and its unit (empty where it has none)."""
+    words, unit = unit_of(key)
+    return _AS_THEY_ARE.get(words, words), "rpm" if key == "rpm" else _SIGNS.get(unit, unit)
+
+
+def figure(value: float | None, digits: int = 4) -> str:
+    """Return a figure with so many significant digits, and a proper minus."""
+    if value is None:
+        return "–"
+    text = f"{value:.{digits}g}"
+    found = re.fullmatch(r"(.*)e([+-])0*(\d+)", text)
+    if found:
+        power = (
+            f"{'⁻' if found[2] == '-' else ''}{found[3].translate(str.maketrans('0123456789', '⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+        )
+        text = f"{found[1]}·10{power}"
+    return text.replace("-", "−")
+
+
+def shown(value: object) -> str:
+    """Return a value of a study as text."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return figure(value, 10)
+    if isinstance(value, list | tuple):
+        return ", ".join(shown(item) for item in value)
+    return str(value)
+
 
 _CHECKS = {
     "finite": "Load cases with values that are not finite",
@@ -250,7 +285,6 @@ def contact_table(summary: Summary) -> Table | None:
 
 
 def _signed(table: Table) -> Table:
-    """Return a table whose figures have a proper minus."""
     rows = tuple((row[0], *(cell.replace("-", "−") for cell in row[1:])) for row in table.rows)
     return Table(table.caption, table.head, rows, table.marked, table.text)
 

@@ -276,6 +276,5 @@ def sweep_page(swept: Swept) -> str:
 
 
 def _in_units(columns: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return columns, whose names hold their units, in the units that are shown."""
     named = {name: next((end for end in _UNITS if name.endswith(end)), "") for name in columns}
     return {name: in_unit(columns[name], _UNITS.get(end, "")) for name, end in named.items()}

@@ -138,7 +138,6 @@ def _spot(spot: PlaceFigures) -> str:
 
 
 def _edge(summary: Summary) -> SharpEdgeFigures | None:
-    """The sharp edge whose structural stress governs."""
     place, case = summary.survival.place, summary.governing
     edges = () if case is None else case.sharp_edges or ()
     return next((edge for edge in edges if place == f"edge {edge.name}"), None)
@@ -166,7 +165,6 @@ def levers(summary: Summary) -> Iterator[str]:
 
 
 def _endurance(summary: Summary) -> Iterator[str]:
-    """The endurance limit at the place that governs."""
     envelope = summary.envelope
     spot = None if envelope is None else envelope.fatigue
     if envelope is None or spot is None or spot.endurance_MPa is None:
@@ -271,7 +269,6 @@ def _column(column: ColumnFigures) -> str:
 
 
 def _contact(summary: Summary) -> list[str]:
-    """Return the largest contact pressure on each bore."""
     hardest: dict[str, tuple[float, str]] = {}
     for case, result in summary.results.items():
         for bore, touch in (result.contact or {}).items():

@@ -50,7 +50,6 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
 
 
 def _found(figures: RodReport) -> list[str]:
-    """The bores; of a file also its solids, and what was assumed."""
     lines = []
     for name, bore in zip(("big end", "small end"), figures.bores, strict=True):
         x, y, z = bore.at_mm or (0.0, 0.0, 0.0)

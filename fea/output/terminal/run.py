@@ -159,7 +159,6 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
 
 
 def _diverging(summary: Summary) -> list[str]:
-    """Return the largest stress at singular places in each case, and what is wrong there."""
     cases = singular_cases(summary)
     if not cases:
         return []
@@ -220,7 +219,6 @@ def _model(summary: Summary) -> str:
 
 
 def _shortened(names: list[str]) -> list[str]:
-    """Name the first and the last of the files that follow the crank angle."""
     numbered = [name for name in names if name.startswith("cycle-")]
     if len(numbered) < 4:
         return names

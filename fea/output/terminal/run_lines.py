@@ -29,7 +29,6 @@ def buckling_lines(found: BucklingFigures) -> list[str]:
 
 
 def _column(column: ColumnFigures) -> list[str]:
-    """The plane that buckles first."""
     factors = {name: plane.safety_factor for name, plane in column.planes.items()}
     known = {name: factor for name, factor in factors.items() if factor is not None}
     if column.case is None or not known:
@@ -172,7 +171,6 @@ def hours_text(hours: float | None) -> str:
 
 
 def _shares(duty: Sequence[DutyFigures]) -> str:
-    """Return the shares of the damage that matter, the largest first."""
     by_damage = sorted(duty, key=lambda entry: -(entry.damage_percent or 0.0))
     said = [_share(entry) for entry in by_damage if (entry.damage_percent or 0.0) >= _LEAST_PERCENT]
     others = len(duty) - len(said)

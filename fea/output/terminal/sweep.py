@@ -63,7 +63,6 @@ def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[No
 
 
 def _doubts(summaries: Sequence[Summary]) -> list[str]:
-    """Return the speeds at which a check failed or the worst case is not converged."""
     failed = {
         f"{one.rpm:g}": name for one in summaries for name, check in one.checks.items() if not check.passed
     }
@@ -117,7 +116,6 @@ def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
-    """Return from which speed the joint opens and, with the whole cycle, from which the rod fails."""
     opening, found = _opening(summaries[0]), speed_map(summaries)
     if found is None:
         return opening
