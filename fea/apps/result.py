@@ -63,9 +63,10 @@ class Result(RunResult):
         names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
         require(case in names, "case", case, f"must be one of {', '.join(names)}")
         if case == "envelope":
-            return pv.wrap(vtk_grid(self.mesh, self.envelope or {}, {}))
-        cells = self.cases[case].cell_data(self.materials)
-        return pv.wrap(vtk_grid(self.mesh, self.fields[case], cells))
+            points, cells = self.envelope or {}, {}
+        else:
+            points, cells = self.fields[case], self.cases[case].cell_data(self.materials)
+        return pv.wrap(vtk_grid(self.mesh.points, self.mesh.tets, points, cells))
 
     def write(self, folder: str | Path, *, screenshot: bool | None = None, report: bool = False) -> Path:
         """Write what `fea run` writes into a folder, all or nothing, and return it.

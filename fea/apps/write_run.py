@@ -70,11 +70,11 @@ def write_runs(
 
 def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
     shown = bool(study.output.screenshot) or study.analysis.buckling or any(place.film for place in places)
-    sweep = None
+    sweep, speeds = None, [place.rpm for place in places if place.rpm is not None]
     if study.analysis.cycle:
         with clock("map"):
-            sweep = SpeedSweep(prepared.rod, [place.rpm for place in places if place.rpm is not None])
-    critical = _critical(prepared, sweep, places)
+            sweep = SpeedSweep(prepared.rod, speeds)
+    critical = opening_speeds(prepared.rod, speeds) or None if sweep is None else sweep.critical
     if sweep is not None and len(places) > MOST_FULL_RUNS and not shown:
         reports = _write_worst(study, prepared, sweep, places, clock)
     else:
@@ -92,14 +92,6 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
             write_columns(above / table, found.columns)
             plot_speed_map(above / plot, study.name, found)
     return reports
-
-
-def _critical(
-    prepared: Adapted, sweep: SpeedSweep | None, places: Sequence[Place]
-) -> Mapping[str, float | None] | None:
-    if sweep is not None:
-        return sweep.critical
-    return opening_speeds(prepared.rod, [place.rpm for place in places if place.rpm is not None]) or None
 
 
 def _write_worst(

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
 
 class NoteKind(StrEnum):
@@ -33,29 +34,18 @@ class Note:
         return f"{self.topic}: {self.text}" if self.topic else self.text
 
 
-def doubt(text: str, topic: str = "") -> Note:
-    """Return a note that figures are not to be relied on as they stand."""
-    return Note(NoteKind.DOUBT, topic, text)
+def _note(kind: NoteKind, text: str, topic: str = "") -> Note:
+    return Note(kind, topic, text)
 
 
-def warning(text: str, topic: str = "") -> Note:
-    """Return a note that limits how far the figures can be used."""
-    return Note(NoteKind.WARNING, topic, text)
-
-
-def assumption(text: str, topic: str = "") -> Note:
-    """Return a note on a value that the study does not give."""
-    return Note(NoteKind.ASSUMPTION, topic, text)
+# Return a note of their kind: ``doubt("the mesh is coarse")``, ``assumption("a steel", "material")``.
+doubt, warning = partial(_note, NoteKind.DOUBT), partial(_note, NoteKind.WARNING)
+assumption, remark = partial(_note, NoteKind.ASSUMPTION), partial(_note, NoteKind.REMARK)
 
 
 def assumptions(topic: str, values: Iterable[str]) -> tuple[Note, ...]:
     """Return a note on each value of a topic that the study does not give."""
     return tuple(assumption(f"assumed {value}", topic) for value in values)
-
-
-def remark(text: str, topic: str = "") -> Note:
-    """Return a note on what was done, which puts no figure in doubt."""
-    return Note(NoteKind.REMARK, topic, text)
 
 
 def omission(what: str, why: str) -> Note:

@@ -43,13 +43,11 @@ def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
 
 
 def _case_fields(run: RunResult) -> Iterator[RunFiles]:
-    for name, case in run.cases.items():
-        yield _one(f"{name}.vtu", partial(_write_case, run, case))
+    def write(path: Path, case: CaseResult, *, exact: bool) -> None:
+        write_result(path, run.mesh, case.point_data(), case.cell_data(run.materials), exact=exact)
 
-
-def _write_case(run: RunResult, case: CaseResult, path: Path) -> None:
-    exact = case is next(iter(run.cases.values()))
-    write_result(path, run.mesh, case.point_data(), case.cell_data(run.materials), exact=exact)
+    for number, (name, case) in enumerate(run.cases.items()):
+        yield _one(f"{name}.vtu", partial(write, case=case, exact=number == 0))
 
 
 # Surfaces on which the same presses as on those opposite to them.
@@ -116,22 +114,18 @@ def _study(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
 
 
-def _forces(run: RunResult) -> Iterator[RunFiles]:
-    columns = run.forces
-    if columns is not None:
-        yield _one("loads.csv", lambda path: write_columns(path, columns))
+def _columns(run: RunResult) -> Iterator[RunFiles]:
+    """What is known at every degree of the cycle."""
+    film = None if run.speed is None or run.speed.film is None else run.speed.film.columns
+    for name, columns in {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": film}.items():
+        if columns is not None:
+            yield _one(name, partial(write_columns, columns=columns))
 
 
-def _envelope(run: RunResult) -> Iterator[RunFiles]:
-    data = run.envelope
-    if data is not None:
-        yield _one(ENVELOPE, lambda path: write_result(path, run.mesh, data, exact=False))
-
-
-def _buckling_shapes(run: RunResult) -> Iterator[RunFiles]:
-    if run.buckling is not None and run.buckling.shapes:
-        shapes = run.buckling.shapes
-        yield _one(BUCKLING, lambda path: write_result(path, run.mesh, shapes, exact=False))
+def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
+    for name, data in {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}.items():
+        if data:
+            yield _one(name, partial(write_result, mesh=run.mesh, point_data=data, exact=False))
 
 
 def _stress_history(run: RunResult) -> Iterator[RunFiles]:
@@ -154,18 +148,6 @@ def _joint(run: RunResult) -> Iterator[RunFiles]:
         from fea.output.plots.joint import plot_joint  # noqa: PLC0415 - only a plot needs it
 
         yield _one("joint.png", lambda path: plot_joint(path, run.cases, run.summary.title, run.cycle))
-
-
-def _contact_history(run: RunResult) -> Iterator[RunFiles]:
-    columns = run.contact
-    if columns is not None:
-        yield _one("contact.csv", lambda path: write_columns(path, columns))
-
-
-def _film(run: RunResult) -> Iterator[RunFiles]:
-    if run.speed is not None and run.speed.film is not None:
-        columns = run.speed.film.columns
-        yield _one("film.csv", lambda path: write_columns(path, columns))
 
 
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
@@ -193,11 +175,8 @@ WRITERS = (
     Writer("write", _case_collection),
     Writer("write", _instants),
     Writer("write", _study),
-    Writer("write", _forces),
-    Writer("write", _envelope),
-    Writer("write", _buckling_shapes),
-    Writer("write", _contact_history),
-    Writer("write", _film),
+    Writer("write", _columns),
+    Writer("write", _envelope_and_buckling),
     Writer("plot", _stress_history),
     Writer("plot", _bores),
     Writer("plot", _joint),

@@ -108,7 +108,7 @@ def write_cells(
     """Write tetrahedra or triangles of either order: see `write_vtu`."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter  # noqa: PLC0415 - only writing needs VTK
 
-    grid = _grid(points, cells, point_data, cell_data)
+    grid = vtk_grid(points, cells, point_data, cell_data)
     errors: list[str] = []
     writer = vtkXMLUnstructuredGridWriter()
     for source in (writer, writer.GetExecutive()):  # VTK does not print errors that are observed
@@ -126,17 +126,13 @@ def write_cells(
         raise StorageError(f"{path} could not be written. Check the free disk space and the permissions.")
 
 
-def vtk_grid(mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]) -> Any:
-    """Return a mesh and its results as a vtkUnstructuredGrid; parameters and errors as for `write_vtu`.
-
-    It shares the memory of the arrays where it can.
-    """
-    return _grid(mesh.points, mesh.tets, point_data, cell_data)
-
-
-def _grid(
+def vtk_grid(
     nodes: Array, elements: Array, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> Any:
+    """Return elements and results as a vtkUnstructuredGrid, which shares their memory where it can.
+
+    Parameters and errors are as for `write_vtu`.
+    """
     from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
     from vtkmodules.vtkCommonCore import vtkPoints  # noqa: PLC0415
     from vtkmodules.vtkCommonDataModel import (  # noqa: PLC0415

@@ -165,11 +165,7 @@ class EngineTable(
             _require_full_load(f"engine.full_load {number}", point)
         for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
-            require(self._is_file, f"engine.{name}", value, rule, remedy)
-
-    @property
-    def _is_file(self) -> bool:
-        return _is_file(self.gas)
+            require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
 
     def located(self, folder: Path) -> "EngineTable":
         """Return the table with the path of a file made absolute."""
@@ -183,10 +179,8 @@ class EngineTable(
     def engine(self, rod_length: float) -> Engine:
         """Return the engine with a rod of `rod_length` (mm), in coherent units."""
         require_positive("engine.stroke_mm", self.stroke_mm)
-        phase = self.phase_deg
-        if phase is None:  # even firing of a four-stroke engine
-            phase = 720.0 / max(self.cylinders, 1)
-        axes = self._axes()
+        even = 720.0 / max(self.cylinders, 1)  # firing of a four-stroke engine
+        phase, axes = even if self.phase_deg is None else self.phase_deg, self._axes()
         return Engine(
             crank_radius=self.stroke_mm / 2,
             rod_length=rod_length,
@@ -241,7 +235,7 @@ class EngineTable(
             return NoGas()
         if self.gas in SHIPPED:
             return shipped_trace(self.gas)
-        if self._is_file:
+        if _is_file(self.gas):
             return self._imported().trace
         ratio = self._needed("compression_ratio")
         atmosphere = self.atmosphere
@@ -258,7 +252,7 @@ class EngineTable(
 
     def resolved(self) -> "EngineTable":
         """Return the table with what was found out about a trace; as it is if that cannot be read."""
-        if not self._is_file:
+        if not _is_file(self.gas):
             return self
         try:
             return dataclasses.replace(self, **self._imported().keys.given)

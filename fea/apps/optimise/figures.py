@@ -101,7 +101,7 @@ class OptimiseFigures:
 
 
 def dimension_figures(variables: Variables, best: Design) -> tuple[DimensionFigures, ...]:
-    """Return the free dimensions before and after."""
+    """Return the free dimensions."""
     before, after = variables.dimensions(variables.start), variables.dimensions(best.x)
     return tuple(
         DimensionFigures(

@@ -7,7 +7,7 @@ from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.modes import modes_on
 from fea.analysis.result import run_result
-from fea.analysis.survival import Factor, factors
+from fea.analysis.survival import factors
 from fea.machine.clock import Clock
 from fea.study.study import Study
 
@@ -21,7 +21,11 @@ def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
     """
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
-    shared = {**_critical(study, adapted), **_frequencies(study, adapted, frequencies)}
+    shared = _critical(study, adapted)
+    if frequencies:
+        modes = modes_on(study, adapted.rod.mesh, frequencies)
+        shared |= {f"frequency_{number}_Hz": float(hertz) for number, hertz in enumerate(modes.elastic, 1)}
+        shared |= {} if modes.trusted else {"trusted": False}
     by_speed = {}
     for rpm in speeds:
         summary = run_result(study, adapted, adapted.at(rpm)).summary
@@ -43,7 +47,9 @@ def figures(summary: Summary) -> Figures:
         "answer": summary.survival.answer,
     }
     for mode in dict.fromkeys(factor.mode for factor in all_factors):
-        table |= _least(mode, [factor for factor in all_factors if factor.mode == mode])
+        least = min((each for each in all_factors if each.mode == mode), key=lambda each: each.low)
+        key = mode.replace(" ", "_")
+        table |= {f"{key}_factor": least.value, f"{key}_error_percent": least.error_percent}
     for name, case in summary.results.items():
         table[f"{name}_factor"] = case.min_safety_factor
         table[f"{name}_error_percent"] = case.error_percent
@@ -59,12 +65,6 @@ def figures(summary: Summary) -> Figures:
     return {name: value for name, value in table.items() if value is not None}
 
 
-def _least(mode: str, factors_of_mode: list[Factor]) -> Figures:
-    least, name = min(factors_of_mode, key=lambda factor: factor.low), mode.replace(" ", "_")
-    bar = {} if least.error_percent is None else {f"{name}_error_percent": least.error_percent}
-    return {f"{name}_factor": least.value} | bar
-
-
 def _critical(study: Study, adapted: Adapted) -> Figures:
     """Lowest speed from which each factor of the cycle is below 1; none where it is not within the speeds."""
     speeds = [rpm for rpm in study.speeds() if rpm is not None]
@@ -72,11 +72,3 @@ def _critical(study: Study, adapted: Adapted) -> Figures:
         return {}
     critical = SpeedSweep(adapted.rod, speeds).critical
     return {f"critical_{name}_rpm": rpm for name, rpm in critical.items() if rpm is not None}
-
-
-def _frequencies(study: Study, adapted: Adapted, count: int) -> Figures:
-    if not count:
-        return {}
-    report = modes_on(study, adapted.rod.mesh, count)
-    hertz = {f"frequency_{number}_Hz": float(one) for number, one in enumerate(report.elastic, start=1)}
-    return hertz | ({} if report.trusted else {"trusted": False})

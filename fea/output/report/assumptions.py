@@ -167,12 +167,8 @@ def _strength(run: Run) -> str:
     )
 
 
-def limits(run: Run) -> list[str]:
-    """Return what the model leaves out: what a reviewer must judge by other means."""
-    return list(_limits(run))
-
-
-def _limits(run: Run) -> Iterator[str]:
+def limits(run: Run) -> Iterator[str]:
+    """Yield what the model leaves out: what a reviewer must judge by other means."""
     yield from _joint(run)
     yield "Plastic deformation: beyond the yield strength the stresses are not those of the real rod."
     if run.summary.assembly is None:

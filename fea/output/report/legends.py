@@ -21,11 +21,6 @@ CASE_FIELDS = (
 INSTANT_FIELDS = CASE_FIELDS[:-1]
 
 
-def field_named(name: str) -> Field:
-    """Return a field by the name of its array."""
-    return _MIDDLE if name == _MIDDLE.name else field_of(name)
-
-
 def case_fields(data: Mapping[str, Array], peak: float) -> list[dict[str, Any]]:
     """Return the fields of a load case; the legend of the von Mises stress ends at the `peak` that counts."""
     names = [name for name in CASE_FIELDS if name in data]
@@ -54,7 +49,7 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
 
 
 def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> dict[str, Any]:
-    field = field_named(name).in_units()
+    field = (_MIDDLE if name == _MIDDLE.name else field_of(name)).in_units()
     values = np.asarray(field.values(data), float)
     finite = values[np.isfinite(values)]
     largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0

@@ -72,10 +72,12 @@ def _facts(summary: Summary) -> list[Fact]:
     name = summary.worst_case
     worst = summary.results[name]
     angle = summary.loads[name].crank_deg
+    at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
+    where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
     found = [
         Fact("Safety factor against yielding", _with_bar(worst), when),
-        Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", _where(worst)),
+        Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where),
     ]
     envelope = summary.envelope
     if envelope is not None and envelope.fatigue is not None:
@@ -106,11 +108,6 @@ def _with_bar(case: CaseFigures) -> str:
     return f"{value} ± {max(case.min_safety_factor - low, 0.01):.2f}"
 
 
-def _where(case: CaseFigures) -> str:
-    at = f"at x, y, z = {place(case.at_mm)} mm".replace("-", "−")
-    return at if case.error_percent is None else f"± {bar(case.error_percent)} %, {at}"
-
-
 # In this order, as one script: each uses what stands before it.
 _SCRIPTS = (
     "vectors.js", "numbers.js", "surface.js", "results.js", "camera.js", "painter.js", "loads.js", "pick.js",
@@ -120,12 +117,15 @@ _SCRIPTS = (
 
 def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
-    parts = sections(run)
+    parts, script = sections(run), ""
+    if drawn is not None:
+        body = "\n".join(page_file("report", name) for name in _SCRIPTS)
+        script = f'(() => {{\n"use strict";\n{body}}})();\n'
     return html_page(
         "report",
         "report.html.jinja",
         page_file("report", "report.css"),
-        "" if drawn is None else _script(),
+        script,
         **_head(run, picture),
         sections=parts,
         scene=drawn,
@@ -160,11 +160,6 @@ def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
 
 
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
-
-
-def _script() -> str:
-    body = "\n".join(page_file("report", name) for name in _SCRIPTS)
-    return f'(() => {{\n"use strict";\n{body}}})();\n'
 
 
 def _with_charts(drawn: Scene, parts: list[Section]) -> dict[str, Any]:

@@ -175,7 +175,7 @@ def _assumed(run: Run) -> Iterator[Section]:
 
 
 def _left_out(run: Run) -> Iterator[Section]:
-    content = {"limits": limits(run), "omissions": run.summary.left_out}
+    content = {"limits": list(limits(run)), "omissions": run.summary.left_out}
     yield Section("limits", "What the model leaves out", "limits.html.jinja", content, "Left out")
 
 

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator
 from fea.analysis.figures import (
     AssemblyFigures,
     CaseFigures,
-    ColumnFigures,
     FitFigures,
     LifeFigures,
     PlaceFigures,
@@ -100,7 +99,9 @@ def singular(summary: Summary) -> list[str]:
 def governs(summary: Summary) -> str:
     """Return the mode of failure that decides, with its place."""
     found = summary.survival
-    angle = "" if found.case is None else _angle(summary, found.case)
+    load = None if found.case is None else summary.loads.get(found.case)
+    degrees = None if load is None else load.crank_deg
+    angle = "" if degrees is None else f" at {degrees:.0f}°"
     case = "" if found.case is None else f", {_CASES.get(found.case, found.case)}{angle}"
     edge = _edge(summary)
     if edge is not None:
@@ -116,11 +117,6 @@ def governs(summary: Summary) -> str:
         return "Governs: yielding."
     where = envelope.where or f"({place(envelope.at_mm)}) mm"
     return f"Governs: yielding, {where}, at {number(envelope.crank_deg, '.0f')}° of the cycle."
-
-
-def _angle(summary: Summary, case: str) -> str:
-    angle = summary.loads[case].crank_deg if case in summary.loads else None
-    return "" if angle is None else f" at {angle:.0f}°"
 
 
 def _weakest(case: CaseFigures) -> str:
@@ -257,15 +253,13 @@ def _buckling(summary: Summary) -> list[str]:
     near = least is not None and least < _NEAR * summary.survival.required_safety_factor
     if column.case is None or not (near or found.modes is not None):
         return []
+    known = {
+        side: plane.safety_factor for side, plane in column.planes.items() if plane.safety_factor is not None
+    }
+    side = min(known, key=lambda name: known[name])
+    said = f"{factor(known[side])} {SIDES[side]}, under {column.force_N / KN:.1f} kN ({column.case})"
     modes = "" if found.min_mode_factor is None else f"; modes of the solid {factor(found.min_mode_factor)}"
-    return [f"Buckling: {_column(column)}{modes}."]
-
-
-def _column(column: ColumnFigures) -> str:
-    known = {name: plane for name, plane in column.planes.items() if plane.safety_factor is not None}
-    side = min(known, key=lambda name: known[name].safety_factor or 0.0)
-    said = f"{factor(known[side].safety_factor)} {SIDES[side]}"
-    return f"{said}, under {column.force_N / KN:.1f} kN ({column.case})"
+    return [f"Buckling: {said}{modes}."]
 
 
 def _contact(summary: Summary) -> list[str]:
