@@ -11,7 +11,16 @@ _ENDS = ("big_end", "small_end")
 
 def check(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
-    _sizes(rod)
+    for name in dimensions():
+        value = require_number(f"rod.{key(name)}", getattr(rod, name))
+        object.__setattr__(rod, name, value)
+        allowed = LEAST <= value <= MOST or (value == 0 and name in options())
+        rule = f"must lie between {LEAST:g} and {MOST:g} mm"
+        require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
+    section, known = rod.shank_section, [str(section) for section in ShankSection]
+    valid = isinstance(section, str) and section in known
+    require_of(rod, "shank_section", valid, f"must be one of {', '.join(known)}")
+    object.__setattr__(rod, "shank_section", ShankSection(section))
     _rings(rod)
     _shank(rod)
     _fillets(rod)
@@ -22,7 +31,12 @@ def check(rod: Dimensions) -> None:
         _bosses(rod, bosses)
         _bolts(rod, bosses)
     if rod.has_pockets:
-        _web(rod)
+        remedy = 'Reduce it, or choose shank_section = "rectangular".'
+        across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
+        _at_most(rod, "web_thickness", 0.95 * across, f", 0.95 of the shank's {what}", remedy)
+        depth = (across - rod.web_thickness) / 2
+        for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
+            _at_most(rod, "pocket_floor_radius", 0.9 * limit, f", 0.9 of the {what}", "Reduce it.")
         _pocket(rod, web_pocket(rod, Outline(rod).edge))
     _drilled(rod)
 
@@ -34,19 +48,6 @@ def require_of(rod: Dimensions, name: str, holds: bool, rule: str, remedy: str =
 
 def _at_most(rod: Dimensions, name: str, most: float, what: str, remedy: str = "") -> None:
     require_of(rod, name, getattr(rod, name) <= most, f"must be at most {most:.4g} mm{what}", remedy)
-
-
-def _sizes(rod: Dimensions) -> None:
-    for name in dimensions():
-        value = require_number(f"rod.{key(name)}", getattr(rod, name))
-        object.__setattr__(rod, name, value)
-        allowed = LEAST <= value <= MOST or (value == 0 and name in options())
-        rule = f"must lie between {LEAST:g} and {MOST:g} mm"
-        require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
-    section, known = rod.shank_section, [str(section) for section in ShankSection]
-    valid = isinstance(section, str) and section in known
-    require_of(rod, "shank_section", valid, f"must be one of {', '.join(known)}")
-    object.__setattr__(rod, "shank_section", ShankSection(section))
 
 
 def _rings(rod: Dimensions) -> None:
@@ -159,15 +160,6 @@ def _bolts(rod: Dimensions, bosses: Bosses) -> None:
     rule = f"must be at least {least:.4g} mm, so that the holes clear the bore and the bolts have plane seats"
     wide = rod.cap_bolt_spacing >= least
     require_of(rod, "cap_bolt_spacing", wide, rule, "Increase it, or lengthen the bosses.")
-
-
-def _web(rod: Dimensions) -> None:
-    remedy = 'Reduce it, or choose shank_section = "rectangular".'
-    across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
-    _at_most(rod, "web_thickness", 0.95 * across, f", 0.95 of the shank's {what}", remedy)
-    depth = (across - rod.web_thickness) / 2
-    for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
-        _at_most(rod, "pocket_floor_radius", 0.9 * limit, f", 0.9 of the {what}", "Reduce it.")
 
 
 def _pocket(rod: Dimensions, pocket: Pocket) -> None:

@@ -105,15 +105,10 @@ class Pocket:
     in_sides: bool = False  #: whether it is cut into the sides (±y), not into the faces (±z)
 
     @property
-    def half_turns(self) -> tuple[float, float]:
-        """Half the turning angles at the corners of the big and the small end, rad."""
-        slope = math.atan2(self.edge.along[1], self.edge.along[0])
-        return math.pi / 4 - slope / 2, math.pi / 4 + slope / 2
-
-    @property
     def tangents(self) -> tuple[float, float]:
         """What the rounding takes from the sides at the corners of the big and the small end, mm."""
-        big, small = self.half_turns
+        slope = math.atan2(self.edge.along[1], self.edge.along[0])
+        big, small = math.pi / 4 - slope / 2, math.pi / 4 + slope / 2
         return self.corner * math.tan(big), self.corner * math.tan(small)
 
     def corner_centers(self) -> tuple[Point, Point]:

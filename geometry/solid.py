@@ -70,11 +70,27 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     """
     if assembly is not None:
         check(rod, assembly)
-    _require_symmetry(rod.smallest_cell if assembly is None else assembly.smallest_cell(rod), mirror)
+    smallest = rod.smallest_cell if assembly is None else assembly.smallest_cell(rod)
+    cells = list(Mirror)
+    rule = f"the smallest symmetry cell of this rod is {smallest}"
+    possible = cells.index(mirror) <= cells.index(smallest)
+    require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
     gmsh.model.add("rod")
     turn = 0.0 if assembly is None else math.radians(assembly.split or 0.0)
     body = _plan(rod, mirror, turn)
-    above = _tools_above(rod, turn)
+    above = []
+    big, small = ring_steps(rod)
+    top = max(big.ring, small.ring)
+    if top > rod.shank_width / 2:
+        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
+        with kernel.attempt("draw the ring steps"):
+            around = _above(big, top, rod, Outline(rod, turn).shank_sector)
+            above.append(kernel.common(around, _above(small, top, rod)))
+    if rod.has_pockets and not rod.has_side_pockets:
+        above.append(_pocket(rod))
+    if profile := space_beside(rod):
+        with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
+            above.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
     if mirror is Mirror.NONE:
         above += [kernel.turned_over(tool) for tool in above]
     if rod.has_side_pockets:
@@ -128,47 +144,17 @@ def with_contacts(
     return replace(solid, features=(*solid.features, *small), interfaces=touching)
 
 
-def _require_symmetry(smallest: Mirror, mirror: Mirror) -> None:
-    cells = list(Mirror)
-    rule = f"the smallest symmetry cell of this rod is {smallest}"
-    possible = cells.index(mirror) <= cells.index(smallest)
-    require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
-
-
 def _plan(rod: Rod, mirror: Mirror, turn: float) -> int:
     top = max(rod.big_end_width, rod.small_end_width) / 2
     outline = Outline(rod, turn)
     with kernel.attempt("extrude the rod's outline"):
         if mirror is Mirror.QUARTER:
-            return kernel.prism(_upper_loop(outline), (), 0.0, top)
+            big, small = (bore.reversed() for bore in outline.bores)
+            cap, crown = outline.upper[0].start, outline.upper[-1].end
+            back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
+            return kernel.prism((*outline.upper, *back), (), 0.0, top)
         holes = [(bore, bore.mirrored()) for bore in outline.bores]
         return kernel.prism(outline.whole, holes, 0.0 if mirror is Mirror.HALF else -top, top)
-
-
-def _upper_loop(outline: Outline) -> tuple[Segment, ...]:
-    """Close the upper half along the axis, around the upper halves of the bores."""
-    big, small = (bore.reversed() for bore in outline.bores)
-    cap, crown = outline.upper[0].start, outline.upper[-1].end
-    back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
-    return (*outline.upper, *back)
-
-
-def _tools_above(rod: Rod, turn: float = 0.0) -> list[int]:
-    """Draw what is cut away above z = 0, with bosses turned by `turn`, rad; its images are cut away below."""
-    tools = []
-    big, small = ring_steps(rod)
-    top = max(big.ring, small.ring)
-    if top > rod.shank_width / 2:
-        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
-        with kernel.attempt("draw the ring steps"):
-            around = _above(big, top, rod, Outline(rod, turn).shank_sector)
-            tools.append(kernel.common(around, _above(small, top, rod)))
-    if rod.has_pockets and not rod.has_side_pockets:
-        tools.append(_pocket(rod))
-    if profile := space_beside(rod):
-        with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
-            tools.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
-    return tools
 
 
 def _pocket(rod: Rod) -> int:
@@ -190,7 +176,13 @@ def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
     if rod.oil_gallery:
         tools.append(occ.addCylinder(0, 0, 0, rod.length, 0, 0, rod.oil_gallery / 2))
     if rod.shank_bore:
-        tools.append(_bore_along(rod))
+        radius, round_, end = rod.shank_bore / 2, rod.shank_bore_round, rod.shank_bore_end
+        arc = Arc((radius - round_, end - round_), round_, 0.0, math.pi / 2)
+        corners = [arc.end, (0.0, end), (0.0, 0.0), (radius, 0.0), arc.start]
+        profile: tuple[Segment, ...] = (arc, *(Line(a, b) for a, b in pairwise(corners)))
+        bore = kernel.revolution(profile, 0.0)
+        gmsh.model.occ.rotate([(kernel.SOLID, bore)], 0, 0, 0, 0, 1, 0, math.pi / 2)
+        tools.append(bore)
     if rod.oil_hole:
         tools.append(occ.addCylinder(rod.length, 0, 0, 2 * rod.small_end_radius, 0, 0, rod.oil_hole / 2))
     if rod.cap_bolt:
@@ -200,17 +192,6 @@ def _holes(rod: Rod, turn: float = 0.0) -> list[int]:
             occ.rotate([(kernel.SOLID, bolt) for bolt in bolts], 0, 0, 0, 0, 0, 1, turn)
         tools += bolts
     return tools
-
-
-def _bore_along(rod: Rod) -> int:
-    """Draw the bore of a tubular shank, from the big end's centre to its rounded end."""
-    radius, round_, end = rod.shank_bore / 2, rod.shank_bore_round, rod.shank_bore_end
-    arc = Arc((radius - round_, end - round_), round_, 0.0, math.pi / 2)
-    corners = [arc.end, (0.0, end), (0.0, 0.0), (radius, 0.0), arc.start]
-    profile: tuple[Segment, ...] = (arc, *(Line(a, b) for a, b in pairwise(corners)))
-    bore = kernel.revolution(profile, 0.0)
-    gmsh.model.occ.rotate([(kernel.SOLID, bore)], 0, 0, 0, 0, 1, 0, math.pi / 2)
-    return bore
 
 
 def _chamfers(rod: Rod, mirror: Mirror) -> list[int]:

@@ -67,23 +67,20 @@ def peak_cases(cycle: CrankCycle) -> Peaks:
             left_out.append((name, reason))
     angle, largest = _refine(lambda c: c.gas, cycle, whole)
     if largest > 0:
-        cases.append(gas_alone(largest, angle))
+        cases.append(
+            Instants(
+                names=np.array("gas"),
+                pin=np.array([-largest, 0.0]),
+                crank=np.array([largest, 0.0]),
+                crank_angle=np.array(angle),
+                gas=np.array(largest),
+                wall=np.zeros(()),
+                torque=np.zeros(()),
+            )
+        )
     else:
         left_out.append(("gas", "there is no gas force on the piston"))
     return Peaks(joined(cases), tuple(left_out))
-
-
-def gas_alone(force: float, crank_angle: float) -> Instants:
-    """Return the case of the gas force (N, towards the crank; peak at `crank_angle`) on a rod at rest."""
-    return Instants(
-        names=np.array("gas"),
-        pin=np.array([-force, 0.0]),
-        crank=np.array([force, 0.0]),
-        crank_angle=np.array(crank_angle),
-        gas=np.array(force),
-        wall=np.zeros(()),
-        torque=np.zeros(()),
-    )
 
 
 # Nothing but bolts and fits.

@@ -64,7 +64,15 @@ def cycle(
     motion = kinematics(engine, crank_angle, speed)
     gas_force = gas.pressure(motion.crank_angle, motion.speed) * engine.piston_area
     acceleration = center_acceleration(engine, rod, motion)
-    pin = _pin_force(engine, rod, motion, gas_force, acceleration)
+    x, y, _ = rod.center
+    a_x, a_y = acceleration
+    tan_b = np.tan(motion.rod_angle)
+    moment = -rod.inertia_z * motion.rod_acceleration + rod.mass * (x * a_y - y * a_x)
+    p_x = -gas_force - engine.piston_mass * motion.piston_acceleration
+    wall = moment / (engine.rod_length * np.cos(motion.rod_angle)) - p_x * tan_b
+    drag = engine.friction * np.sign(motion.piston_velocity)
+    wall = wall / (1 - drag * tan_b * np.sign(wall))
+    pin = Vector(p_x - drag * np.abs(wall), wall)
     beta, theta = motion.rod_angle, motion.crank_angle
     inertia_x, inertia_y = to_engine_axes(Vector(rod.mass * acceleration.x, rod.mass * acceleration.y), beta)
     crank = Vector(inertia_x - pin.x, inertia_y - pin.y)
@@ -111,26 +119,6 @@ def origin_acceleration(engine: Engine, motion: Kinematics) -> Vector:
     inward = engine.crank_radius * motion.speed**2
     angle = motion.crank_angle + motion.rod_angle
     return Vector(-inward * np.cos(angle), -inward * np.sin(angle))
-
-
-def _pin_force(
-    engine: Engine, rod: MassProperties, motion: Kinematics, gas: Floats, a_center: Vector
-) -> Vector:
-    """Force on the rod at the piston pin, engine axes, N.
-
-    Without friction P_x follows from the piston alone and P_y = M/(l cos β) − P_x tan β =: N₀. Friction
-    −μ |N| sgn ẋ is added to P_x, hence N = N₀ + μ sgn ẋ tan β |N|: since μ |tan β| < 1 (`Engine`
-    ensures this), N has the sign of N₀ and the equation is solved in one step.
-    """
-    x, y, _ = rod.center
-    a_x, a_y = a_center
-    tan_b = np.tan(motion.rod_angle)
-    moment = -rod.inertia_z * motion.rod_acceleration + rod.mass * (x * a_y - y * a_x)
-    p_x = -gas - engine.piston_mass * motion.piston_acceleration
-    wall = moment / (engine.rod_length * np.cos(motion.rod_angle)) - p_x * tan_b
-    drag = engine.friction * np.sign(motion.piston_velocity)
-    wall = wall / (1 - drag * tan_b * np.sign(wall))
-    return Vector(p_x - drag * np.abs(wall), wall)
 
 
 @dataclass(frozen=True)

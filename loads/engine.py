@@ -40,11 +40,6 @@ class Engine:
         require_positive("engine.bore_mm", self.bore)
         require_positive("engine.piston_mass_kg", self.piston_mass)
         require_number("engine.pin_offset_mm", self.pin_offset)
-        self._require_a_whole_turn()
-        self._require_a_free_piston()
-        self._require_cylinders()
-
-    def _require_a_whole_turn(self) -> None:
         reach = self.crank_radius + abs(self.pin_offset)
         require(
             reach < self.rod_length,
@@ -54,8 +49,6 @@ class Engine:
             f"(λ = {reach / self.rod_length:.4g} must be below 1)",
             "Lengthen the rod or reduce engine.stroke_mm.",
         )
-
-    def _require_a_free_piston(self) -> None:
         friction = require_number("engine.friction", self.friction)
         require(friction >= 0, "engine.friction", friction, "must not be negative")
         jam = friction * self.largest_rod_tangent
@@ -66,6 +59,7 @@ class Engine:
             f"the piston jams: μ tan β must stay below 1 over the cycle, but reaches {jam:.4g}",
             "Reduce the friction or lengthen the rod.",
         )
+        self._require_cylinders()
 
     def _require_cylinders(self) -> None:
         whole = isinstance(self.cylinders, int) and not isinstance(self.cylinders, bool)
@@ -98,11 +92,6 @@ class Engine:
         return math.sqrt((self.rod_length + self.crank_radius) ** 2 - self.pin_offset**2)
 
     @property
-    def bottom_position(self) -> float:
-        """The same at bottom dead centre, mm."""
-        return math.sqrt((self.rod_length - self.crank_radius) ** 2 - self.pin_offset**2)
-
-    @property
     def stroke(self) -> float:
         """Travel of the piston, mm (2r; slightly more with a pin offset)."""
-        return self.top_position - self.bottom_position
+        return self.top_position - math.sqrt((self.rod_length - self.crank_radius) ** 2 - self.pin_offset**2)

@@ -119,18 +119,16 @@ class Otto(Ideal):
         )
         _require_reached("engine.intake_pressure_bar", self.intake, self.compressed)
         if self.peak is not None:
-            self._require_peak(require_positive("engine.peak_pressure_bar", self.peak))
-
-    def _require_peak(self, peak: float) -> None:
-        bar = 10 * peak
-        require(
-            peak >= self.compressed,
-            "engine.peak_pressure_bar",
-            bar,
-            f"must be at least {10 * self.compressed:.4g} bar absolute, the pressure after compression",
-            'For an engine without combustion use gas = "motored".',
-        )
-        require(peak <= LARGEST_PEAK, "engine.peak_pressure_bar", bar, too_high(peak))
+            peak = require_positive("engine.peak_pressure_bar", self.peak)
+            bar = 10 * peak
+            require(
+                peak >= self.compressed,
+                "engine.peak_pressure_bar",
+                bar,
+                f"must be at least {10 * self.compressed:.4g} bar absolute, the pressure after compression",
+                'For an engine without combustion use gas = "motored".',
+            )
+            require(peak <= LARGEST_PEAK, "engine.peak_pressure_bar", bar, too_high(peak))
 
     @property
     def compressed(self) -> float:

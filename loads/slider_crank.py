@@ -47,7 +47,10 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
     InvalidValue
         When an angle is not finite or a speed is negative or not finite.
     """
-    theta, omega = np.broadcast_arrays(_finite(crank_angle), _turning(speed))
+    theta = np.asarray(crank_angle, dtype=np.float64)
+    if not np.isfinite(theta).all():
+        raise InvalidValue("crank angle", "not finite", "every angle must be finite")
+    theta, omega = np.broadcast_arrays(theta, _turning(speed))
     r, l, e = engine.crank_radius, engine.rod_length, engine.pin_offset
     sin_t, cos_t = np.sin(theta), np.cos(theta)
     sin_b = (r * sin_t - e) / l
@@ -64,13 +67,6 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
         rod_rate=beta_d,
         rod_acceleration=beta_dd,
     )
-
-
-def _finite(crank_angle: npt.ArrayLike) -> Floats:
-    theta = np.asarray(crank_angle, dtype=np.float64)
-    if not np.isfinite(theta).all():
-        raise InvalidValue("crank angle", "not finite", "every angle must be finite")
-    return theta
 
 
 def _turning(speed: npt.ArrayLike) -> Floats:

@@ -45,10 +45,49 @@ class Trace:
         pressures = np.atleast_2d(np.asarray(self.pressures, dtype=np.float64))
         speeds = np.asarray(self.speeds, dtype=np.float64).reshape(-1)
         _require_shapes(angles, pressures, speeds)
-        _require_increasing_angles(angles)
-        _require_plausible(pressures)
+        back = np.flatnonzero(np.diff(angles) <= 0)
+        if back.size:
+            i = int(back[0]) + 1
+            raise InvalidValue(
+                "gas trace crank_deg",
+                math.degrees(angles[i]),
+                f"must increase from sample to sample (it follows {math.degrees(angles[i - 1]):g})",
+                "Sort the samples and drop repeated angles.",
+            )
+        outside = angles[(angles < 0) | (angles > CYCLE * (1 + 1e-12))]
+        if outside.size:
+            raise InvalidValue(
+                "gas trace crank_deg",
+                math.degrees(outside[0]),
+                "must lie within one cycle, 0 to 720°",
+                "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
+            )
+        lowest, peak = float(pressures.min()), float(pressures.max(axis=1).min())
+        highest = float(pressures.max())
+        require(highest <= LARGEST_PEAK, "gas trace pressure_bar", 10 * highest, too_high(highest))
+        require(
+            lowest >= -ATMOSPHERE * 1.05,
+            "gas trace pressure_bar",
+            10 * lowest,
+            "a gauge pressure cannot be below vacuum (−1 bar)",
+            "Give gauge pressures in bar.",
+        )
+        require(
+            peak >= _SMALLEST_PEAK,
+            "gas trace pressure_bar",
+            10 * peak,
+            "the peak must exceed 1 bar, as in every engine that compresses its charge",
+            'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".',
+        )
         angles, pressures = _closed(angles, pressures)
-        _require_coverage(angles)
+        steps = np.diff(angles)
+        closing = CYCLE - (angles[-1] - angles[0])
+        require(
+            closing <= 1.5 * float(steps.max()),
+            "gas trace crank_deg",
+            f"{math.degrees(angles[0]):g}…{math.degrees(angles[-1]):g}",
+            f"must cover a four-stroke cycle of 720°: {math.degrees(closing):.4g}° are missing",
+        )
         object.__setattr__(self, "crank_angles", angles)
         object.__setattr__(self, "pressures", pressures)
         object.__setattr__(self, "speeds", speeds)
@@ -138,46 +177,6 @@ def _require_shapes(angles: Floats, pressures: Floats, speeds: Floats) -> None:
     )
 
 
-def _require_increasing_angles(angles: Floats) -> None:
-    back = np.flatnonzero(np.diff(angles) <= 0)
-    if back.size:
-        i = int(back[0]) + 1
-        raise InvalidValue(
-            "gas trace crank_deg",
-            math.degrees(angles[i]),
-            f"must increase from sample to sample (it follows {math.degrees(angles[i - 1]):g})",
-            "Sort the samples and drop repeated angles.",
-        )
-    outside = angles[(angles < 0) | (angles > CYCLE * (1 + 1e-12))]
-    if outside.size:
-        raise InvalidValue(
-            "gas trace crank_deg",
-            math.degrees(outside[0]),
-            "must lie within one cycle, 0 to 720°",
-            "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
-        )
-
-
-def _require_plausible(pressures: Floats) -> None:
-    lowest, peak = float(pressures.min()), float(pressures.max(axis=1).min())
-    highest = float(pressures.max())
-    require(highest <= LARGEST_PEAK, "gas trace pressure_bar", 10 * highest, too_high(highest))
-    require(
-        lowest >= -ATMOSPHERE * 1.05,
-        "gas trace pressure_bar",
-        10 * lowest,
-        "a gauge pressure cannot be below vacuum (−1 bar)",
-        "Give gauge pressures in bar.",
-    )
-    require(
-        peak >= _SMALLEST_PEAK,
-        "gas trace pressure_bar",
-        10 * peak,
-        "the peak must exceed 1 bar, as in every engine that compresses its charge",
-        'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".',
-    )
-
-
 def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
     """Drop the sample one full cycle after the first, which must (nearly) repeat it."""
     if angles[-1] - angles[0] < CYCLE * (1 - 1e-9):
@@ -191,17 +190,6 @@ def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
         "Correct the drift of the pressure transducer.",
     )
     return angles[:-1], pressures[:, :-1]
-
-
-def _require_coverage(angles: Floats) -> None:
-    steps = np.diff(angles)
-    closing = CYCLE - (angles[-1] - angles[0])
-    require(
-        closing <= 1.5 * float(steps.max()),
-        "gas trace crank_deg",
-        f"{math.degrees(angles[0]):g}…{math.degrees(angles[-1]):g}",
-        f"must cover a four-stroke cycle of 720°: {math.degrees(closing):.4g}° are missing",
-    )
 
 
 # Crank angles after valve closing and before ignition in nearly every engine, degrees from firing TDC.
@@ -242,15 +230,11 @@ def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None 
     if p.size < 3 or not (p > 0).all():
         return Exponent(math.nan, math.nan, math.nan)
     ratios = (_RATIOS[1], _NOMINAL, _RATIOS[0]) if ratio is None else (ratio,) * 3
-    travel = _travel(np.radians(angles[inside]))
+    theta = np.radians(angles[inside])
+    rod = (1 - np.sqrt(1 - (_ROD_RATIO * np.sin(theta)) ** 2)) / _ROD_RATIO
+    travel = np.asarray((1 - np.cos(theta) + rod) / 2, dtype=np.float64)
     slopes = (-np.polyfit(np.log(1 / (r - 1) + travel), np.log(p), 1)[0] for r in ratios)
     return Exponent(*(float(slope) for slope in slopes))
-
-
-def _travel(theta: Floats) -> Floats:
-    """Way of the piston from TDC over its stroke."""
-    rod = (1 - np.sqrt(1 - (_ROD_RATIO * np.sin(theta)) ** 2)) / _ROD_RATIO
-    return np.asarray((1 - np.cos(theta) + rod) / 2, dtype=np.float64)
 
 
 _ROUNDING = 1e-9  # of the largest torque

@@ -206,7 +206,9 @@ def rims(mesh: TetMesh) -> tuple[Rim, ...]:
     for surface, name in _NAMES.items():
         if surface not in mesh.facets:
             continue
-        ends, middle = _border(mesh.facets[surface])
+        ends, middle = _sides(mesh.facets[surface])
+        _, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
+        ends, middle = ends[first[count == 1]], middle[first[count == 1]]
         free = ~_within(ends, cut)
         ends, middle = ends[free], middle[free]
         inner = _within(ends, [bore]) if surface in _JOINT else np.zeros(len(ends), dtype=bool)
@@ -221,13 +223,6 @@ def _sides(facets: Ints) -> tuple[Ints, Ints]:
     """Ends (n, 2), the lower number first, and middles (n, 0 or 1) of the sides of facets."""
     ends = np.sort(facets[:, FACET_EDGES].reshape(-1, 2), axis=1)
     return ends, facets[:, 3:].reshape(len(ends), (facets.shape[1] - 3) // 3)
-
-
-def _border(facets: Ints) -> tuple[Ints, Ints]:
-    """Ends and middles of the sides that only one facet has."""
-    ends, middle = _sides(facets)
-    _, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
-    return ends[first[count == 1]], middle[first[count == 1]]
 
 
 def _within(ends: Ints, sets: list[Ints]) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:

@@ -44,22 +44,6 @@ def tetrahedralise(
     repair.prepare()
     apply(sizing, refinements, wanted, repair.spots)
     gmsh.option.setNumber("Mesh.Algorithm3D", 1)  # Delaunay: with one thread, the same mesh every time
-    _generate(sizing)
-    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))))
-    quality = measure(mesh, straightened)
-    if not quality.least_scaled_jacobian > 0:
-        inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
-        more = of_elements(inverted, "elements were inverted")
-        message = (
-            f"{more.causes[0]} and could not be repaired: the smallest scaled Jacobian is "
-            f"{quality.least_scaled_jacobian:.3g} and must exceed 0. Try a smaller --size"
-        )
-        raise UnsoundMeshError(message, more)
-    return numbered(mesh)[0], quality
-
-
-def _generate(sizing: Sizing) -> None:
-    """Let gmsh mesh the model, without its own exceptions: they would leave it unable to mesh again."""
     throwing = gmsh.option.getNumber(_ON_ERROR)
     gmsh.option.setNumber(_ON_ERROR, _STOP)
     failed = f"gmsh could not mesh the solid at size {sizing.size:g} mm"
@@ -74,6 +58,17 @@ def _generate(sizing: Sizing) -> None:
         raise MeshError(f"{failed}: {error}. {remedy}") from error
     if complaint:
         raise of_crossing(f"{failed}: {complaint}. {remedy}")
+    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))))
+    quality = measure(mesh, straightened)
+    if not quality.least_scaled_jacobian > 0:
+        inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
+        more = of_elements(inverted, "elements were inverted")
+        message = (
+            f"{more.causes[0]} and could not be repaired: the smallest scaled Jacobian is "
+            f"{quality.least_scaled_jacobian:.3g} and must exceed 0. Try a smaller --size"
+        )
+        raise UnsoundMeshError(message, more)
+    return numbered(mesh)[0], quality
 
 
 def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]) -> TetMesh:

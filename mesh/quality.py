@@ -57,14 +57,6 @@ def _bernstein() -> Floats:
     return np.asarray(np.linalg.inv(basis))
 
 
-def _p2_gradients(barycentric: Floats) -> Floats:
-    """Derivatives (n, 10, 3) of the ten-node shape functions with respect to the last three barycentrics."""
-    slope = np.concatenate([-np.ones((1, 3)), np.eye(3)])
-    corner = (4 * barycentric[:, :, None] - 1) * slope
-    edge = [4 * (barycentric[:, a, None] * slope[b] + barycentric[:, b, None] * slope[a]) for a, b in EDGES]
-    return np.concatenate([corner, np.stack(edge, axis=1)], axis=1)
-
-
 def scaled_jacobian(mesh: TetMesh) -> Floats:
     """Lower bound of det J over each element, relative to the mean over the element: (n_elements,).
 
@@ -75,7 +67,10 @@ def scaled_jacobian(mesh: TetMesh) -> Floats:
     if mesh.order == 1:
         return np.sign(shape(mesh))
     lattice = _lattice()[:, [3, 0, 1, 2]] / 3.0
-    gradients = _p2_gradients(lattice)
+    slope = np.concatenate([-np.ones((1, 3)), np.eye(3)])
+    corner = (4 * lattice[:, :, None] - 1) * slope
+    edge = [4 * (lattice[:, a, None] * slope[b] + lattice[:, b, None] * slope[a]) for a, b in EDGES]
+    gradients = np.concatenate([corner, np.stack(edge, axis=1)], axis=1)
     corners = mesh.points[mesh.tets]
     flat = gradients.transpose(1, 0, 2).reshape(10, -1)
     jacobian = (corners.transpose(0, 2, 1) @ flat).reshape(len(corners), 3, 20, 3)

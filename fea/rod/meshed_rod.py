@@ -149,7 +149,12 @@ class MeshedRod:
     @property
     def omissions(self) -> tuple[Note, ...]:
         """What the symmetry spares."""
-        return _spared(self.symmetry)
+        half = omission("elements at z < 0", "rod and loads are symmetric about z = 0")
+        quarter = omission(
+            "elements at y < 0",
+            "the rod is symmetric about y = 0; loads are split into a symmetric and an antisymmetric part",
+        )
+        return {Mirror.QUARTER: (half, quarter), Mirror.HALF: (half,), Mirror.NONE: ()}[self.symmetry]
 
     @property
     def cut_y(self) -> bool:
@@ -205,12 +210,3 @@ def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:
     doubled, origin = separated(mesh, {one.parts: one.sides for one in solid.interfaces})
     ordered, order = numbered(doubled)
     return ordered, origin[order]
-
-
-def _spared(symmetry: Mirror) -> tuple[Note, ...]:
-    half = omission("elements at z < 0", "rod and loads are symmetric about z = 0")
-    quarter = omission(
-        "elements at y < 0",
-        "the rod is symmetric about y = 0; loads are split into a symmetric and an antisymmetric part",
-    )
-    return {Mirror.QUARTER: (half, quarter), Mirror.HALF: (half,), Mirror.NONE: ()}[symmetry]

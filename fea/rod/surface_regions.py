@@ -40,7 +40,9 @@ class SurfaceRegions:
         bore[mesh.facets[Surface.SMALL_END_BORE]] = True
         bore[_shared(mesh)] = True
         facets = mesh.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
-        center, normal = _centers_and_normals(mesh.points[facets[:, :3]])
+        corners = mesh.points[facets[:, :3]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        center, normal = corners.mean(axis=1), normal / np.linalg.norm(normal, axis=1, keepdims=True)
         machined = np.zeros(len(facets), dtype=bool)
         ends = ((0.0, bores.big_radius, -1), (bores.rod_length, bores.small_radius, 1))
         within = [_reach(mesh.points[:, 0], x, outwards) for x, _, outwards in ends]
@@ -86,12 +88,6 @@ def _shared(mesh: TetMesh) -> Mask:
         one[nodes] = owner  # of several parts any
         shared[nodes[one[nodes] != owner]] = True
     return shared
-
-
-def _centers_and_normals(corners: Floats) -> tuple[Floats, Floats]:
-    """Centres and unit normals (n, 3) of triangles (n, 3, 3)."""
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return corners.mean(axis=1), normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _away(places: Floats, x: float) -> Floats:

@@ -114,11 +114,7 @@ def facets_within(bore: BoreFacets, direction: float, half_arc: float) -> Iterat
     yield FacetPoints(bore.nodes[inside], bore.shape_values, bore.areas[inside], bore.angle[inside])
     crossed = np.flatnonzero(~inside & ~outside)
     owner, parts = parts_within(psi[crossed], half_arc)
-    yield _part_points(bore, crossed[owner], parts)
-
-
-def _part_points(bore: BoreFacets, facets: Ints, parts: Floats) -> FacetPoints:
-    """Quadrature points of parts (n, 3, 2), each of one of the `facets` (n,)."""
+    facets = crossed[owner]
     nodes, corners = bore.nodes[facets], bore.corners[facets]
     table = tabulate(3, FACET_DEGREE)
     places = table.values @ parts
@@ -126,7 +122,7 @@ def _part_points(bore: BoreFacets, facets: Ints, parts: Floats) -> FacetPoints:
     values, gradients = (each.reshape(*places.shape[:2], *each.shape[1:]) for each in shapes)
     areas, angle = _areas_and_angles(corners, values, gradients)
     share = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1]))[:, None]  # of the reference triangle
-    return FacetPoints(nodes, values, areas * share * table.weights, angle)
+    yield FacetPoints(nodes, values, areas * share * table.weights, angle)
 
 
 def wrapped(angle: Floats) -> Floats:

@@ -48,14 +48,6 @@ def _monomial_slopes(place: Floats, order: int) -> Floats:
     return np.stack([np.stack(row, axis=1) for row in along], axis=1)
 
 
-def _tangents(normal: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors (n, 3) that complete each normal to a right-handed frame."""
-    least = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    first = np.cross(least, normal)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return first, np.cross(normal, first)
-
-
 def _groups(sorted_keys: Ints) -> Ints:
     """Start of each run of equal keys."""
     return np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
@@ -96,7 +88,10 @@ class SurfaceStress:
         np.add.at(normal, number, normals[corner_facet, corner])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
 
-        self._origin, self._tangent = self.boundary.points[vertex], _tangents(normal)
+        least = np.eye(3)[np.abs(normal).argmin(axis=1)]
+        first = np.cross(least, normal)
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        self._origin, self._tangent = self.boundary.points[vertex], (first, np.cross(normal, first))
         self._fit(mesh.order, number, self.boundary.facets[corner_facet])
         turn = (normals[corner_facet] * normal[number, None]).sum(axis=2).min(axis=1)
         self._usable[number[turn < LEAST_COSINE]] = False
@@ -206,38 +201,23 @@ class SurfaceStress:
         node.
         """
         if (E, nu) not in self._known:
-            rows = self._equations(nu)
+            first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
+            unit, across = np.eye(3), nu / (1 - nu) * _dyads(normal, normal)
+            rows = np.stack(  # weighted traction, then normal and shear stress along the surface
+                [TRACTION_WEIGHT * _dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
+                + [_dyads(first, first) - across, _dyads(second, second) - across, _dyads(first, second)],
+                axis=1,
+            )
             transposed = rows.transpose(0, 2, 1)
             inverse = np.linalg.inv(np.add.reduceat(transposed @ rows, self._start))
             fans = np.diff(np.append(self._start, len(rows)))
             share = np.repeat(inverse, fans, axis=0) @ transposed
-            self._known[E, nu] = (
-                share[:, :, 3:] @ self._plane_stress(E, nu),
-                TRACTION_WEIGHT * share[:, :, :3],
+            # along[:, a, b]: component a of the derivative along axis b.
+            along = np.einsum("nai,nbk->nabki", self._axes, self._combine).reshape(-1, 2, 2, 6)
+            e11, e22, g12 = along[:, 0, 0], along[:, 1, 1], along[:, 0, 1] + along[:, 1, 0]
+            membrane = E / (1 - nu**2)
+            stress = np.stack(
+                [membrane * (e11 + nu * e22), membrane * (e22 + nu * e11), E / (2 * (1 + nu)) * g12], axis=1
             )
+            self._known[E, nu] = share[:, :, 3:] @ stress, TRACTION_WEIGHT * share[:, :, :3]
         return self._known[E, nu]
-
-    def _equations(self, nu: float) -> Floats:
-        """Rows (n, 6, 6) on the stress: weighted traction, then normal and shear stress along the surface."""
-        first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
-        unit = np.eye(3)
-        across = nu / (1 - nu) * _dyads(normal, normal)
-        return np.stack(
-            [TRACTION_WEIGHT * _dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
-            + [_dyads(first, first) - across, _dyads(second, second) - across, _dyads(first, second)],
-            axis=1,
-        )
-
-    def _plane_stress(self, E: float, nu: float) -> Floats:
-        """Stress (n, 3, 6) along the surface of slopes ∂u_i/∂s_k, k before i."""
-        # along[:, a, b]: component a of the derivative along axis b.
-        along = np.einsum("nai,nbk->nabki", self._axes, self._combine).reshape(-1, 2, 2, 6)
-        e11, e22, g12 = along[:, 0, 0], along[:, 1, 1], along[:, 0, 1] + along[:, 1, 0]
-        return np.stack(
-            [
-                E / (1 - nu**2) * (e11 + nu * e22),
-                E / (1 - nu**2) * (e22 + nu * e11),
-                E / (2 * (1 + nu)) * g12,
-            ],
-            axis=1,
-        )

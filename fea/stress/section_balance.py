@@ -34,9 +34,15 @@ class SectionBalance:
             The larger of the force error and the moment error over the radius of gyration, relative to the
             largest bore force plus the moment over the radius of gyration.
         """
-        *force, moment = self._acting(case)
-        *carried, bent = self._carried(stress)
-        off = max(abs(force[0] - carried[0]), abs(force[1] - carried[1]), abs(moment - bent) / self._gyration)
+        x, y = map(float, case.pin)
+        moment = (self._rod_length - self._station) * y
+        if case.motions.any():
+            along, across, turning = _inertia(self._beyond, case)
+            center_x, center_y, _ = self._beyond.center
+            moment += (center_x - self._station) * across - center_y * along + turning
+            x, y = x + along, y + across
+        normal, shear, bent = self._carried(stress)
+        off = max(abs(x - normal), abs(y - shear), abs(moment - bent) / self._gyration)
         return off / (float(case.largest_force) + abs(moment) / self._gyration)
 
     @cached_property
@@ -52,17 +58,6 @@ class SectionBalance:
     @cached_property
     def _beyond(self) -> MassProperties:
         return mass_beyond(self._cell, self._density, self._station)
-
-    def _acting(self, case: Instants) -> tuple[float, float, float]:
-        """Forces along x and y beyond the section, N, and their moment about its point at y = 0, N·mm."""
-        x, y = map(float, case.pin)
-        moment = (self._rod_length - self._station) * y
-        if case.motions.any():
-            along, across, turning = _inertia(self._beyond, case)
-            center_x, center_y, _ = self._beyond.center
-            moment += (center_x - self._station) * across - center_y * along + turning
-            x, y = x + along, y + across
-        return x, y, moment
 
     def _carried(self, stress: Floats) -> tuple[float, float, float]:
         """Integrals of σ_xx, σ_xy and −y σ_xx, each linear on a triangle."""

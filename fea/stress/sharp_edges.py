@@ -181,6 +181,15 @@ class SharpEdges:
         place = np.array([places.index(names[label]) for label in creases.label[row]])
         length = _lengths(ends, size, place, len(mesh.points))
         far = np.minimum(_END * length, _END_MOST * float(np.ptp(mesh.points, axis=0).max()))
+        joined = body.edges.facet[body.edges.smooth & (every < 0)]
+        distance = np.full(len(ends), np.inf)
+        for number in np.unique(place):
+            of_place = np.flatnonzero(place == number)
+            nodes, count = np.unique(ends[of_place], return_counts=True)
+            last = mesh.points[nodes[count == 1]]
+            if len(last):
+                apart = np.linalg.norm(middle[of_place, None] - last, axis=2)
+                distance[of_place] = apart.min(axis=1)
         return cls(
             middle=middle,
             size=size,
@@ -192,8 +201,8 @@ class SharpEdges:
             place=place,
             between=tuple((one, other) for one, other in places),
             length=length,
-            at_end=_to_end(mesh.points, ends, place, middle) < far,
-            ground=Ground(body.points, body.facets, _patches(body, every)),
+            at_end=distance < far,
+            ground=Ground(body.points, body.facets, linked_groups(len(body.facets), *joined.T)),
         )
 
     def thickness(self, rows: Ints) -> Floats:
@@ -225,12 +234,6 @@ def _flanks(body: BoundarySurface, rows: Ints, along: Floats) -> tuple[Floats, F
     return normal, away
 
 
-def _patches(body: BoundarySurface, crease: Ints) -> Ints:
-    """Number (n_facets,) of the face of each facet: facets are joined but across creases."""
-    joined = body.edges.facet[body.edges.smooth & (crease < 0)]
-    return linked_groups(len(body.facets), *joined.T)
-
-
 def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
     """Length (n,) of the connected edge that each mesh edge is part of, within its place."""
     total = np.empty(len(ends))
@@ -240,16 +243,3 @@ def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
         sums = np.bincount(piece[ends[of_place, 0]], size[of_place])
         total[of_place] = sums[piece[ends[of_place, 0]]]
     return total
-
-
-def _to_end(points: Floats, ends: Ints, place: Ints, middle: Floats) -> Floats:
-    """Distance (n,) of each mesh edge from the nearest end of its place's edges; infinite without one."""
-    distance = np.full(len(ends), np.inf)
-    for number in np.unique(place):
-        of_place = np.flatnonzero(place == number)
-        nodes, count = np.unique(ends[of_place], return_counts=True)
-        last = points[nodes[count == 1]]
-        if len(last):
-            apart = np.linalg.norm(middle[of_place, None] - last, axis=2)
-            distance[of_place] = apart.min(axis=1)
-    return distance

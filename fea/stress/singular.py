@@ -14,7 +14,7 @@ import numpy as np
 from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.creases import Creases, Rim, rims
+from mesh.creases import Creases, rims
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Radius of the mask, over the smallest measure.
@@ -41,24 +41,19 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     volume = np.asarray(np.bincount(part[mesh.tets[:, 0]], _volumes(mesh)), dtype=np.float64)
     masks: dict[str, RimMask] = {}
     for rim in every:
-        radius = min(largest, _SHARE * _measure(mesh, rim, every, part, volume))
+        facets = mesh.facets[rim.surface]
+        edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
+        measures = []
+        for number in np.unique(part[rim.nodes]):
+            area = _areas(mesh, facets[part[facets[:, 0]] == number]).sum()
+            ends = mesh.points[edges[part[edges[:, 0]] == number]]
+            border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
+            measures += [2 * area / border, volume[number] / area]
+        radius = min(largest, _SHARE * float(min(measures)))
         known = masks.get(rim.name, RimMask(rim.name, rim.nodes, radius))
         nodes = np.union1d(known.nodes, rim.nodes)
         masks[rim.name] = RimMask(rim.name, nodes, min(known.radius, radius))
     return tuple(masks.values())
-
-
-def _measure(mesh: TetMesh, rim: Rim, every: tuple[Rim, ...], part: Ints, volume: Floats) -> float:
-    """Smallest width of the faces that end at a rim, or depth of the parts behind them, mm."""
-    facets = mesh.facets[rim.surface]
-    edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
-    measures = []
-    for number in np.unique(part[rim.nodes]):
-        area = _areas(mesh, facets[part[facets[:, 0]] == number]).sum()
-        ends = mesh.points[edges[part[edges[:, 0]] == number]]
-        border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
-        measures += [2 * area / border, volume[number] / area]
-    return float(min(measures))
 
 
 def _areas(mesh: TetMesh, facets: Ints) -> Floats:
@@ -97,12 +92,6 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
         for other in surfaces
         if other not in held
     ]
-    return np.unique(np.concatenate([_on_sharp_edges(mesh, surfaces, planes, creases), *border]))
-
-
-def _on_sharp_edges(
-    mesh: TetMesh, surfaces: list[Surface], planes: tuple[Surface, ...], creases: Creases | None
-) -> Ints:
     body = BoundarySurface.of(mesh, surfaces, planes)
     edges = body.edges
     facet, place = edges.facet[:, 0], edges.place[:, 0]
@@ -111,7 +100,7 @@ def _on_sharp_edges(
         turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
     else:
         turns = (creases.find(ends) >= 0) | (edges.cosine < np.cos(_CUSP))
-    return np.unique(ends[turns & ~edges.convex])
+    return np.unique(np.concatenate([ends[turns & ~edges.convex].ravel(), *border]))
 
 
 def _is_flat(mesh: TetMesh) -> bool:

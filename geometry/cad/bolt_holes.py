@@ -155,18 +155,14 @@ def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
     apart = [np.linalg.norm(loop_points(loop, _PLACES) - center, axis=1) for loop in loops]
     reach = [(float(one.min()), float(one.max())) for one in apart]
     inner = min(range(len(loops)), key=lambda number: reach[number][1])
-    if not _surrounds(loop_points(loops[inner]) - center, direction):
-        return None
-    nearest, farthest = min(ends for number, ends in enumerate(reach) if number != inner)
-    return Seat(level, reach[inner][1], nearest, round=farthest - nearest < _SAME)
-
-
-def _surrounds(away: Floats, direction: Floats) -> bool:
-    """Whether points (n, 3) of a loop lie on all sides of the axis."""
+    away = loop_points(loops[inner]) - center
     across = np.linalg.svd(direction[None])[2][1:]
     angle = np.sort(np.arctan2(away @ across[1], away @ across[0]))
     gaps = np.diff(np.append(angle, angle[0] + 2 * np.pi))
-    return bool(gaps.max() < np.pi)
+    if gaps.max() >= np.pi:  # the axis is not inside of it
+        return None
+    nearest, farthest = min(ends for number, ends in enumerate(reach) if number != inner)
+    return Seat(level, reach[inner][1], nearest, round=farthest - nearest < _SAME)
 
 
 # Radius of the seat over the hole's: the usual one (hexagons and cylinders of M8 to M12: 1.4 to 1.6), the

@@ -97,7 +97,13 @@ def bolts_in(
     dimensions = _BoltDimensions(pattern, shown, given or BoltSeat(head_diameter=0.0, grip=0.0))
     bolts = []
     for hole in holes:
-        head = _head_seat(hole)
+        if hole.head is None:
+            raise GeometryError(
+                f"the hole of diameter {2 * hole.radius:.4g} mm through the joint at "
+                f"{place_text(hole.center)} has no plane seat around it for the head of its bolt, square to "
+                "the hole. Add one to the cap in the CAD program"
+            )
+        head = hole.head
         seats = dimensions.seats(hole, head)
         bolts.append(
             BoltAxis(
@@ -128,16 +134,6 @@ def _unequal(bolts: Sequence[BoltAxis]) -> list[str]:
         return []
     listed = ", ".join(f"{grip:.4g}" for grip in grips)
     return [f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"]
-
-
-def _head_seat(hole: BoltHole) -> Seat:
-    if hole.head is None:
-        raise GeometryError(
-            f"the hole of diameter {2 * hole.radius:.4g} mm through the joint at {place_text(hole.center)} "
-            "has no plane seat around it for the head of its bolt, square to the hole. Add one to the cap "
-            "in the CAD program"
-        )
-    return hole.head
 
 
 class _Seats(NamedTuple):

@@ -72,7 +72,15 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     """
     interior = Interior(volumes)
     holes = through_holes(interior, faces)
-    odd = _odd_openings(interior, faces, holes)
+    openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
+    odd = [one for one in openings if not any(_belongs(one, hole) for hole in holes)]
+    reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
+    through = sorted((one for one in odd if _is_free(one, interior, reach)), key=lambda one: -one.radius)
+    odd = [
+        one
+        for place, one in enumerate(through)
+        if not any(one.coaxial(other.center, other.direction, other.radius) for other in through[:place])
+    ]
     if not odd:
         _require_cylinders(holes, faces)
     if diameters == UNKNOWN:
@@ -91,7 +99,13 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     middle = np.asarray(mass @ centers / mass.sum())
     ordered = heavier_first(best, middle) if _alike(*best) else best
     if diameters == UNKNOWN:
-        _require_round(odd, ordered)
+        larger = [one for one in odd if one.radius > min(bore.radius for bore in ordered)]
+        if larger:
+            raise GeometryError(
+                f"the bores would be: {_list(ordered)}; but a larger hole is unused. {_not_round(larger)}. "
+                f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
+                "rod.small_end_bore_mm"
+            )
         _require_between(ordered, middle)
     return ordered
 
@@ -111,19 +125,6 @@ class HalfOpenError(GeometryError):
     def __reduce__(self) -> tuple[type["HalfOpenError"], tuple[CadHole]]:
         """Pickle the wall, for errors that come from another process."""
         return type(self), (self.wall,)
-
-
-def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
-    """Return the openings that lead through, but not to a cylindrical hole; the largest first."""
-    openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
-    odd = [one for one in openings if not any(_belongs(one, hole) for hole in holes)]
-    reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
-    through = sorted((one for one in odd if _is_free(one, interior, reach)), key=lambda one: -one.radius)
-    return [
-        one
-        for place, one in enumerate(through)
-        if not any(one.coaxial(other.center, other.direction, other.radius) for other in through[:place])
-    ]
 
 
 def _openings(face: int) -> Iterator[_Opening]:
@@ -163,16 +164,6 @@ def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> 
         f"parallel to it: this is a cap, or another part of a rod. Add the rest to the file, or give the "
         "diameters of other holes as rod.big_end_bore_mm and rod.small_end_bore_mm"
     )
-
-
-def _require_round(odd: Sequence[_Opening], bores: Pair) -> None:
-    """Refuse openings larger than the smaller bore that are no cylinders: one of them may be the bore."""
-    larger = [one for one in odd if one.radius > min(bore.radius for bore in bores)]
-    if larger:
-        raise GeometryError(
-            f"the bores would be: {_list(bores)}; but a larger hole is unused. {_not_round(larger)}. "
-            f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and rod.small_end_bore_mm"
-        )
 
 
 def _require_between(bores: Pair, middle: Floats) -> None:

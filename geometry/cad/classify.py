@@ -100,7 +100,20 @@ def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) 
         return [
             cad_solid(tag, name, Role.OTHER, kept=not wanted or tag in wanted) for tag, name in names.items()
         ]
-    rod = _only_rod(rods, names)
+    sizes = np.array(
+        [
+            (big.radius, small.radius, big.apart(small), gmsh.model.occ.getMass(3, tag))
+            for tag, (big, small) in rods.items()
+        ]
+    )
+    if (np.abs(sizes / sizes[0] - 1) > _ALIKE).any():
+        listed = "; ".join(
+            f"{names[tag]} (bores of {2 * big:.4g} and {2 * small:.4g} mm, {apart:.4g} mm apart, "
+            f"{volume:.4g} mm³)"
+            for tag, (big, small, apart, volume) in zip(rods, sizes.tolist(), strict=True)
+        )
+        raise GeometryError(f"several solids of the file could be the rod: {listed}. Choose with rod.solids")
+    rod = next(iter(rods))
     roles = {tag: _role(tag, walls[tag], rods[rod]) for tag in names}
     # Of a rod that is divided lengthwise, each half has the shape of a rod.
     roles |= {tag: Role.OTHER_ROD for tag in alike if roles[tag] is not Role.CAP} | {rod: Role.ROD}
@@ -149,24 +162,6 @@ def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:
         and breadth <= _BREADTH * length
         and Balance.of((big, small), middle).is_that_of_a_rod
     )
-
-
-def _only_rod(rods: Mapping[int, Pair], names: Mapping[int, str]) -> int:
-    """The first of the rods, if all have bores and a volume of the same size."""
-    sizes = np.array(
-        [
-            (big.radius, small.radius, big.apart(small), gmsh.model.occ.getMass(3, tag))
-            for tag, (big, small) in rods.items()
-        ]
-    )
-    if (np.abs(sizes / sizes[0] - 1) > _ALIKE).any():
-        listed = "; ".join(
-            f"{names[tag]} (bores of {2 * big:.4g} and {2 * small:.4g} mm, {apart:.4g} mm apart, "
-            f"{volume:.4g} mm³)"
-            for tag, (big, small, apart, volume) in zip(rods, sizes.tolist(), strict=True)
-        )
-        raise GeometryError(f"several solids of the file could be the rod: {listed}. Choose with rod.solids")
-    return next(iter(rods))
 
 
 def _role(volume: int, walls: Walls, bores: Pair) -> Role:

@@ -149,7 +149,15 @@ def declared_unit(path: Path) -> str:
     """Return the unit of length that a file declares, of `DECLARED`; mm where it declares none or another."""
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
     if kind is CadFormat.STEP:
-        return _unit_of_step(path.read_bytes())
+        content = path.read_bytes()
+        metres = re.search(
+            rb"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(\$|\.[A-Z]+\.)\s*,\s*\.METRE\.", content
+        )
+        other = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|FEET)", content, re.IGNORECASE)
+        if other:
+            return "in" if other[1].upper() == b"INCH" else "ft"
+        prefix = metres[1] if metres else b".MILLI."
+        return _PREFIXES.get(prefix, "mm")
     return _unit_of_iges(path.read_bytes()) if kind is CadFormat.IGES else "mm"
 
 
@@ -285,15 +293,6 @@ def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
         gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
     if entities:
         gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
-
-
-def _unit_of_step(content: bytes) -> str:
-    metres = re.search(rb"LENGTH_UNIT\s*\(\s*\)[^;]*?SI_UNIT\s*\(\s*(\$|\.[A-Z]+\.)\s*,\s*\.METRE\.", content)
-    other = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|FEET)", content, re.IGNORECASE)
-    if other:
-        return "in" if other[1].upper() == b"INCH" else "ft"
-    prefix = metres[1] if metres else b".MILLI."
-    return _PREFIXES.get(prefix, "mm")
 
 
 def _unit_of_iges(content: bytes) -> str:

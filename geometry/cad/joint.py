@@ -72,7 +72,13 @@ def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
         float(np.ptp(height)),
         len(faces),
     )
-    _require_joint(joint, radius)
+    if abs(joint.normal[2]) > 1e-3 or joint.flatness > _ROUGH * radius or abs(joint.offset) > _OFF * radius:
+        raise GeometryError(
+            f"the faces that rod and cap share are no joint across the big end: their mean normal is "
+            f"({', '.join(f'{value:.3g}' for value in joint.normal)}) in the rod's frame (x to the small "
+            f"end, z along the pins), {joint.offset:.3g} mm from the bore's centre, and they lie within "
+            f"{joint.flatness:.3g} mm of a plane. Name the solids that belong to the rod with rod.solids"
+        )
     return joint
 
 
@@ -86,16 +92,6 @@ def _normal(faces: Sequence[int], points: Floats, areas: Floats) -> Floats:
         mean = normals.mean(axis=0)
         total += area * mean * np.sign(mean @ rough)
     return np.asarray(total / np.linalg.norm(total))
-
-
-def _require_joint(joint: Joint, radius: float) -> None:
-    if abs(joint.normal[2]) > 1e-3 or joint.flatness > _ROUGH * radius or abs(joint.offset) > _OFF * radius:
-        raise GeometryError(
-            f"the faces that rod and cap share are no joint across the big end: their mean normal is "
-            f"({', '.join(f'{value:.3g}' for value in joint.normal)}) in the rod's frame (x to the small "
-            f"end, z along the pins), {joint.offset:.3g} mm from the bore's centre, and they lie within "
-            f"{joint.flatness:.3g} mm of a plane. Name the solids that belong to the rod with rod.solids"
-        )
 
 
 # Largest distance of the joint from the bore's axis, and from the wall of the bore, over its radius.

@@ -183,13 +183,8 @@ def sharing(
             )
         remove_all({piece for made in pieces[len(every) :] for piece in made})
     gmsh.model.occ.synchronize()
-    _require_joined(volumes, names)
-    return volumes
-
-
-def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> None:
-    faces = [boundary(cell) for cell in cells]
-    joined, loose = [0], list(range(1, len(cells)))
+    faces = [boundary(cell) for cell in volumes]
+    joined, loose = [0], list(range(1, len(volumes)))
     while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
         joined += touching
         loose = [one for one in loose if one not in touching]
@@ -198,14 +193,15 @@ def _require_joined(cells: Sequence[Sequence[int]], names: Sequence[str]) -> Non
             (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], one, other)
             for one in loose
             for other in joined
-            for a in cells[one]
-            for b in cells[other]
+            for a in volumes[one]
+            for b in volumes[other]
         )
         raise GeometryError(
             f"the solids {names[one]} and {names[other]} do not touch (gap {gap:.3g} mm), so they cannot be "
             "bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
             "rod.solids"
         )
+    return volumes
 
 
 def _distinct(names: Sequence[str]) -> list[str]:

@@ -58,7 +58,18 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
             f"no two parallel round bores were found on its surface. {_listed(every)}. {_or_cap(every)}"
         )
     best = _straightened(surface, _largest(pairs))
-    _require_only(best, every, diameters)
+    for bore, diameter in zip(best, diameters, strict=True):
+        twins = [
+            hole
+            for hole in every
+            if hole.closed
+            and hole.through
+            and hole.same_radius(bore.radius, _SAME)
+            and all(_beside(hole, other) for other in best)
+        ]
+        if twins:
+            known = f" of {diameter:g} mm" if diameter else ""
+            raise MeshError(f"more than one hole{known} could be a bore. {_listed(every)}. {NAME_BORES}")
     if not any(diameters):
         _require_largest(best, every)
         _require_between(best, surface)
@@ -159,21 +170,6 @@ def _beside(hole: MeshHole, bore: MeshHole) -> bool:
         return False
     turned = float(np.linalg.norm(np.cross(hole.direction, bore.direction)))
     return turned > _ANOTHER or bore.apart(hole) > _APART * bore.radius
-
-
-def _require_only(pair: Pair, holes: Sequence[MeshHole], diameters: Diameters) -> None:
-    for bore, diameter in zip(pair, diameters, strict=True):
-        twins = [
-            hole
-            for hole in holes
-            if hole.closed
-            and hole.through
-            and hole.same_radius(bore.radius, _SAME)
-            and all(_beside(hole, other) for other in pair)
-        ]
-        if twins:
-            known = f" of {diameter:g} mm" if diameter else ""
-            raise MeshError(f"more than one hole{known} could be a bore. {_listed(holes)}. {NAME_BORES}")
 
 
 def _require_largest(pair: Pair, holes: Sequence[MeshHole]) -> None:

@@ -54,7 +54,9 @@ def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
         return None
     first, last = _joint_faces(rod, wall, "rod")
     sweep = (last.angle - first.angle) % (2 * math.pi)
-    if _lies_within(rod, wall, first.angle, sweep):
+    x, y = basis_across(wall.direction)
+    arms = rod.corners[wall.facets].reshape(-1, 3).mean(axis=0) - wall.center
+    if (math.atan2(float(arms @ y), float(arms @ x)) - first.angle) % (2 * math.pi) < sweep:
         sweep -= 2 * math.pi
     steps = max(8, math.ceil(abs(sweep) / _STEP))
     arm = rod.points[first.outline] - wall.center
@@ -104,10 +106,10 @@ def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> Surfac
         loops = [(one.outline, other.outline)]
         left = list(other.holes)
         for hole in one.holes:
-            near = [each for each in left if _coincide(rod.points[hole], cap.points[each], wall.radius)]
-            if near:
-                loops.append((hole, near[0]))
-                left = [each for each in left if each is not near[0]]
+            middle = rod.points[hole].mean(axis=0)
+            near = [_distance(middle, cap.points[each].mean(axis=0)) < _OFF * wall.radius for each in left]
+            if any(near):
+                loops.append((hole, left.pop(near.index(True))))
             else:
                 open_holes.append(hole)
         open_holes += [count + each for each in left]
@@ -200,13 +202,6 @@ def _turned(arms: Floats, axis: Floats, angle: float) -> Floats:
     return np.asarray(along + math.cos(angle) * (arms - along) + math.sin(angle) * across)
 
 
-def _lies_within(surface: SurfaceMesh, wall: MeshHole, start: float, sweep: float) -> bool:
-    """Whether the wall lies in a sector about its axis."""
-    x, y = basis_across(wall.direction)
-    arms = surface.corners[wall.facets].reshape(-1, 3).mean(axis=0) - wall.center
-    return (math.atan2(float(arms @ y), float(arms @ x)) - start) % (2 * math.pi) < sweep
-
-
 def _band(one: Ints, places: Floats, other: Ints, other_places: Floats) -> Ints:
     """Triangles between two closed lines that run against each other, by where they are along them."""
     back, its = other[::-1], other_places[::-1]
@@ -239,10 +234,6 @@ def _partners(places: Floats, other: Floats, radius: float) -> Ints | None:
     partner = apart.argmin(axis=1)
     same = apart.min(axis=1).max() < _SAME * radius and len(np.unique(partner)) == len(partner)
     return np.asarray(partner) if same else None
-
-
-def _coincide(places: Floats, other: Floats, radius: float) -> bool:
-    return _distance(places.mean(axis=0), other.mean(axis=0)) < _OFF * radius
 
 
 def _require_alike(places: Floats, other: Floats, radius: float) -> None:

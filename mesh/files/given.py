@@ -130,7 +130,13 @@ def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
 def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
     mesh, curved = straightened(scaled)
-    _require_jacobians(mesh)
+    inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
+    if inverted.size:
+        place = place_text(mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0))
+        raise MeshError(
+            f"{inverted.size} elements are folded over and could not be mended; the first is around "
+            f"{place}. Mesh the rod again"
+        )
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
     pair = find_bore_pair(surface, diameters)
@@ -179,16 +185,6 @@ def _cavities(surface: SurfaceMesh) -> list[str]:
         f"around {place} of the file: is an element missing?"
     )
     return [said]
-
-
-def _require_jacobians(mesh: TetMesh) -> None:
-    inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
-    if inverted.size:
-        place = place_text(mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0))
-        raise MeshError(
-            f"{inverted.size} elements are folded over and could not be mended; the first is around "
-            f"{place}. Mesh the rod again"
-        )
 
 
 def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 import gmsh
 import numpy as np
@@ -65,7 +64,17 @@ def read_inp(path: Path) -> TetFile:
     if included and not (nodes and blocks):
         raise MeshError(f"its mesh is in another file (*INCLUDE, INPUT={included}). Name that file")
     table = np.concatenate(nodes) if nodes else np.empty((0, 4))
-    ids, points = _unique_nodes(table)
+    number = table[:, 0]
+    if not (number == np.round(number)).all():
+        raise MeshError("a node has a number that is not whole")
+    ids, first, which = np.unique(number.astype(np.int64), return_index=True, return_inverse=True)
+    points = table[first, 1:]
+    moved = (points[which] != table[:, 1:]).any(axis=1) & ~np.isnan(table[:, 1:]).any(axis=1)
+    if moved.any():
+        raise MeshError(
+            f"node {ids[which[moved][0]]} is defined twice, at different places: the file probably holds "
+            "several parts. Write the rod's mesh as one part"
+        )
     return tet_file(points, [_elements(kind, lines, ids) for kind, lines in blocks])
 
 
@@ -91,22 +100,6 @@ def _kind(name: str) -> str:
     name = name.upper()
     solid = re.search(r"C3D(\d+)", name)
     return _SOLIDS.get(solid[1], name) if solid else name
-
-
-def _unique_nodes(table: Floats) -> tuple[Ints, Floats]:
-    """Rising numbers (n,) and coordinates (n, 3) of nodes; one node may be defined twice at one place."""
-    number = table[:, 0]
-    if not (number == np.round(number)).all():
-        raise MeshError("a node has a number that is not whole")
-    ids, first, which = np.unique(number.astype(np.int64), return_index=True, return_inverse=True)
-    points = table[first, 1:]
-    moved = (points[which] != table[:, 1:]).any(axis=1) & ~np.isnan(table[:, 1:]).any(axis=1)
-    if moved.any():
-        raise MeshError(
-            f"node {ids[which[moved][0]]} is defined twice, at different places: the file probably holds "
-            "several parts. Write the rod's mesh as one part"
-        )
-    return ids, points
 
 
 def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, Ints]:
@@ -233,7 +226,11 @@ def _through_meshio(path: Path, name: str) -> TetFile:
             raise
         return read_msh(path)  # files in which some entities alone have physical groups
     if name == "nastran":
-        _require_one_frame(mesh)
+        frames = mesh.point_data.get("nastran:ref", ())
+        if np.any(np.asarray(frames) != 0):
+            raise MeshError(
+                "its GRID entries use coordinate systems (field CP). Write them in the basic system"
+            )
     first = 1
     blocks = []
     for block in mesh.cells:
@@ -253,10 +250,3 @@ def _bulk_data(path: Path) -> io.StringIO:
     begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
     end = "" if "\nENDDATA" in text else "\nENDDATA\n"
     return io.StringIO(begin + text + end)
-
-
-def _require_one_frame(mesh: Any) -> None:
-    """Refuse nodes in coordinate systems of their own, which meshio ignores."""
-    frames = mesh.point_data.get("nastran:ref", ())
-    if np.any(np.asarray(frames) != 0):
-        raise MeshError("its GRID entries use coordinate systems (field CP). Write them in the basic system")

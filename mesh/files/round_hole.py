@@ -200,7 +200,14 @@ def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> C
     if len(places) < 3:
         return None
     random = np.random.default_rng(0)
-    centers, radii = circles_through(places[_triples(places, random)])
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only meshes from files need it
+
+    first = random.integers(len(places), size=_SAMPLES)
+    near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
+    picks = random.integers(near.shape[1], size=(_SAMPLES, 2))
+    centers, radii = circles_through(
+        places[np.column_stack([first, near[np.arange(_SAMPLES)[:, None], picks]])]
+    )
     usable = radii < largest
     centers, radii = centers[usable], radii[usable]
     few = places[random.permutation(len(places))[:_MOST_PLACES]]
@@ -214,16 +221,6 @@ def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> C
         if len(wall) >= _LEAST_FACETS and area > most:
             best, most = circle, area
     return best
-
-
-def _triples(places: Floats, random: np.random.Generator) -> Ints:
-    """Samples (n, 3) of places (m, 2); neighbours on an arc are near each other."""
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only meshes from files need it
-
-    first = random.integers(len(places), size=_SAMPLES)
-    near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
-    picks = random.integers(near.shape[1], size=(_SAMPLES, 2))
-    return np.column_stack([first, near[np.arange(_SAMPLES)[:, None], picks]])
 
 
 def _distinct(circles: list[Circle]) -> list[Circle]:

@@ -155,7 +155,18 @@ def mended(file: TetFile) -> Mended:
     usable = np.abs(file.points) < _FARTHEST  # not so for NaN
     sound = np.asarray(usable.all(axis=1))[file.tets].all(axis=1)
     _refuse(np.logical_not(sound), file.numbers, "nodes whose coordinates are no usable numbers")
-    points, tets, merged = _merged(file.points, file.tets)
+    used, local = np.unique(file.tets, return_inverse=True)
+    places = file.points[used]
+    grid = _SAME * max(float(np.ptp(places, axis=0).max()), 1e-300)
+    cell = np.round((places - places.min(axis=0)) / grid).astype(np.int64)
+    _, first, which = np.unique(cell, axis=0, return_index=True, return_inverse=True)
+    order = np.sort(first)  # nodes keep their order
+    place = np.argsort(np.argsort(first))
+    points, tets, merged = (
+        places[order],
+        place[which.ravel()][local].reshape(file.tets.shape),
+        len(used) - len(first),
+    )
     ordered = np.sort(tets, axis=1)
     _refuse((ordered[:, 1:] == ordered[:, :-1]).any(axis=1), file.numbers, "the same node twice")
     single = np.sort(np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)[1])
@@ -190,18 +201,6 @@ def _refuse(
     listed = ", ".join(map(str, refused[:_SHOWN])) + (", …" if len(refused) > _SHOWN else "")
     word = "element has" if len(refused) == 1 else "elements have"
     raise MeshError(f"{len(refused)} {word} {what} (number {listed}). {remedy}")
-
-
-def _merged(points: Floats, tets: Ints) -> tuple[Floats, Ints, int]:
-    """Points that elements use, elements that use each once, and how many nodes were merged."""
-    used, local = np.unique(tets, return_inverse=True)
-    places = points[used]
-    grid = _SAME * max(float(np.ptp(places, axis=0).max()), 1e-300)
-    cell = np.round((places - places.min(axis=0)) / grid).astype(np.int64)
-    _, first, which = np.unique(cell, axis=0, return_index=True, return_inverse=True)
-    order = np.sort(first)  # nodes keep their order
-    place = np.argsort(np.argsort(first))
-    return places[order], place[which.ravel()][local].reshape(tets.shape), len(used) - len(first)
 
 
 def _turned(points: Floats, tets: Ints) -> tuple[Ints, int]:
