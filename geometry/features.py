@@ -67,7 +67,10 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     area = full * small.radius * rod.pin_bearing_width - math.pi * rod.oil_hole**2 / 4 - drilled
     yield _cylinder(FeatureKind.BORE, small, area, full, rod.bushing or rod.small_end_ring)
     for arc in outline.fillets:
-        yield _cylinder(FeatureKind.RING_FILLET, arc, _ring_fillet(field, arc), abs(arc.sweep))
+        angles = arc.begin + _ALONG * arc.sweep
+        x, y = arc.center[0] + arc.radius * np.cos(angles), arc.center[1] + arc.radius * np.sin(angles)
+        area = 4 * arc.length * float((field.face(x, y) - field.void(x, y)).mean())
+        yield _cylinder(FeatureKind.RING_FILLET, arc, area, abs(arc.sweep))
     holes = [(rod.cap_bolt, turn), *((hole, 0.0) for hole in (rod.oil_hole, rod.oil_gallery, rod.shank_bore))]
     for diameter, angle in holes:
         if diameter:
@@ -131,7 +134,11 @@ def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expect
     # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
     area = 2 * r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
     yield _Expected(FeatureKind.POCKET_FLOOR, rounds_floor, area, r, math.pi / 2)
-    area = 2 * (_enclosed(pocket) - perimeter * r + math.pi * r**2)
+    (x0, y0), (x1, y1) = pocket.corner_centers()
+    inner = (x1 - x0) * (y0 + y1)
+    around = 2 * (y0 + y1 + math.dist((x0, y0), (x1, y1)))
+    enclosed = inner + around * pocket.corner + math.pi * pocket.corner**2
+    area = 2 * (enclosed - perimeter * r + math.pi * r**2)
     yield _Expected(FeatureKind.WEB, is_floor, area, thickness=web)
 
 
@@ -186,13 +193,6 @@ def _compare(
             )
 
 
-def _ring_fillet(field: HeightField, arc: Arc) -> float:
-    """Area of a fillet in plan, on both edges of the shank, less where a step or pocket crosses it."""
-    angle = arc.begin + _ALONG * arc.sweep
-    x, y = arc.center[0] + arc.radius * np.cos(angle), arc.center[1] + arc.radius * np.sin(angle)
-    return 4 * arc.length * float((field.face(x, y) - field.void(x, y)).mean())
-
-
 def _ring_step(field: HeightField, step: RingStep) -> float:
     """Area of the concave arc at the foot of a step within the outline, on both faces."""
     if step.height == 0:
@@ -206,14 +206,6 @@ def _ring_step(field: HeightField, step: RingStep) -> float:
     within = (np.arctan2(y, x) < field.outline.shank_sector) & (y < field.outline.height(x))
     within &= height < slanted_half_width(field.rod, x)
     return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
-
-
-def _enclosed(pocket: Pocket) -> float:
-    """Area of a pocket in plan: the trapezium of the corners' centres, grown by their radius."""
-    (x0, y0), (x1, y1) = pocket.corner_centers()
-    inner = (x1 - x0) * (y0 + y1)
-    around = 2 * (y0 + y1 + math.dist((x0, y0), (x1, y1)))
-    return inner + around * pocket.corner + math.pi * pocket.corner**2
 
 
 def check_contacts(

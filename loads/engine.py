@@ -59,9 +59,6 @@ class Engine:
             f"the piston jams: μ tan β must stay below 1 over the cycle, but reaches {jam:.4g}",
             "Reduce the friction or lengthen the rod.",
         )
-        self._require_cylinders()
-
-    def _require_cylinders(self) -> None:
         whole = isinstance(self.cylinders, int) and not isinstance(self.cylinders, bool)
         require(
             whole and 1 <= self.cylinders <= MOST_CYLINDERS,

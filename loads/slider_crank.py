@@ -50,7 +50,11 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
     theta = np.asarray(crank_angle, dtype=np.float64)
     if not np.isfinite(theta).all():
         raise InvalidValue("crank angle", "not finite", "every angle must be finite")
-    theta, omega = np.broadcast_arrays(theta, _turning(speed))
+    omega = np.asarray(speed, dtype=np.float64)
+    if not (np.isfinite(omega) & (omega >= 0)).all():
+        worst = float(omega.min()) if np.isfinite(omega).all() else "not finite"
+        raise InvalidValue("crank speed (rad/s)", worst, "must be finite and not negative")
+    theta, omega = np.broadcast_arrays(theta, omega)
     r, l, e = engine.crank_radius, engine.rod_length, engine.pin_offset
     sin_t, cos_t = np.sin(theta), np.cos(theta)
     sin_b = (r * sin_t - e) / l
@@ -67,14 +71,6 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
         rod_rate=beta_d,
         rod_acceleration=beta_dd,
     )
-
-
-def _turning(speed: npt.ArrayLike) -> Floats:
-    omega = np.asarray(speed, dtype=np.float64)
-    if not (np.isfinite(omega) & (omega >= 0)).all():
-        worst = float(omega.min()) if np.isfinite(omega).all() else "not finite"
-        raise InvalidValue("crank speed (rad/s)", worst, "must be finite and not negative")
-    return omega
 
 
 def cycle_angles() -> Floats:

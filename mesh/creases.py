@@ -67,7 +67,11 @@ def creases(
     rows, folds, labels = [], [], []
     between: list[tuple[str, str]] = []
     for axes, curve, faces in ((skin, *pair) for skin in skins for pair in _shared(skin)):
-        ends = _mesh_edges(curve, mesh.order)
+        _, line_nodes = gmsh.model.mesh.getElementsByType(_LINES[mesh.order], curve)
+        tags, places, _ = gmsh.model.mesh.getNodes(1, curve, includeBoundary=True)
+        order_of = np.argsort(tags)
+        ends = line_nodes.reshape(-1, mesh.order + 1)[:, :2]
+        ends = np.asarray(places.reshape(-1, 3)[order_of[np.searchsorted(tags[order_of], ends)]])
         fold = _fold(curve, ends.mean(axis=1), faces, axes)
         sharp = fold > LEAST_FOLD
         if sharp.any():
@@ -99,15 +103,6 @@ def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:
         for curve, faces in sorted(faces_of.items())
         if len(faces) == 2 and faces[0] != faces[1] and min(axis_of[face] for face in faces) < 0
     ]
-
-
-def _mesh_edges(curve: int, order: int) -> Floats:
-    """Ends (n, 2, 3) of the mesh's edges on a curve."""
-    _, nodes = gmsh.model.mesh.getElementsByType(_LINES[order], curve)
-    tags, places, _ = gmsh.model.mesh.getNodes(1, curve, includeBoundary=True)
-    order_of = np.argsort(tags)
-    ends = nodes.reshape(-1, order + 1)[:, :2]
-    return np.asarray(places.reshape(-1, 3)[order_of[np.searchsorted(tags[order_of], ends)]])
 
 
 def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[int, int]) -> Floats:
@@ -148,7 +143,13 @@ def _in_words(face: int, cut: set[int]) -> str:
     """Describe a face and its images about the planes across `cut` axes: its kind and where it is."""
     kind = gmsh.model.getType(2, face)
     if kind == "Plane":
-        return _plane(face, cut)
+        (u, v), _ = gmsh.model.getParametrizationBounds(2, face)
+        normal = np.array(gmsh.model.getNormal(face, [u, v]))
+        normal_axis = int(np.abs(normal).argmax())
+        if abs(normal[normal_axis]) > _ALONG:
+            return f"plane {_level(normal_axis, gmsh.model.getValue(2, face, [u, v])[normal_axis], cut)} mm"
+        x, y, z = np.where(np.isin(np.arange(3), list(cut)), np.abs(normal), normal).round(2) + 0.0
+        return f"plane facing ({x:g}, {y:g}, {z:g})"
     if kind != "Cylinder":
         return "curved face" if kind == "Unknown" else f"{kind.lower()} face"
     _, values = gmsh.model.getEntityProperties(2, face)
@@ -156,16 +157,6 @@ def _in_words(face: int, cut: set[int]) -> str:
     about = ", ".join(_level(k, values[k], cut) for k in range(3) if k != axis)
     about = f" about {about} mm" if abs(values[3 + axis]) > _ALONG else ""
     return f"cylinder of radius {values[6]:.4g} mm{about}"
-
-
-def _plane(face: int, cut: set[int]) -> str:
-    (u, v), _ = gmsh.model.getParametrizationBounds(2, face)
-    normal = np.array(gmsh.model.getNormal(face, [u, v]))
-    axis = int(np.abs(normal).argmax())
-    if abs(normal[axis]) > _ALONG:
-        return f"plane {_level(axis, gmsh.model.getValue(2, face, [u, v])[axis], cut)} mm"
-    x, y, z = np.where(np.isin(np.arange(3), list(cut)), np.abs(normal), normal).round(2) + 0.0
-    return f"plane facing ({x:g}, {y:g}, {z:g})"
 
 
 def _level(axis: int, value: float, cut: set[int]) -> str:

@@ -44,19 +44,16 @@ class MirroredMesh:
 
     def scalar(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a scalar field (n_cell, …) from the cell to the whole mesh."""
-        return self._combine(symmetric, antisymmetric)
-
-    def _signed(self, sign: Floats, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
-        field = self._combine(symmetric, antisymmetric)
-        field *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
-        return field
-
-    def _combine(self, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
         field = symmetric[self.source]
         if antisymmetric is not None:
             odd = antisymmetric[self.source]
             odd *= self.sign[:, 1].reshape(-1, *([1] * (symmetric.ndim - 1)))
             field += odd
+        return field
+
+    def _signed(self, sign: Floats, symmetric: Floats, antisymmetric: Floats | None) -> Floats:
+        field = self.scalar(symmetric, antisymmetric)
+        field *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
         return field
 
 

@@ -1,11 +1,10 @@
 """Element quality, measured on the curved elements and not on their straight-sided approximations."""
 
 from dataclasses import dataclass, replace
-from math import factorial
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints, vector
+from geometry.arrays import Floats, vector
 from mesh.tetmesh import EDGES, TetMesh
 
 # An element is too distorted to trust if its smallest Jacobian is below this fraction of its mean.
@@ -41,20 +40,10 @@ def shape(mesh: TetMesh) -> Floats:
     return np.asarray(np.sign(volume) * 12 * (3 * np.abs(volume)) ** (2 / 3) / squares)
 
 
-def _lattice() -> Ints:
-    indices = [(i, j, k, 3 - i - j - k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
-    return np.array(indices)
-
-
-def _bernstein() -> Floats:
-    """Bernstein coefficients of a cubic from its values on the lattice: (20, 20)."""
-    lattice = _lattice()
-    at = lattice / 3.0
-    basis = np.empty((20, 20))
-    for column, powers in enumerate(lattice):
-        multinomial = 6 / np.prod([factorial(int(p)) for p in powers])
-        basis[:, column] = multinomial * np.prod(at**powers, axis=1)
-    return np.asarray(np.linalg.inv(basis))
+# Places of a cubic's Bernstein coefficients, in thirds: the barycentric coordinates of a lattice.
+_LATTICE = np.array(
+    [(i, j, k, 3 - i - j - k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
+)
 
 
 def scaled_jacobian(mesh: TetMesh) -> Floats:
@@ -66,7 +55,7 @@ def scaled_jacobian(mesh: TetMesh) -> Floats:
     """
     if mesh.order == 1:
         return np.sign(shape(mesh))
-    lattice = _lattice()[:, [3, 0, 1, 2]] / 3.0
+    lattice = _LATTICE[:, [3, 0, 1, 2]] / 3.0
     slope = np.concatenate([-np.ones((1, 3)), np.eye(3)])
     corner = (4 * lattice[:, :, None] - 1) * slope
     edge = [4 * (lattice[:, a, None] * slope[b] + lattice[:, b, None] * slope[a]) for a, b in EDGES]
@@ -76,7 +65,9 @@ def scaled_jacobian(mesh: TetMesh) -> Floats:
     jacobian = (corners.transpose(0, 2, 1) @ flat).reshape(len(corners), 3, 20, 3)
     a, b, c = jacobian[:, 0], jacobian[:, 1], jacobian[:, 2]
     determinant = (a * np.cross(b, c)).sum(axis=-1)
-    coefficients = determinant @ _bernstein().T
+    multinomial = 6 / np.array([1, 1, 2, 6])[_LATTICE].prod(axis=1)
+    basis = multinomial * np.prod((_LATTICE / 3.0)[:, None] ** _LATTICE, axis=2)  # at the lattice
+    coefficients = determinant @ np.linalg.inv(basis).T
     return np.asarray(coefficients.min(axis=1) / np.abs(coefficients.mean(axis=1)))
 
 

@@ -85,20 +85,16 @@ def _cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
     for station in map(float, stations):
         met = mesh.tets[(first < station) & (last >= station)]
         tets = met if mesh.order == 1 else met[:, _EIGHT].reshape(-1, 4)
-        yield _cut(mesh.points, tets, station)
-
-
-def _cut(points: Floats, tets: Ints, station: float) -> Slice:
-    x = points[tets, 0]
-    by_x = np.argsort(x, axis=1)
-    tets, x = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(x, by_x, axis=1)
-    below = (x < station).sum(axis=1)
-    ends = np.concatenate(
-        [tets[below == count][:, edges] for count, pieces in _CUTS.items() for edges in pieces]
-    )
-    if not len(ends):
-        raise ValueError(f"the plane x = {station:g} mm misses the mesh")
-    start, end = points[ends[..., 0]], points[ends[..., 1]]
-    share = (station - start[..., 0]) / (end[..., 0] - start[..., 0])
-    places = start + share[..., None] * (end - start)
-    return Slice(station, places[..., 1:], ends, share)
+        heights = mesh.points[tets, 0]
+        by_x = np.argsort(heights, axis=1)
+        tets, heights = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(heights, by_x, axis=1)
+        below = (heights < station).sum(axis=1)
+        ends = np.concatenate(
+            [tets[below == count][:, edges] for count, pieces in _CUTS.items() for edges in pieces]
+        )
+        if not len(ends):
+            raise ValueError(f"the plane x = {station:g} mm misses the mesh")
+        start, end = mesh.points[ends[..., 0]], mesh.points[ends[..., 1]]
+        share = (station - start[..., 0]) / (end[..., 0] - start[..., 0])
+        places = start + share[..., None] * (end - start)
+        yield Slice(station, places[..., 1:], ends, share)

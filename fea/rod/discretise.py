@@ -126,20 +126,16 @@ class _Drawing:
             with session() as log:
                 drawn = _Model(self, log, clock).meshed(request, clock)
         else:
-            drawn = self._apart(request, clock)
+            what = f"read and mesh {self.rod.cad.path}"
+            job = partial(_mesh_opened, _Drawing(self.rod, self.materials, self.assembly), request)
+            if self.process is None or not self.process.alive:
+                self.close()
+                self.process = begun(job, seconds=SECONDS)
+            else:
+                self.process.begin(job)
+            process = self.process
+            drawn = reading_errors(lambda: process.result(clock.tell), what)
         self.repair = drawn.meshing.repair
-        return drawn
-
-    def _apart(self, request: MeshRequest, clock: Clock) -> Drawn:
-        what = f"read and mesh {self.rod.cad.path}"  # type: ignore[union-attr]
-        job = partial(_mesh_opened, _Drawing(self.rod, self.materials, self.assembly), request)
-        if self.process is None or not self.process.alive:
-            self.close()
-            self.process = begun(job, seconds=SECONDS)
-        else:
-            self.process.begin(job)
-        process = self.process
-        drawn: Drawn = reading_errors(lambda: process.result(clock.tell), what)
         return drawn
 
     def close(self) -> None:
@@ -192,7 +188,15 @@ class _Model:
             refined = refinements(solid.features, size, length, per_touched_bore=request.per_touched_bore)
             sizing = Sizing(size, request.order)
             elements = estimate(refined, sizing)
-            _require_few(elements, size)
+            coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
+            require(
+                elements <= _MOST_ELEMENTS,
+                "mesh.size_mm",
+                size,
+                f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS / 1e6:.0f} million are "
+                "allowed",
+                f"Use {1.05 * coarser:.2g} mm or more.",
+            )
             allow(_MESHING + _PER_ELEMENT * elements)
             volumes = [part.volumes for part in solid.parts]
             made = repaired(
@@ -228,18 +232,6 @@ def _movable(mesh: TetMesh) -> "MovableMesh":
     from mesh.moving import MovableMesh, anchors  # noqa: PLC0415 - few meshes are moved
 
     return MovableMesh(mesh, anchors(mesh))
-
-
-def _require_few(elements: float, size: float) -> None:
-    """Refuse an element size with which gmsh would take hours."""
-    coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
-    require(
-        elements <= _MOST_ELEMENTS,
-        "mesh.size_mm",
-        size,
-        f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS / 1e6:.0f} million are allowed",
-        f"Use {1.05 * coarser:.2g} mm or more.",
-    )
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:

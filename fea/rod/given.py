@@ -66,7 +66,10 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
             raise InvalidValue("rod.mesh", str(file.path), f"cannot be read ({reason})") from error
         rule, remedy = "is not the order of the mesh, whose tetrahedra have ten nodes", "Leave it out."
         require(request.order >= given.mesh.order, "mesh.element", Element.P1, rule, remedy)
-        return _meshed(given, of_surface=file.path.suffix.lower() == ".stl")
+        notes = (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
+        notes = (_OF_SURFACE,) if file.path.suffix.lower() == ".stl" else notes
+        meshing = Meshing(given.size, given.quality, NOTHING, (), given=notes)
+        return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, imported=given.imported)
 
 
 def _read(file: MeshFile) -> GivenMesh:
@@ -90,12 +93,6 @@ def _read(file: MeshFile) -> GivenMesh:
     except MemoryError as error:
         message = f"{file.path} needs more than {memory / 2**30:.1f} GiB to read. Use a coarser mesh"
         raise MeshError(message) from error
-
-
-def _meshed(given: GivenMesh, *, of_surface: bool) -> MeshedRod:
-    notes = (_OF_SURFACE,) if of_surface else (_FIXED, _STIFF) if given.mesh.order == 1 else (_FIXED,)
-    meshing = Meshing(given.size, given.quality, NOTHING, (), given=notes)
-    return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, imported=given.imported)
 
 
 def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:

@@ -38,16 +38,23 @@ class SurfaceRegions:
         bore, face, rest = touched  # in the order of `Region`
         bore[mesh.facets[Surface.BIG_END_BORE]] = True
         bore[mesh.facets[Surface.SMALL_END_BORE]] = True
-        bore[_shared(mesh)] = True
+        if mesh.part is not None:  # the faces where parts meet
+            nodes, owner = mesh.tets.ravel(), np.repeat(mesh.part, mesh.tets.shape[1])
+            part = np.zeros(len(mesh.points), dtype=np.int64)
+            part[nodes] = owner  # of several parts any
+            bore[nodes[part[nodes] != owner]] = True
         facets = mesh.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
         corners = mesh.points[facets[:, :3]]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         center, normal = corners.mean(axis=1), normal / np.linalg.norm(normal, axis=1, keepdims=True)
         machined = np.zeros(len(facets), dtype=bool)
         ends = ((0.0, bores.big_radius, -1), (bores.rod_length, bores.small_radius, 1))
-        within = [_reach(mesh.points[:, 0], x, outwards) for x, _, outwards in ends]
+        within = [float((outwards * (mesh.points[:, 0] - x)).max()) for x, _, outwards in ends]
         for x, radius, _ in ends:
-            facing = _faces_axis(center, normal, x) & (_away(center, x) <= _END * radius)
+            radial = (center[:, :2] - [x, 0.0]) / _away(center, x)[:, None]
+            outward = (normal[:, :2] * radial).sum(axis=1)
+            around = normal[:, 1] * radial[:, 0] - normal[:, 0] * radial[:, 1]
+            facing = (outward < -_FACING) & (np.abs(around) < _AROUND) & (_away(center, x) <= _END * radius)
             bore[facets[facing]] = True
             machined |= facing
         for (x, _, _), reach in zip(ends, within, strict=True):
@@ -79,33 +86,9 @@ def _every(material: Material) -> Floats:
     return np.array([material.marin.surfaces[region].factor for region in Region])
 
 
-def _shared(mesh: TetMesh) -> Mask:
-    """Nodes (n_nodes,) on the faces where parts meet."""
-    shared = np.zeros(len(mesh.points), dtype=bool)
-    if mesh.part is not None:
-        nodes, owner = mesh.tets.ravel(), np.repeat(mesh.part, mesh.tets.shape[1])
-        one = np.zeros(len(mesh.points), dtype=np.int64)
-        one[nodes] = owner  # of several parts any
-        shared[nodes[one[nodes] != owner]] = True
-    return shared
-
-
 def _away(places: Floats, x: float) -> Floats:
     """Distance (n,) of places (n, 3) from the axis of a bore."""
     return np.hypot(places[:, 0] - x, places[:, 1])
-
-
-def _reach(along: Floats, x: float, outwards: int) -> float:
-    """Distance from a bore's axis to the end of the rod: the outer radius of its ring."""
-    return float((outwards * (along - x)).max())
-
-
-def _faces_axis(center: Floats, normal: Floats, x: float) -> Mask:
-    """Facets (n,) of surfaces of revolution about a bore's axis that face it."""
-    radial = (center[:, :2] - [x, 0.0]) / _away(center, x)[:, None]
-    outwards = (normal[:, :2] * radial).sum(axis=1)
-    around = normal[:, 1] * radial[:, 0] - normal[:, 0] * radial[:, 1]
-    return np.asarray((outwards < -_FACING) & (np.abs(around) < _AROUND))
 
 
 def _grown(facets: Ints, normal: Floats, near: Mask, bore: Mask) -> Mask:

@@ -193,7 +193,12 @@ def bore_load(
         )
         for side in sides
     ]
-    factors = np.linalg.solve(_resultants(basis, direction, bore), [magnitude, 0.0])
+    sums: Floats = np.stack([forces.sum(axis=1) for forces in basis])  # (n_sides, 2, 3)
+    x, y = sums[..., 0].sum(axis=0), sums[0, :, 1] - sums[1:, :, 1].sum(axis=0)
+    cosine, sine = np.cos(direction), np.sin(direction)
+    # Resultants along and across the force of p and of p sin ψ (columns), over every image of the cell.
+    resultants = (2 if bore.cut_z else 1) * np.stack([cosine * x + sine * y, cosine * y - sine * x])
+    factors = np.linalg.solve(resultants, [magnitude, 0.0])
 
     def nodal(side: int) -> Floats:
         off = psi(bore.node_angle, side)
@@ -221,14 +226,6 @@ def _basis(
         forces[0] += radial_forces(points, n_nodes, pressed)
         forces[1] += radial_forces(points, n_nodes, pressed * np.sin(off))
     return forces
-
-
-def _resultants(basis: list[Floats], direction: float, bore: BoreFacets) -> Floats:
-    """Resultants along and across the force of p and of p sin ψ (columns), over every image of the cell."""
-    sums: Floats = np.stack([forces.sum(axis=1) for forces in basis])  # (n_sides, 2, 3)
-    x, y = sums[..., 0].sum(axis=0), sums[0, :, 1] - sums[1:, :, 1].sum(axis=0)
-    cosine, sine = np.cos(direction), np.sin(direction)
-    return (2 if bore.cut_z else 1) * np.stack([cosine * x + sine * y, cosine * y - sine * x])
 
 
 def _split(fields: list[Floats]) -> Split:

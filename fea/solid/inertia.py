@@ -60,30 +60,20 @@ def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembl
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
     if assembly is Assembly.SCIKIT_FEM:
-        weight, *moments = _assembled_weights(mesh, density)
+        fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
+        weight, *moments = volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
     else:
-        weight, *moments = _weights(mesh, mass, places)
+        values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
+
+        def nodal(field: Floats) -> Floats:
+            sums = np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
+            return np.asarray(sums, dtype=float)
+
+        weight, *moments = [nodal(mass), *(nodal(mass * places[..., axis]) for axis in range(3))]
     cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
     properties = _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z)
     x, y, z = moments
     return Inertia(weight, x, y, z, properties, cut_y)
-
-
-def _weights(mesh: TetMesh, mass: Floats, places: Floats) -> list[Floats]:
-    """∫ρ N_a dV and ∫ρ N_a x_i dV of masses at places (n_elements, n_points)."""
-    values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
-
-    def nodal(field: Floats) -> Floats:
-        sums = np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
-        return np.asarray(sums, dtype=float)
-
-    return [nodal(mass), *(nodal(mass * places[..., axis]) for axis in range(3))]
-
-
-def _assembled_weights(mesh: TetMesh, density: float | Floats) -> list[Floats]:
-    """The same from their weak form."""
-    fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
-    return volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
 
 
 def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:

@@ -171,22 +171,18 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
             raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
     body = bodies(mesh)
     if body.max() > labels.max():
-        _require_no_mechanism(mesh, body, fixed)
-
-
-def _require_no_mechanism(mesh: TetMesh, body: npt.NDArray[np.int64], fixed: Mask) -> None:
-    shares = free_shares(mesh, body, fixed)
-    number = int(np.linalg.norm(shares, axis=1).argmax())
-    motions = _in_words(shares[number])
-    if motions:
-        nodes = np.unique(mesh.tets[body == number])
-        x, y, z = mesh.points[nodes].mean(axis=0)
-        message = (
-            f"a piece of {len(nodes)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the rest "
-            f"only along an edge or at a point and is under-constrained: nothing prevents {motions}. Join "
-            "the pieces over a face"
-        )
-        raise UnderconstrainedError(message)
+        shares = free_shares(mesh, body, fixed)
+        number = int(np.linalg.norm(shares, axis=1).argmax())
+        motions = _in_words(shares[number])
+        if motions:
+            members = np.unique(mesh.tets[body == number])
+            x, y, z = mesh.points[members].mean(axis=0)
+            message = (
+                f"a piece of {len(members)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the "
+                "rest only along an edge or at a point and is under-constrained: nothing prevents "
+                f"{motions}. Join the pieces over a face"
+            )
+            raise UnderconstrainedError(message)
 
 
 def _in_words(share: Floats) -> str:

@@ -106,30 +106,22 @@ class ErrorEstimator:
                 elements = of_part[block]
                 tets, raw = self._mesh.tets[elements], element_stress[elements]
                 nodal = stress[tets]
-                energy[elements], solution[elements] = self._energies(elements, raw, nodal, material)
+                inside = _along_places(self._to_places, raw)
+                away = ENERGY_FACTOR * (_along_places(self._interpolation, nodal) - inside)
+                energy[elements] = _energy(away, self._volumes[elements], material)
+                solution[elements] = _energy(inside, self._volumes[elements], material)
                 away = _along_places(self._to_nodes, raw) - nodal
                 spread.add(tets, von_mises(np.moveaxis(away, 2, -1)) ** 2)
             bow = sagitta(self._mesh.tets[of_part], stress)
             squares = spread.value() + bow**2
-            around = (squares + _around(self._mesh.tets[of_part], squares)) / 2
-            error = self._stress_error(von_mises(np.moveaxis(stress, 1, -1)), np.sqrt(around))
+            tets = self._mesh.tets[of_part]
+            mean = _NodalMean(*squares.shape)
+            mean.add(tets, np.repeat(squares[tets].mean(axis=1, keepdims=True), tets.shape[1], axis=1))
+            s, q = von_mises(np.moveaxis(stress, 1, -1)), np.sqrt((squares + mean.value()) / 2)
+            share = np.divide(q, s, out=np.ones_like(s), where=q < s)
+            error = STRESS_FACTOR[self._mesh.order] * q * share ** (STRESS_POWER[self._mesh.order] - 1)
             errors.append(np.where(self._inside, np.maximum(error, INSIDE_FACTOR * bow), error))
         return ErrorEstimate(energy, solution, tuple(errors))
-
-    def _stress_error(self, stress: Floats, indicator: Floats) -> Floats:
-        """Error of the von Mises stress, MPa, from its indicator, both (n_nodes, n_cases)."""
-        order = self._mesh.order
-        share = np.divide(indicator, stress, out=np.ones_like(stress), where=indicator < stress)
-        return np.asarray(STRESS_FACTOR[order] * indicator * share ** (STRESS_POWER[order] - 1))
-
-    def _energies(
-        self, elements: Ints, raw: Floats, nodal: Floats, material: Material
-    ) -> tuple[Floats, Floats]:
-        """Squares (n, n_cases) of the energy norms of error and solution in some elements."""
-        weights = self._volumes[elements]
-        inside = _along_places(self._to_places, raw)
-        away = ENERGY_FACTOR * (_along_places(self._interpolation, nodal) - inside)
-        return _energy(away, weights, material), _energy(inside, weights, material)
 
 
 class _NodalMean:
@@ -149,13 +141,6 @@ class _NodalMean:
         """Means (n_nodes, n_cases); NaN at nodes without elements."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self._sum / self._count[:, None])
-
-
-def _around(tets: Ints, values: Floats) -> Floats:
-    """Mean (n_nodes, n_cases) over the elements at each node of their means over their own nodes."""
-    mean = _NodalMean(*values.shape)
-    mean.add(tets, np.repeat(values[tets].mean(axis=1, keepdims=True), tets.shape[1], axis=1))
-    return mean.value()
 
 
 def _along_places(matrix: Floats, values: Floats) -> Floats:

@@ -104,7 +104,16 @@ class Recovery:
             (weights.ravel(), (nodes.ravel(), places.ravel())), shape=(n_points, n_elements * n_places)
         )
         self._inside = np.setdiff1d(np.arange(n_points), self._surface.nodes if self._surface else [])
-        self._gradient = _mean_gradient(mean[self._inside], mesh, self.gauss_stress.slopes())
+        mean = mean[self._inside]
+        slopes = self.gauss_stress.slopes()
+        n_elements, n_places, _, n_nodes = slopes.shape
+        columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()
+        starts = np.arange(0, columns.size + 1, n_nodes, dtype=columns.dtype)
+        shape = (n_elements * n_places, len(mesh.points))
+        along = [
+            sparse.csr_array((slopes[:, :, axis].ravel(), columns, starts), shape=shape) for axis in range(3)
+        ]
+        self._gradient = sparse.csr_array(sparse.vstack([mean @ slope for slope in along], format="csr"))
 
     def nodal_stress(
         self,
@@ -136,18 +145,6 @@ class Recovery:
         return stress
 
 
-def _mean_gradient(mean: sparse.csr_array, mesh: TetMesh, slopes: Floats) -> sparse.csr_array:
-    """Matrix (3 n, n_points) from nodal values to derivatives, averaged over the elements."""
-    n_elements, n_places, _, n_nodes = slopes.shape
-    columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()
-    starts = np.arange(0, columns.size + 1, n_nodes, dtype=columns.dtype)
-    shape = (n_elements * n_places, len(mesh.points))
-    along = [
-        sparse.csr_array((slopes[:, :, axis].ravel(), columns, starts), shape=shape) for axis in range(3)
-    ]
-    return sparse.csr_array(sparse.vstack([mean @ slope for slope in along], format="csr"))
-
-
 @dataclass(frozen=True)
 class _Piece:
     nodes: Ints
@@ -163,7 +160,12 @@ class PartRecovery:
 
     def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
         self._n_points = len(mesh.points)
-        self._pieces = [_piece(mesh, number, planes, surfaces) for number in _numbers(mesh)]
+        self._pieces: list[_Piece] = []
+        for number in [0] if mesh.part is None else np.unique(mesh.part).tolist():
+            piece, nodes = (mesh, np.arange(self._n_points)) if mesh.part is None else submesh(mesh, number)
+            known = tuple(surface for surface in surfaces if surface in piece.facets)
+            cuts = tuple(plane for plane in planes if plane in piece.facets)
+            self._pieces.append(_Piece(nodes, known, Recovery(piece, cuts, known)))
 
     @property
     def nodes(self) -> list[Ints]:
@@ -213,14 +215,3 @@ class PartRecovery:
             }
             p = pressure[number][nodes] if pressure and number in pressure else None
             yield piece.recovery.nodal_stress(displacement[nodes], material, parity, known, p)
-
-
-def _numbers(mesh: TetMesh) -> list[int]:
-    return [0] if mesh.part is None else np.unique(mesh.part).tolist()
-
-
-def _piece(mesh: TetMesh, number: int, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> _Piece:
-    piece, nodes = (mesh, np.arange(len(mesh.points))) if mesh.part is None else submesh(mesh, number)
-    known = tuple(surface for surface in surfaces if surface in piece.facets)
-    cuts = tuple(plane for plane in planes if plane in piece.facets)
-    return _Piece(nodes, known, Recovery(piece, cuts, known))

@@ -41,9 +41,12 @@ class SectionBalance:
             center_x, center_y, _ = self._beyond.center
             moment += (center_x - self._station) * across - center_y * along + turning
             x, y = x + along, y + across
-        normal, shear, bent = self._carried(stress)
-        off = max(abs(x - normal), abs(y - shear), abs(moment - bent) / self._gyration)
-        return off / (float(case.largest_force) + abs(moment) / self._gyration)
+        values, areas = self._slice.at_corners(stress[:, [_XX, _XY]]), self._slice.areas
+        normal, shear = (areas @ values.mean(axis=1)).tolist()
+        sigma, height = values[..., 0], self._slice.places[..., 0]  # each linear on a triangle
+        products = height.sum(axis=1) * sigma.sum(axis=1) + (height * sigma).sum(axis=1)
+        off = max(abs(x - normal), abs(y - shear), abs(moment + areas @ products / 12) / self._gyration)
+        return float(off / (float(case.largest_force) + abs(moment) / self._gyration))
 
     @cached_property
     def _slice(self) -> Slice:
@@ -58,14 +61,6 @@ class SectionBalance:
     @cached_property
     def _beyond(self) -> MassProperties:
         return mass_beyond(self._cell, self._density, self._station)
-
-    def _carried(self, stress: Floats) -> tuple[float, float, float]:
-        """Integrals of σ_xx, σ_xy and −y σ_xx, each linear on a triangle."""
-        values, areas = self._slice.at_corners(stress[:, [_XX, _XY]]), self._slice.areas
-        along, across = areas @ values.mean(axis=1)
-        normal, y = values[..., 0], self._slice.places[..., 0]
-        products = y.sum(axis=1) * normal.sum(axis=1) + (y * normal).sum(axis=1)
-        return float(along), float(across), float(-areas @ products / 12)
 
 
 def _inertia(body: MassProperties, motion: Instants) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.stress.boundary import BoundarySurface
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.creases import Creases, rims
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
@@ -38,14 +38,17 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
         part[mesh.tets] = mesh.part[:, None]
-    volume = np.asarray(np.bincount(part[mesh.tets[:, 0]], _volumes(mesh)), dtype=np.float64)
+    a, b, c, d = mesh.points[mesh.tets[:, :4]].transpose(1, 0, 2)
+    volumes = np.abs(((b - a) * np.cross(c - a, d - a)).sum(axis=1)) / 6
+    volume = np.bincount(part[mesh.tets[:, 0]], volumes)
     masks: dict[str, RimMask] = {}
     for rim in every:
         facets = mesh.facets[rim.surface]
         edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
         measures = []
         for number in np.unique(part[rim.nodes]):
-            area = _areas(mesh, facets[part[facets[:, 0]] == number]).sum()
+            a, b, c = mesh.points[facets[part[facets[:, 0]] == number][:, :3]].transpose(1, 0, 2)
+            area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
             ends = mesh.points[edges[part[edges[:, 0]] == number]]
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
             measures += [2 * area / border, volume[number] / area]
@@ -54,16 +57,6 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
         nodes = np.union1d(known.nodes, rim.nodes)
         masks[rim.name] = RimMask(rim.name, nodes, min(known.radius, radius))
     return tuple(masks.values())
-
-
-def _areas(mesh: TetMesh, facets: Ints) -> Floats:
-    a, b, c = mesh.points[facets[:, :3]].transpose(1, 0, 2)
-    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
-
-
-def _volumes(mesh: TetMesh) -> Floats:
-    a, b, c, d = mesh.points[mesh.tets[:, :4]].transpose(1, 0, 2)
-    return np.asarray(np.abs(((b - a) * np.cross(c - a, d - a)).sum(axis=1)) / 6)
 
 
 # Where the creases of the solid are not known, a re-entrant edge is sharp if the facets turn there by more

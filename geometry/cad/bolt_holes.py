@@ -62,24 +62,19 @@ def bolt_holes(rod: Sequence[int], cap: Sequence[int], joint: Joint, bore: float
     direction = -joint.normal
     origin = joint.offset * joint.normal
     faces = recognised_faces(rod), recognised_faces(cap)
-    in_rod, in_cap = (
-        _narrowest_walls(volumes, of, direction, bore) for volumes, of in zip((rod, cap), faces, strict=True)
-    )
+    in_rod = _narrowest_walls(rod, faces[0], direction, bore)
     material = Interior(cap)
     holes = []
-    for near in in_cap:
+    for near in _narrowest_walls(cap, faces[1], direction, bore):
         for far in in_rod:
             if Axis(center=near.center, direction=direction).apart(far) < _COAXIAL * near.radius:
                 hole = _hole(near, far, direction, origin, faces)
-                if hole is not None and _is_open(hole, material):
+                if hole is None:
+                    continue
+                beyond = [hole.at(hole.cap_end + step * hole.radius) for step in (0.2, 0.6, 1.0)]
+                if not any(material.contains(point) for point in beyond):  # those of dowels end in the cap
                     holes.append(hole)
     return sorted(holes, key=lambda hole: (-round(float(hole.center[1]), 6), -float(hole.center[2])))
-
-
-def _is_open(hole: BoltHole, material: Interior) -> bool:
-    """Whether a hole leads out of the cap; those of dowels do not."""
-    beyond = [hole.at(hole.cap_end + step * hole.radius) for step in (0.2, 0.6, 1.0)]
-    return not any(material.contains(point) for point in beyond)
 
 
 def _narrowest_walls(
@@ -188,26 +183,30 @@ def spot_faced(cap: int, holes: Sequence[BoltHole], wanted: float | None) -> tup
     if not bare:
         return cap, list(holes)
     seats = [_cut_seat(cap, hole, wanted) for hole in bare]
-    radius = min(seat.outer for seat in seats)
-    lowest = min(seat.level for seat in seats)
+    radius = min(outer for _, outer in seats)
+    lowest = min(level for level, _ in seats)
     faced: dict[int, BoltHole] = {}
-    for hole, seat in zip(bare, seats, strict=True):
-        level = lowest if seat.level - lowest < _ALIKE * hole.radius else seat.level
+    tools: list[int] = []
+    for hole, (level, _) in zip(bare, seats, strict=True):
+        level = lowest if level - lowest < _ALIKE * hole.radius else level  # noqa: PLW2901
         head = Seat(level, hole.radius, radius, round=True)
         faced[id(hole)] = replace(hole, head=head, cap_end=level)
+        height = 2 * (hole.cap_end - level) + 4 * radius
+        tools.append(gmsh.model.occ.addCylinder(*hole.at(level), *(height * hole.direction), radius))
     with kernel.attempt("cut seats for the bolts' heads into the cap"):
-        cap = kernel.cut(cap, [_tool(hole, faced[id(hole)].cap_end, radius) for hole in bare])
+        cap = kernel.cut(cap, tools)
         gmsh.model.occ.synchronize()
     return cap, [faced.get(id(hole), hole) for hole in holes]
 
 
-def _cut_seat(cap: int, hole: BoltHole, wanted: float | None) -> Seat:
+def _cut_seat(cap: int, hole: BoltHole, wanted: float | None) -> tuple[float, float]:
+    """Level and radius of a seat that can be cut around a hole, mm."""
     usual = np.arange(USUAL, _LEAST, -_STEP) * hole.radius
     radii = usual.tolist() if wanted is None else [wanted]
     for radius in radii:
         level = _level(cap, hole, radius)
         if level > _LOWEST * hole.cap_end:
-            return Seat(level, hole.radius, radius, round=True)
+            return level, radius
     raise GeometryError(
         f"the cap has no plane seat for the head of the bolt at {place_text(hole.center)}, and no material "
         f"around its hole of {2 * hole.radius:.4g} mm to cut one of {2 * radii[-1]:.4g} mm. Add a seat in "
@@ -232,8 +231,3 @@ def _level(cap: int, hole: BoltHole, radius: float) -> float:
     occ.synchronize()
     ends = [float(height.min()) for height in heights if height.max() > _LOWEST * hole.cap_end]
     return min(ends, default=hole.cap_end) - _DEPTH * hole.radius
-
-
-def _tool(hole: BoltHole, level: float, radius: float) -> int:
-    height = 2 * (hole.cap_end - level) + 4 * radius
-    return int(gmsh.model.occ.addCylinder(*hole.at(level), *(height * hole.direction), radius))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import gmsh
 import numpy as np
@@ -91,7 +90,13 @@ def bolts_in(
             "no hole for a bolt runs through the joint of rod and cap: a round hole square to the joint must "
             "lead through the cap and go on in the rod. Correct the CAD file"
         )
-    _require_alike(holes)
+    sizes = [hole.radius for hole in holes]
+    if max(sizes) > _SAME_SIZE * min(sizes):
+        listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.center)}" for hole in holes)
+        raise GeometryError(
+            f"the holes through the joint differ in size, but the bolts of a cap must be alike: {listed}. "
+            "Close those that are not for bolts in the CAD program"
+        )
     pattern = next((hole for hole in holes if any(one.is_in(hole) for one in fasteners)), holes[0])
     shown = [one for one in fasteners if one.is_in(pattern)]
     dimensions = _BoltDimensions(pattern, shown, given or BoltSeat(head_diameter=0.0, grip=0.0))
@@ -103,46 +108,15 @@ def bolts_in(
                 f"{place_text(hole.center)} has no plane seat around it for the head of its bolt, square to "
                 "the hole. Add one to the cap in the CAD program"
             )
-        head = hole.head
-        seats = dimensions.seats(hole, head)
-        bolts.append(
-            BoltAxis(
-                point=vector(hole.center.round(_DIGITS) + 0.0),
-                direction=vector(hole.direction.round(_DIGITS) + 0.0),
-                hole_radius=hole.radius,
-                head=head.level,
-                thread_radius=hole.rod_radius,
-                **seats._asdict(),
-            )
-        )
-    return tuple(bolts), (*dimensions.assumed, *_unequal(bolts))
-
-
-def _require_alike(holes: Sequence[BoltHole]) -> None:
-    sizes = [hole.radius for hole in holes]
-    if max(sizes) > _SAME_SIZE * min(sizes):
-        listed = "; ".join(f"{2 * hole.radius:.4g} mm at {place_text(hole.center)}" for hole in holes)
-        raise GeometryError(
-            f"the holes through the joint differ in size, but the bolts of a cap must be alike: {listed}. "
-            "Close those that are not for bolts in the CAD program"
-        )
-
-
-def _unequal(bolts: Sequence[BoltAxis]) -> list[str]:
+        bolts.append(dimensions.bolt(hole, hole.head))
+    notes = [*dimensions.assumed]
     grips = [bolt.grip for bolt in bolts]
-    if max(grips) <= _SAME_SIZE * min(grips):
-        return []
-    listed = ", ".join(f"{grip:.4g}" for grip in grips)
-    return [f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"]
-
-
-class _Seats(NamedTuple):
-    """What a bolt presses on, as of `BoltAxis`."""
-
-    head_radius: float
-    nut_radius: float
-    grip_end: float
-    engaged: float
+    if max(grips) > _SAME_SIZE * min(grips):
+        listed = ", ".join(f"{grip:.4g}" for grip in grips)
+        notes.append(
+            f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"
+        )
+    return tuple(bolts), tuple(notes)
 
 
 class _BoltDimensions:
@@ -152,14 +126,25 @@ class _BoltDimensions:
         self._pattern, self._fasteners, self._given = pattern, fasteners, given
         self.assumed: dict[str, None] = {}  # what neither user nor fasteners give, in words
 
-    def seats(self, hole: BoltHole, head: Seat) -> _Seats:
-        """What the bolt in a hole presses on."""
+    def bolt(self, hole: BoltHole, head: Seat) -> BoltAxis:
+        """Return the bolt in a hole, with what it presses on."""
         radius = self._head(hole, head)
         nut = None if self._given.engaged else self._nut(hole, head)
         if nut is not None and hole.nut is not None:
-            return _Seats(radius, nut, -hole.nut.level, 0.0)
-        first, last = self._thread(hole, head)
-        return _Seats(radius, 0.0, first, first - last)
+            first = last = -hole.nut.level
+        else:
+            first, last = self._thread(hole, head)
+        return BoltAxis(
+            point=vector(hole.center.round(_DIGITS) + 0.0),
+            direction=vector(hole.direction.round(_DIGITS) + 0.0),
+            hole_radius=hole.radius,
+            head=head.level,
+            head_radius=radius,
+            thread_radius=hole.rod_radius,
+            nut_radius=nut or 0.0,
+            grip_end=first,
+            engaged=first - last,
+        )
 
     def _assume(self, text: str) -> None:
         self.assumed[text] = None

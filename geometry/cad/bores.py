@@ -82,7 +82,12 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
         if not any(one.coaxial(other.center, other.direction, other.radius) for other in through[:place])
     ]
     if not odd:
-        _require_cylinders(holes, faces)
+        splines = sum("spline" in face.shape.lower() for face in faces)
+        if not holes and splines:
+            raise GeometryError(
+                f"no through-hole is a cylinder, and {splines} of {len(faces)} faces are splines. Export the "
+                "solid again with cylindrical bores that are not converted to splines"
+            )
     if diameters == UNKNOWN:
         walls = [hollow_wall(interior, group) for group in wall_groups(faces, at_most=CLOSED)]
         _require_closed(sorted(filter(None, walls), key=lambda wall: -wall.radius), holes)
@@ -106,7 +111,12 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
                 f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
                 "rod.small_end_bore_mm"
             )
-        _require_between(ordered, middle)
+        balance = Balance.of(ordered, middle)
+        if not balance.is_that_of_a_rod:
+            raise GeometryError(
+                f"the two largest parallel holes ({_list(ordered)}) are not the bores of a rod: "
+                f"{balance.text()}. {NAME_BORES}, or keep only the rod with rod.solids"
+            )
     return ordered
 
 
@@ -164,25 +174,6 @@ def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> 
         f"parallel to it: this is a cap, or another part of a rod. Add the rest to the file, or give the "
         "diameters of other holes as rod.big_end_bore_mm and rod.small_end_bore_mm"
     )
-
-
-def _require_between(bores: Pair, middle: Floats) -> None:
-    balance = Balance.of(bores, middle)
-    if not balance.is_that_of_a_rod:
-        raise GeometryError(
-            f"the two largest parallel holes ({_list(bores)}) are not the bores of a rod: "
-            f"{balance.text()}. {NAME_BORES}, or keep only the rod with rod.solids"
-        )
-
-
-def _require_cylinders(holes: Sequence[CadHole], faces: Sequence[Face]) -> None:
-    """Refuse a solid without cylindrical holes if it has spline faces: its bores may be splines."""
-    splines = sum("spline" in face.shape.lower() for face in faces)
-    if not holes and splines:
-        raise GeometryError(
-            f"no through-hole is a cylinder, and {splines} of {len(faces)} faces are splines. Export the "
-            "solid again with cylindrical bores that are not converted to splines"
-        )
 
 
 def _list(holes: Sequence[CadHole | _Opening]) -> str:

@@ -66,7 +66,12 @@ def classified(
     """
     if len(solids) == 1:
         return [cad_solid(solids[0].tag, "rod", Role.ROD)]
-    names = _names(solids)
+    given = [solid.name or "part" for solid in solids]
+    numbered = [not solid.name or given.count(solid.name) > 1 for solid in solids]
+    names = {
+        solid.tag: f"{name} {place}" if many else name
+        for place, (solid, name, many) in enumerate(zip(solids, given, numbered, strict=True), 1)
+    }
     aliases = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
     roles = dict(_split(text, set().union(*aliases.values())) for text in chosen)
     for name in roles:
@@ -119,16 +124,6 @@ def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) 
     roles |= {tag: Role.OTHER_ROD for tag in alike if roles[tag] is not Role.CAP} | {rod: Role.ROD}
     kept = wanted or {tag for tag, role in roles.items() if role in (Role.ROD, Role.CAP, Role.BUSHING)}
     return [cad_solid(tag, name, roles[tag], kept=tag in kept) for tag, name in names.items()]
-
-
-def _names(solids: Sequence[NamedSolid]) -> dict[int, str]:
-    """Names of solids by their tags; numbered where several have the same or none."""
-    given = [solid.name or "part" for solid in solids]
-    numbered = [not solid.name or given.count(solid.name) > 1 for solid in solids]
-    return {
-        solid.tag: f"{name} {place}" if many else name
-        for place, (solid, name, many) in enumerate(zip(solids, given, numbered, strict=True), 1)
-    }
 
 
 def _rods(walls: Mapping[int, Walls], diameters: Diameters = UNKNOWN, tried: int = 1) -> dict[int, Pair]:
@@ -206,12 +201,6 @@ def named_parts(
     if BUSHING not in volumes and assembly.bushing:
         rule = "needs a bushing in the small end, but the file has none"
         raise InvalidValue("assembly.bushing_interference_mm", None, rule, "Add the bushing to the file.")
-    return _divided(volumes, bores, assembly, shells)
-
-
-def _divided(
-    volumes: dict[str, list[int]], bores: tuple[Bore, Bore], assembly: Assembly, shells: Sequence[str]
-) -> dict[str, list[int]]:
     if shells and CAP not in volumes:
         raise GeometryError("the file has bearing shells, but no cap. Add the cap to the file")
     normal = assembly.normal if CAP not in volumes and assembly.split is not None else None

@@ -16,7 +16,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.cad.freecad import Placement, shapes_of
+from geometry.cad.freecad import shapes_of
 from geometry.errors import GeometryError
 from geometry.files import replaced
 from geometry.imports import DECLARED, FORMATS, CadFormat
@@ -280,19 +280,16 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
         for shape in shapes:
             solids, dimensions = _imported(shape.path, CadFormat.BREP)
             for placement in shape.placements:
-                _place([(3, solid.tag) for solid in solids], placement)
+                entities = [(3, solid.tag) for solid in solids]
+                scale = gmsh.option.getNumber("Geometry.OCCScaling")
+                if entities and placement.angle:
+                    gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
+                if entities:
+                    gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
             kinds |= dimensions
             named += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return named, kinds
-
-
-def _place(entities: Sequence[tuple[int, int]], placement: Placement) -> None:
-    scale = gmsh.option.getNumber("Geometry.OCCScaling")
-    if entities and placement.angle:
-        gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
-    if entities:
-        gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
 
 
 def _unit_of_iges(content: bytes) -> str:

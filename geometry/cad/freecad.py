@@ -87,7 +87,15 @@ def shapes_of(path: Path) -> Iterator[list[Shape]]:
 def _read(path: Path, folder: Path) -> list[Shape]:
     with zipfile.ZipFile(path) as archive:
         objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
-        return list(_unpacked(archive, objects, _results(objects, uses), folder))
+        shaped = {name for name, one in objects.items() if one.shape}
+        bodies = {name for name in shaped if objects[name].kind == _BODY}
+        inside = {member for body in bodies for member in objects[body].members}
+        free = shaped - bodies - inside
+        used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
+        # The shapes of containers only repeat those of their members.
+        containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
+        results = [name for name in objects if name in bodies - used or name in free - used - containers]
+        return list(_unpacked(archive, objects, results, folder))
 
 
 def linked_files(path: Path) -> list[str]:
@@ -144,17 +152,6 @@ def _placement(element: ET.Element | None) -> Placement | None:
     size = math.sqrt(x * x + y * y + z * z)
     axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
     return Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
-
-
-def _results(objects: Mapping[str, _Object], uses: Mapping[str, set[str]]) -> list[str]:
-    shaped = {name for name, one in objects.items() if one.shape}
-    bodies = {name for name in shaped if objects[name].kind == _BODY}
-    inside = {member for body in bodies for member in objects[body].members}
-    free = shaped - bodies - inside
-    used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
-    # The shapes of containers only repeat those of their members.
-    containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
-    return [name for name in objects if name in bodies - used or name in free - used - containers]
 
 
 def _unpacked(

@@ -223,7 +223,12 @@ def _assembled(
     solid = with_contacts(
         _solid(mirror, bores, parts, bolts), assembly, lambda touching: _walls(joint, touching, bores)
     )
-    return solid, _listing(solid, joint), assumed
+    listing = [] if joint is None else [joint.text()]
+    for one in solid.interfaces:
+        first, second = (solid.parts[number].name for number in one.parts)
+        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
+        listing.append(f"{first} and {second} touch over {area:.4g} mm²")
+    return solid, (*listing, *map(_bolt_text, solid.bolts)), assumed
 
 
 def _remove(volumes: Sequence[int]) -> None:
@@ -298,15 +303,6 @@ def _walls(
         if faces:
             walls[surface] = max(max(radii, default=1.05 * bore.radius) - bore.radius, 0.01 * bore.radius)
     return walls
-
-
-def _listing(solid: Solid, joint: Joint | None) -> tuple[str, ...]:
-    listing = [] if joint is None else [joint.text()]
-    for one in solid.interfaces:
-        first, second = (solid.parts[number].name for number in one.parts)
-        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
-        listing.append(f"{first} and {second} touch over {area:.4g} mm²")
-    return (*listing, *map(_bolt_text, solid.bolts))
 
 
 def _bolt_text(bolt: BoltAxis) -> str:

@@ -146,9 +146,13 @@ Entity = tuple[int, int]
 
 def parts_of(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
     """Name the volumes of each part and compute its mass properties."""
+    distinct = [
+        name if names.count(name) == 1 else f"{name} {names[:place].count(name) + 1}"
+        for place, name in enumerate(names)
+    ]
     return tuple(
         Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))
-        for name, cell in zip(_distinct(names), cells, strict=True)
+        for name, cell in zip(distinct, cells, strict=True)
     )
 
 
@@ -202,10 +206,3 @@ def sharing(
             "rod.solids"
         )
     return volumes
-
-
-def _distinct(names: Sequence[str]) -> list[str]:
-    return [
-        name if names.count(name) == 1 else f"{name} {names[:place].count(name) + 1}"
-        for place, name in enumerate(names)
-    ]

@@ -72,7 +72,12 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
             raise MeshError(f"more than one hole{known} could be a bore. {_listed(every)}. {NAME_BORES}")
     if not any(diameters):
         _require_largest(best, every)
-        _require_between(best, surface)
+        balance = Balance.of(best, surface.center)
+        if not balance.is_that_of_a_rod:
+            raise MeshError(
+                f"the two largest through-holes cannot be the bores, because {balance.text()}. "
+                f"{_listed(best)}. {NAME_BORES}"
+            )
     alike = best[0].same_radius(best[1].radius, _SAME) and not any(diameters)
     return heavier_first(best, surface.center) if alike else best
 
@@ -184,15 +189,6 @@ def _require_largest(pair: Pair, holes: Sequence[MeshHole]) -> None:
                 f"the two largest through-holes cannot be the bores, because there is a larger one that is "
                 f"{'blind' if hole.closed else 'half open'}{missing}. {_listed(holes)}. {NAME_BORES}"
             )
-
-
-def _require_between(pair: Pair, surface: SurfaceMesh) -> None:
-    balance = Balance.of(pair, surface.center)
-    if not balance.is_that_of_a_rod:
-        raise MeshError(
-            f"the two largest through-holes cannot be the bores, because {balance.text()}. {_listed(pair)}. "
-            f"{NAME_BORES}"
-        )
 
 
 def _listed(holes: Sequence[MeshHole]) -> str:

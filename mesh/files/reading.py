@@ -58,7 +58,9 @@ def read_inp(path: Path) -> TetFile:
                     raise MeshError("its nodes are not in Cartesian coordinates (*NODE, SYSTEM=…)")
                 nodes.append(np.asarray(np.loadtxt(lines, delimiter=",", usecols=range(4), ndmin=2)))
             elif keyword == "ELEMENT":
-                blocks.append((_kind(options.get("TYPE", "")), lines))
+                kind = options.get("TYPE", "").upper()
+                solid = re.search(r"C3D(\d+)", kind)
+                blocks.append((_SOLIDS.get(solid[1], kind) if solid else kind, lines))
             elif keyword == "INCLUDE":
                 included = options.get("INPUT", "")
     if included and not (nodes and blocks):
@@ -95,13 +97,6 @@ def _cards(lines: Iterable[str]) -> Iterator[tuple[str, dict[str, str], list[str
         data = []
 
 
-def _kind(name: str) -> str:
-    """Meshio's name of an element type; the type itself where it is not a solid."""
-    name = name.upper()
-    solid = re.search(r"C3D(\d+)", name)
-    return _SOLIDS.get(solid[1], name) if solid else name
-
-
 def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, Ints]:
     """Kind, rows of nodes and numbers of the elements; those of other kinds than tetrahedra are counted."""
     count = _TET_NODES.get(kind)
@@ -127,19 +122,6 @@ def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, In
 _HEAD = b"$MeshFormat"
 
 
-def is_msh(path: Path) -> bool:
-    """Whether a file begins as a .msh file; gmsh would run any other as a script."""
-    with path.open("rb") as file:
-        return file.read(len(_HEAD)) == _HEAD
-
-
-def read_msh(path: Path) -> TetFile:
-    """Read a file, for which `is_msh` holds, in a gmsh session of its own; gmsh's own errors pass."""
-    with session():
-        gmsh.open(str(path))
-        return tets_of_model()
-
-
 def stl_surface(path: Path) -> SurfaceMesh:
     """Read the closed surface of an STL file, in a gmsh session of its own.
 
@@ -158,24 +140,15 @@ def stl_surface(path: Path) -> SurfaceMesh:
     every = SurfaceMesh(coordinates.reshape(-1, 3)[order], facets)
     if not len(facets):
         raise MeshError("it holds no triangles. Export the rod as STEP")
-    surface = replace(every, facets=_without_pairs(facets))
+    # Facets that lie on each other are those of a joint between two bodies.
+    _, which, counts = np.unique(np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True)
+    surface = replace(every, facets=facets[counts[which.ravel()] != 2])
     try:
         require_closed(surface)
     except MeshError:
         surface = apart(every)
         require_closed(surface)
     return surface if surface.volume > 0 else SurfaceMesh(surface.points, surface.facets[:, ::-1])
-
-
-def _without_pairs(facets: Ints) -> Ints:
-    """Leave out facets that lie on each other, as those of a joint between two bodies of one file do."""
-    _, which, counts = np.unique(np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return np.asarray(facets[counts[which.ravel()] != 2])
-
-
-def read_stl(path: Path) -> TetFile:
-    """Mesh the volume inside a surface: see `stl_surface` and `mesh.files.fill.filled`."""
-    return filled(stl_surface(path))
 
 
 def read_tets(path: Path) -> TetFile:
@@ -190,8 +163,9 @@ def read_tets(path: Path) -> TetFile:
     """
     name = FORMATS[path.suffix.lower()]
     try:
-        reader = _OWN.get(name)
-        return _through_meshio(path, name) if reader is None else reader(path)
+        if name == "stl":
+            return filled(stl_surface(path))
+        return read_inp(path) if name == "abaqus" else _through_meshio(path, name)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     except ImportError as error:
@@ -203,10 +177,6 @@ def read_tets(path: Path) -> TetFile:
         raise
     except Exception as error:  # what meshio and its parsers raise is not documented
         raise _damaged(path, name, error) from error
-
-
-# Readers of our own.
-_OWN = {"abaqus": read_inp, "stl": read_stl}
 
 
 def _damaged(path: Path, name: str, error: Exception) -> MeshError:
@@ -222,9 +192,14 @@ def _through_meshio(path: Path, name: str) -> TetFile:
     try:
         mesh = read(_bulk_data(path) if name == "nastran" else str(path))
     except Exception:
-        if name != "gmsh" or not is_msh(path):
+        if name != "gmsh":
             raise
-        return read_msh(path)  # files in which some entities alone have physical groups
+        with path.open("rb") as file:
+            if file.read(len(_HEAD)) != _HEAD:  # gmsh would run it as a script
+                raise
+        with session():  # for files in which some entities alone have physical groups
+            gmsh.open(str(path))
+            return tets_of_model()
     if name == "nastran":
         frames = mesh.point_data.get("nastran:ref", ())
         if np.any(np.asarray(frames) != 0):

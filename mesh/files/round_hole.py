@@ -174,7 +174,9 @@ def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list
     for _ in range(_ROUNDS):
         if len(rest) < _LEAST_FACETS:
             break
-        circle = _of_all(flat, rest, tolerance) or _of_samples(flat, rest, tolerance, largest)
+        circle = fitted_circle(flat.corners[rest].reshape(-1, 2))
+        if circle is None or len(flat.wall(circle, rest, tolerance)) < len(rest):
+            circle = _of_samples(flat, rest, tolerance, largest)
         if circle is None:
             break
         wall = flat.wall(circle, rest, tolerance)
@@ -185,13 +187,6 @@ def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list
             circles.append(better)
         rest = np.setdiff1d(rest, wall)
     return circles
-
-
-def _of_all(flat: _Plan, patch: Ints, tolerance: float) -> Circle | None:
-    circle = fitted_circle(flat.corners[patch].reshape(-1, 2))
-    if circle is None or len(flat.wall(circle, patch, tolerance)) < len(patch):
-        return None
-    return circle
 
 
 def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> Circle | None:
@@ -243,6 +238,10 @@ def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, directi
     heights = surface.corners[wall] @ direction
     arms = flat.corners[wall] - circle.center
     middle = (heights.min() + heights.max()) / 2
+    around = flat.corners - circle.center
+    after = np.roll(around, -1, axis=1)
+    turns = around[..., 0] * after[..., 1] - around[..., 1] * after[..., 0]
+    crosses = ((turns > 0).all(axis=1) | (turns < 0).all(axis=1)).any()
     return MeshHole(
         center=circle.center @ across + middle * direction,
         direction=direction,
@@ -250,14 +249,6 @@ def _hole(surface: SurfaceMesh, flat: _Plan, circle: Circle, wall: Ints, directi
         width=float(np.ptp(heights)),
         area=float(surface.areas[wall].sum()),
         turn=covered(np.arctan2(arms[..., 1], arms[..., 0])),
-        through=not _crossed(flat.corners, circle.center),
+        through=not crosses,
         facets=wall,
     )
-
-
-def _crossed(corners: Floats, place: Floats) -> bool:
-    arms = corners - place
-    after = np.roll(arms, -1, axis=1)
-    turns = arms[..., 0] * after[..., 1] - arms[..., 1] * after[..., 0]
-    inside = (turns > 0).all(axis=1) | (turns < 0).all(axis=1)
-    return bool(inside.any())

@@ -162,33 +162,38 @@ def mended(file: TetFile) -> Mended:
     _, first, which = np.unique(cell, axis=0, return_index=True, return_inverse=True)
     order = np.sort(first)  # nodes keep their order
     place = np.argsort(np.argsort(first))
-    points, tets, merged = (
-        places[order],
-        place[which.ravel()][local].reshape(file.tets.shape),
-        len(used) - len(first),
-    )
+    points, merged = places[order], len(used) - len(first)
+    tets: Ints = place[which.ravel()][local].reshape(file.tets.shape)
     ordered = np.sort(tets, axis=1)
     _refuse((ordered[:, 1:] == ordered[:, :-1]).any(axis=1), file.numbers, "the same node twice")
     single = np.sort(np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)[1])
     dropped = len(tets) - len(single)
     tets, numbers = tets[single], file.numbers[single]
     _refuse(np.abs(shape(TetMesh(points, tets))) < _FLAT, numbers, "no volume: their vertices lie in a plane")
-    tets, turned = _turned(points, tets)
+    corners = points[tets[:, :4]]
+    inverted = np.asarray(np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0)
+    tets = np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets)
     tets, swapped = _middles_in_order(points, tets, numbers)
     _require_conforming(tets, numbers, points)
-    _require_one_piece(tets, points, numbers)
-    return Mended(TetMesh(points, tets), _notes(merged, dropped, turned, swapped=swapped))
-
-
-def _notes(merged: int, dropped: int, turned: int, *, swapped: bool) -> tuple[str, ...]:
+    label = linked_groups(len(points), np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel())
+    bodies, example, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
+    if len(bodies) > 1:
+        listed = []
+        for n in np.argsort(-sizes, kind="stable")[:_SHOWN]:
+            middle = place_text(points[tets[label[tets[:, 0]] == bodies[n]]].reshape(-1, 3).mean(axis=0))
+            listed.append(f"{sizes[n]} elements around {middle}, among them number {numbers[example[n]]}")
+        raise MeshError(
+            f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(listed)}. Give the rod and "
+            "its cap as one body with common nodes, and leave out all others"
+        )
     counts = {
         "nodes at the place of another, merged with it": merged,
         "elements that occurred twice, dropped": dropped,
-        "elements that were inside out, turned over": turned,
+        "elements that were inside out, turned over": int(inverted.sum()),
     }
     notes = [f"{what}: {count}" for what, count in counts.items() if count]
     exchanged = "the last two mid-side nodes of every element were exchanged, to stand on their edges"
-    return (*notes, exchanged) if swapped else tuple(notes)
+    return Mended(TetMesh(points, tets), (*notes, exchanged) if swapped else tuple(notes))
 
 
 def _refuse(
@@ -201,12 +206,6 @@ def _refuse(
     listed = ", ".join(map(str, refused[:_SHOWN])) + (", …" if len(refused) > _SHOWN else "")
     word = "element has" if len(refused) == 1 else "elements have"
     raise MeshError(f"{len(refused)} {word} {what} (number {listed}). {remedy}")
-
-
-def _turned(points: Floats, tets: Ints) -> tuple[Ints, int]:
-    corners = points[tets[:, :4]]
-    inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
-    return np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets), int(inverted.sum())
 
 
 def _middles_in_order(points: Floats, tets: Ints, numbers: Ints) -> tuple[Ints, bool]:
@@ -255,23 +254,3 @@ def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
     differs = (last_middle[edge] != middle) | (last_edge[local] != edge)
     what = "an edge on which other elements have another mid-side node"
     _refuse(differs.reshape(-1, len(EDGES)).any(axis=1), numbers, what)
-
-
-def _require_one_piece(tets: Ints, points: Floats, numbers: Ints) -> None:
-    """Refuse several bodies: only one can be loaded at both bores."""
-    label = linked_groups(len(points), np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel())
-    bodies, first, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
-    if len(bodies) > 1:
-        listed = [
-            _body(int(sizes[n]), int(numbers[first[n]]), points[tets[label[tets[:, 0]] == bodies[n]]])
-            for n in np.argsort(-sizes, kind="stable")[:_SHOWN]
-        ]
-        raise MeshError(
-            f"it consists of {len(bodies)} bodies that share no nodes: {'; '.join(listed)}. Give the rod and "
-            "its cap as one body with common nodes, and leave out all others"
-        )
-
-
-def _body(size: int, number: int, corners: Floats) -> str:
-    place = place_text(corners.reshape(-1, 3).mean(axis=0))
-    return f"{size} elements around {place}, among them number {number}"
