@@ -73,7 +73,14 @@ def tetrahedralise(
 
 def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]) -> TetMesh:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    tet_nodes, part = _tets(order, parts)
+    part: Ints | None = None
+    if len(parts) < 2:
+        tet_nodes = gmsh.model.mesh.getElementsByType(_TET[order])[1]
+    else:
+        blocks = [gmsh.model.mesh.getElementsByType(_TET[order], tag)[1] for tags in parts for tag in tags]
+        numbers = [number for number, volumes in enumerate(parts) for _ in volumes]
+        tet_nodes = np.concatenate(blocks)
+        part = np.repeat(numbers, [nodes.size // len(FROM_GMSH[order]) for nodes in blocks])
     if not len(tet_nodes):
         raise MeshError("gmsh made no tetrahedra. Try a smaller --size")
     place = np.empty(int(tags.max()) + 1, dtype=np.int64)
@@ -94,16 +101,6 @@ def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequen
         {surface: facets(faces) for surface, faces in surfaces.items() if len(faces)},
         part,
     )
-
-
-def _tets(order: int, parts: Sequence[Sequence[int]]) -> tuple[Ints, Ints | None]:
-    """Node tags of the tetrahedra, and the part of each if there are several."""
-    if len(parts) < 2:
-        return gmsh.model.mesh.getElementsByType(_TET[order])[1], None
-    blocks = [gmsh.model.mesh.getElementsByType(_TET[order], volume)[1] for part in parts for volume in part]
-    numbers = [number for number, part in enumerate(parts) for _ in part]
-    counts = [nodes.size // len(FROM_GMSH[order]) for nodes in blocks]
-    return np.concatenate(blocks), np.repeat(numbers, counts)
 
 
 def snapped(mesh: TetMesh) -> TetMesh:

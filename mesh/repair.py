@@ -123,20 +123,15 @@ def of_elements(corners: Floats, what: str) -> Repair:
         Spot(vector(center), float(length) / 2, float(length) / 3)
         for center, length in zip(centers, longest, strict=True)
     )
-    faces = frozenset(
-        tag
-        for _, tag in gmsh.model.getEntities(_SURFACE)
-        if _has_edge(tag, corners, _SAME * float(longest.min()))
-    )
-    return Repair(faces, spots, (f"{what} near {_place(centers[0])}",))
-
-
-def _has_edge(face: int, corners: Floats, slack: float) -> bool:
-    _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, face, includeBoundary=True)
     from scipy.spatial import KDTree  # noqa: PLC0415 - only a mesh that is repaired needs it
 
-    distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
-    return bool(((distance < slack).sum(axis=1) >= _ENDS).any())
+    faces = set()  # those that have an edge of an element
+    for _, tag in gmsh.model.getEntities(_SURFACE):
+        _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, tag, includeBoundary=True)
+        distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
+        if ((distance < _SAME * longest.min()).sum(axis=1) >= _ENDS).any():
+            faces.add(tag)
+    return Repair(frozenset(faces), spots, (f"{what} near {_place(centers[0])}",))
 
 
 def _place(point: Floats) -> str:
@@ -202,13 +197,9 @@ def repaired(
             break
         repair += more
         tell(more.causes[0])
-    if first is None:
-        raise _told(failure, rounds)
-    return first
-
-
-def _told(failure: MeshError | None, rounds: int) -> MeshError:
+    if first is not None:
+        return first
     if failure is not None and not rounds:
-        return failure
+        raise failure
     tries = f"{rounds} further attempts with other settings at the faulty places failed too"
-    return MeshError(f"{failure} ({tries})")
+    raise MeshError(f"{failure} ({tries})")

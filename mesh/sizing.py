@@ -119,14 +119,13 @@ def refinements(
     On bores that a pin touches, elements are small enough for at least `per_touched_bore`.
     """
     scale = min(size / default_size(rod_length), COARSEST)
-
-    def wanted(feature: Feature) -> float:
+    wanted = []
+    for feature in features:
         size = scale * feature_size(feature)
         if per_touched_bore and feature.kind is FeatureKind.BORE:
-            return min(size, feature.arc_length / per_touched_bore)
-        return size
-
-    return tuple(Refinement(feature.faces, wanted(feature), _width(feature)) for feature in features)
+            size = min(size, feature.arc_length / per_touched_bore)
+        wanted.append(Refinement(feature.faces, size, _width(feature)))
+    return tuple(wanted)
 
 
 def _width(feature: Feature) -> float:

@@ -80,7 +80,11 @@ def classified(
             raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
     keep = {name for name, role in roles.items() if role is not Role.BOLT}
     wanted = {tag for tag, both in aliases.items() if not both.isdisjoint(keep)}
-    return [_with_role(one, aliases[one.tag], roles) for one in _by_shape(names, wanted, diameters)]
+    classified = []
+    for one in _by_shape(names, wanted, diameters):
+        role = next((roles[name] for name in aliases[one.tag] if name in roles), None)
+        classified.append(one if role is None else replace(one, role=role, kept=role is not Role.BOLT))
+    return classified
 
 
 def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
@@ -89,11 +93,6 @@ def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
     if text in known or not colon or role.strip().lower() not in ROLES:
         return text, None
     return name.strip(), ROLES[role.strip().lower()]
-
-
-def _with_role(one: CadSolid, names: set[str], roles: Mapping[str, Role | None]) -> CadSolid:
-    role = next((roles[name] for name in names if name in roles), None)
-    return one if role is None else replace(one, role=role, kept=role is not Role.BOLT)
 
 
 def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) -> list[CadSolid]:
@@ -127,24 +126,24 @@ def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) 
 
 
 def _rods(walls: Mapping[int, Walls], diameters: Diameters = UNKNOWN, tried: int = 1) -> dict[int, Pair]:
-    candidates = {tag: _rod_bores(tag, of_solid, diameters, tried) for tag, of_solid in walls.items()}
-    return {tag: bores for tag, bores in candidates.items() if bores is not None}
-
-
-def _rod_bores(volume: int, walls: Walls, diameters: Diameters, tried: int) -> Pair | None:
-    """The bores of a solid of a rod's shape: its largest hollow wall, and one of the next parallel to it."""
+    """Bores of the solids of a rod's shape: the largest hollow wall, and one of the next parallel to it."""
     radii = [None if diameter is None else diameter / 2 for diameter in diameters]
-    big = next((wall for wall in walls.hollow() if wall.same_radius(radii[0], SAME_DIAMETER)), None)
-    if big is None:
-        return None
-    apart = (
-        wall
-        for wall in walls.hollow()
-        if big.parallel(wall)
-        and big.apart(wall) > big.radius + wall.radius
-        and wall.same_radius(radii[1], SAME_DIAMETER)
-    )
-    return next(((big, small) for small in islice(apart, tried) if _is_rod(volume, big, small)), None)
+    rods: dict[int, Pair] = {}
+    for tag, of_solid in walls.items():
+        big = next((wall for wall in of_solid.hollow() if wall.same_radius(radii[0], SAME_DIAMETER)), None)
+        if big is None:
+            continue
+        apart = (
+            wall
+            for wall in of_solid.hollow()
+            if big.parallel(wall)
+            and big.apart(wall) > big.radius + wall.radius
+            and wall.same_radius(radii[1], SAME_DIAMETER)
+        )
+        small = next((wall for wall in islice(apart, tried) if _is_rod(tag, big, wall)), None)
+        if small is not None:
+            rods[tag] = big, small
+    return rods
 
 
 def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:

@@ -16,6 +16,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
+from geometry.arrays import linked_groups, twins
 from geometry.cad.freecad import shapes_of
 from geometry.errors import GeometryError
 from geometry.files import replaced
@@ -156,9 +157,13 @@ def declared_unit(path: Path) -> str:
         other = re.search(rb"CONVERSION_BASED_UNIT\s*\(\s*'(INCH|FOOT|FEET)", content, re.IGNORECASE)
         if other:
             return "in" if other[1].upper() == b"INCH" else "ft"
-        prefix = metres[1] if metres else b".MILLI."
-        return _PREFIXES.get(prefix, "mm")
-    return _unit_of_iges(path.read_bytes()) if kind is CadFormat.IGES else "mm"
+        return _PREFIXES.get(metres[1], "mm") if metres else "mm"
+    if kind is not CadFormat.IGES:
+        return "mm"
+    lines = [line[:72] for line in path.read_bytes().splitlines() if line[72:73] == b"G"]
+    named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
+    unit = named[1].decode().lower() if named else "mm"
+    return {"inch": "in", "um": "µm"}.get(unit, unit)
 
 
 def _begins_as(kind: CadFormat, start: bytes) -> bool:
@@ -176,8 +181,11 @@ def _begins_as(kind: CadFormat, start: bytes) -> bool:
 
 def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
     remedy = "The file may be damaged or cut short: export the rod again, as STEP"
-    if kind is CadFormat.BREP and _is_cut_short(path.read_bytes()):
-        raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
+    if kind is CadFormat.BREP:  # the kernel would not stop at the end of a shape in text
+        content = path.read_bytes()
+        text = re.search(rb"^\s*(?:DBRep_DrawableShape\s+)?CASCADE Topology V", content[:_START])
+        if text and not re.search(rb"[+-]\d+ \d+\s+(?:0\s*)?\Z", content[-_START:]):
+            raise GeometryError(f"{path.name} ends before its last line, which names its shape. {remedy}")
     with kernel.attempt(f"read {path.name}", remedy):
         entities = _shapes(path, kind)
         loose = {dim for dim, _ in entities} == {2}
@@ -187,13 +195,11 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
         if len(beside) < len(entities):  # planes and axes beside the solids would be meshed
             gmsh.model.occ.remove(beside, recursive=True)
             gmsh.model.occ.synchronize()
-    return _solids(entities), {int(dim) for dim, _ in entities}
-
-
-def _is_cut_short(content: bytes) -> bool:
-    """Whether a shape in the text format of Open CASCADE lacks its end, where the kernel would not stop."""
-    text = re.search(rb"^\s*(?:DBRep_DrawableShape\s+)?CASCADE Topology V", content[:_START])
-    return bool(text) and not re.search(rb"[+-]\d+ \d+\s+(?:0\s*)?\Z", content[-_START:])
+    solids = []
+    for tag in (tag for dim, tag in entities if dim == kernel.SOLID):
+        name = gmsh.model.getEntityName(3, tag).rpartition("/")[2]
+        solids.append(NamedSolid(tag, "" if name.startswith(_UNNAMED) else _plain(name)))
+    return solids, {dim for dim, _ in entities}
 
 
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
@@ -228,13 +234,16 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:
         faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
-        # Every edge belongs to two faces, or twice to one.
-        shells = [
-            shell
-            for shell in _connected(faces)
-            if (np.unique(_edges(shell), return_counts=True)[1] == 2).all()
-        ]
-        solids = [gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(shell)]) for shell in shells]
+        edges_of = [gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False) for tag in faces]
+        edges = np.array([edge for bounding in edges_of for _, edge in bounding], dtype=np.int64)
+        owner = np.repeat(np.arange(len(faces)), [len(bounding) for bounding in edges_of])
+        group = linked_groups(len(faces), *(owner[side] for side in twins(edges)))
+        solids = []
+        for number in range(group.max() + 1):
+            uses = np.unique(edges[group[owner] == number], return_counts=True)[1]
+            if (uses == 2).all():  # every edge belongs to two faces, or twice to one
+                shell = gmsh.model.occ.addSurfaceLoop(np.array(faces)[group == number].tolist())
+                solids.append(gmsh.model.occ.addVolume([shell]))
         gmsh.model.occ.synchronize()
         # Faces that the kernel has repaired copies of in a solid would be meshed beside it.
         loose_faces = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
@@ -245,32 +254,6 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)
     return [(kernel.SOLID, int(tag)) for tag in solids] or [(2, tag) for tag in faces]
-
-
-def _connected(faces: Sequence[int]) -> list[list[int]]:
-    from scipy import sparse  # noqa: PLC0415 - only surfaces without a solid need it
-
-    edges_of = [_edges([face]) for face in faces]
-    rows = np.repeat(np.arange(len(faces)), [len(edges) for edges in edges_of])
-    columns = np.concatenate([np.array(edges, dtype=np.int64) for edges in edges_of])
-    shared = sparse.csr_array((np.ones(len(rows)), (rows, columns)))
-    _, group = sparse.csgraph.connected_components(shared @ shared.T, directed=False)
-    return [[int(tag) for tag in np.array(faces)[group == number]] for number in range(group.max() + 1)]
-
-
-def _edges(faces: Sequence[int]) -> list[int]:
-    """Edges of faces, as often as they are used."""
-    boundary = gmsh.model.getBoundary([(2, tag) for tag in faces], combined=False, oriented=False)
-    return [int(tag) for _, tag in boundary]
-
-
-def _solids(entities: Sequence[tuple[int, int]]) -> list[NamedSolid]:
-    solids = []
-    for dim, tag in entities:
-        if dim == kernel.SOLID:
-            name = gmsh.model.getEntityName(3, tag).rpartition("/")[2]
-            solids.append(NamedSolid(int(tag), "" if name.startswith(_UNNAMED) else _plain(name)))
-    return solids
 
 
 def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
@@ -290,13 +273,6 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
             named += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return named, kinds
-
-
-def _unit_of_iges(content: bytes) -> str:
-    lines = [line[:72] for line in content.splitlines() if line[72:73] == b"G"]
-    named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
-    unit = named[1].decode().lower() if named else "mm"
-    return {"inch": "in", "um": "µm"}.get(unit, unit)
 
 
 def export_step(rod: Rod, path: Path) -> None:

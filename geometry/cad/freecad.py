@@ -72,7 +72,8 @@ def shapes_of(path: Path) -> Iterator[list[Shape]]:
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            shapes = _read(path, Path(folder))
+            with zipfile.ZipFile(path) as archive:
+                shapes = list(_unpacked(archive, Path(folder)))
         except _DAMAGES as error:
             if isinstance(error, OSError) and error.errno != errno.EINVAL:  # a place before the file's start
                 raise
@@ -82,20 +83,6 @@ def shapes_of(path: Path) -> Iterator[list[Shape]]:
                 "STEP"
             ) from error
         yield shapes
-
-
-def _read(path: Path, folder: Path) -> list[Shape]:
-    with zipfile.ZipFile(path) as archive:
-        objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
-        shaped = {name for name, one in objects.items() if one.shape}
-        bodies = {name for name in shaped if objects[name].kind == _BODY}
-        inside = {member for body in bodies for member in objects[body].members}
-        free = shaped - bodies - inside
-        used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
-        # The shapes of containers only repeat those of their members.
-        containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
-        results = [name for name in objects if name in bodies - used or name in free - used - containers]
-        return list(_unpacked(archive, objects, results, folder))
 
 
 def linked_files(path: Path) -> list[str]:
@@ -154,11 +141,18 @@ def _placement(element: ET.Element | None) -> Placement | None:
     return Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
 
 
-def _unpacked(
-    archive: zipfile.ZipFile, objects: Mapping[str, _Object], names: list[str], folder: Path
-) -> Iterator[Shape]:
+def _unpacked(archive: zipfile.ZipFile, folder: Path) -> Iterator[Shape]:
+    objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
+    shaped = {name for name, one in objects.items() if one.shape}
+    bodies = {name for name in shaped if objects[name].kind == _BODY}
+    inside = {member for body in bodies for member in objects[body].members}
+    free = shaped - bodies - inside
+    used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
+    # The shapes of containers only repeat those of their members.
+    containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
+    results = [name for name in objects if name in bodies - used or name in free - used - containers]
     left = MOST_SHAPES
-    for number, name in enumerate(names):
+    for number, name in enumerate(results):
         file = objects[name].shape
         content = _content(archive, str(file), left)
         left -= len(content)

@@ -48,7 +48,8 @@ def through_holes(interior: Interior, faces: Sequence[Face]) -> list[CadHole]:
     """Return the cylindrical through-holes, one per axis, the largest radius first."""
     holes: list[CadHole] = []
     for group in _coaxial(faces):
-        walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_through(wall, interior)]
+        walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_hollow(wall, interior)]
+        walls = [wall for wall in walls if not _is_crossed(wall, interior)]
         if walls:
             holes.append(pin_wall(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
@@ -90,7 +91,13 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
     """Join coaxial faces of one radius."""
     point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
-    for same in _of_radius(group):
+    alike: list[list[Face]] = []
+    for face in sorted(group, key=lambda face: face.values[6]):
+        if alike and face.values[6] - alike[-1][0].values[6] < _ALIKE * face.values[6]:
+            alike[-1].append(face)
+        else:
+            alike.append([face])
+    for same in alike:
         same.sort(key=lambda face: -gmsh.model.occ.getMass(2, face.tag))
         radius, tags = same[0].values[6], tuple(face.tag for face in same)
         extents = np.array([_extent(face, point, direction) for face in same])
@@ -113,16 +120,6 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         )
 
 
-def _of_radius(group: Sequence[Face]) -> list[list[Face]]:
-    groups: list[list[Face]] = []
-    for face in sorted(group, key=lambda face: face.values[6]):
-        if groups and face.values[6] - groups[-1][0].values[6] < _ALIKE * face.values[6]:
-            groups[-1].append(face)
-        else:
-            groups.append([face])
-    return groups
-
-
 def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
     if face.fitted:
         along = (edge_points(face.tag) - point) @ direction
@@ -141,13 +138,9 @@ def _covered(extents: Floats) -> float:
     return total
 
 
-def _is_through(wall: CadHole, interior: Interior) -> bool:
-    """Whether its axis is free from end to end and beyond, with material behind its wall."""
-    reach = 0.55 * wall.width
-    if not _is_hollow(wall, interior):
-        return False
-    free = [wall.center + step * reach * wall.direction for step in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-    return not any(interior.contains(point) for point in free)
+def _is_crossed(wall: CadHole, interior: Interior) -> bool:
+    """Whether there is material on its axis, from end to end and a little beyond."""
+    return any(interior.contains(wall.at(share * wall.width)) for share in (-0.55, -0.275, 0.0, 0.275, 0.55))
 
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:

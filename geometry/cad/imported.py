@@ -80,7 +80,9 @@ def import_cad(
     if file.swap_ends:
         holes = holes[::-1]
     big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
-    assumed = _guessed(holes, solids, file)
+    capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
+    told = capped or file.swap_ends or file.big_end_bore or not holes[0].same_radius(holes[1].radius, 1e-3)
+    assumed = [] if told else [EQUAL_BORES]
     assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
     listing: tuple[str, ...] = ()
     if assembly is None:
@@ -104,7 +106,6 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
     tell("looking for the bores")
     try:
         bores = find_bores(tags, recognised_faces(tags), diameters)
-        return solids, bores if any(diameters) else _capped_first(bores, solids)
     except HalfOpenError as missing:
         if file.cap is not MissingCap.ASSUMED:
             raise
@@ -118,24 +119,12 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
                 f"({', '.join(linked)}): read the file of the rod, or export the assembly as STEP"
             ) from error
         raise
-
-
-def _guessed(bores: Pair, solids: Sequence[CadSolid], file: CadFile) -> list[str]:
-    """Say so where nothing tells which of two equal bores is the big end's."""
-    capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
-    if capped or file.swap_ends or file.big_end_bore or not bores[0].same_radius(bores[1].radius, 1e-3):
-        return []
-    return [EQUAL_BORES]
-
-
-def _capped_first(bores: Pair, solids: Sequence[CadSolid]) -> Pair:
-    caps = [gmsh.model.occ.getCenterOfMass(3, one.tag) for one in solids if one.role is Role.CAP and one.kept]
-    if caps:
-        middle = np.mean(caps, axis=0)
-        big, small = (float(np.linalg.norm(middle - bore.center)) for bore in bores)
-        if small < big:
-            return bores[::-1]
-    return bores
+    caps = [one.tag for one in solids if one.role is Role.CAP and one.kept]
+    if caps and not any(diameters):
+        middle = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in caps], axis=0)
+        big, small = (np.linalg.norm(middle - bore.center) for bore in bores)
+        bores = bores[::-1] if small < big else bores
+    return solids, bores
 
 
 def _assumed(
@@ -228,7 +217,19 @@ def _assembled(
         first, second = (solid.parts[number].name for number in one.parts)
         area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
         listing.append(f"{first} and {second} touch over {area:.4g} mm²")
-    return solid, (*listing, *map(_bolt_text, solid.bolts)), assumed
+    for bolt in solid.bolts:
+        x, y, z = bolt.point
+        end = (
+            f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
+            if bolt.engaged
+            else f"nut on {2 * bolt.nut_radius:.4g} mm"
+        )
+        listing.append(
+            f"bolt through the joint at ({x:.4g}, {y:.4g}, {z:.4g}) mm from the crank pin: hole of "
+            f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
+            f"grip {bolt.grip:.4g} mm, {end}"
+        )
+    return solid, tuple(listing), assumed
 
 
 def _remove(volumes: Sequence[int]) -> None:
@@ -303,17 +304,3 @@ def _walls(
         if faces:
             walls[surface] = max(max(radii, default=1.05 * bore.radius) - bore.radius, 0.01 * bore.radius)
     return walls
-
-
-def _bolt_text(bolt: BoltAxis) -> str:
-    x, y, z = bolt.point
-    end = (
-        f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
-        if bolt.engaged
-        else f"nut on {2 * bolt.nut_radius:.4g} mm"
-    )
-    return (
-        f"bolt through the joint at ({x:.4g}, {y:.4g}, {z:.4g}) mm from the crank pin: hole of "
-        f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
-        f"grip {bolt.grip:.4g} mm, {end}"
-    )

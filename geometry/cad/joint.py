@@ -118,19 +118,17 @@ def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
     middle = math.cos(start + sweep / 2) * x + math.sin(start + sweep / 2) * y
     if wall.moment @ middle > 0:  # the wall lies there: the other way round
         sweep -= 2 * math.pi
+    occ = gmsh.model.occ
     with kernel.attempt("draw the assumed cap"):
-        _, curves = gmsh.model.occ.getCurveLoops(face.tag)
-        outer = max(curves, key=_extent)  # the others are bolt holes
-        section = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([int(tag) for tag in outer])])
-        swept = gmsh.model.occ.revolve([(2, section)], *wall.center, *wall.direction, sweep)
-        gmsh.model.occ.remove([(2, section)])
-        gmsh.model.occ.synchronize()
+        _, curves = occ.getCurveLoops(face.tag)
+        boxes = [[occ.getBoundingBox(1, int(tag)) for tag in loop] for loop in curves]
+        extents = [np.ptp(np.reshape(box, (-1, 3)), axis=0).max() for box in boxes]
+        outer = curves[int(np.argmax(extents))]  # the others are bolt holes
+        section = occ.addPlaneSurface([occ.addCurveLoop([int(tag) for tag in outer])])
+        swept = occ.revolve([(2, section)], *wall.center, *wall.direction, sweep)
+        occ.remove([(2, section)])
+        occ.synchronize()
     return next(int(tag) for dim, tag in swept if dim == kernel.SOLID)
-
-
-def _extent(curves: Sequence[int]) -> float:
-    boxes = np.reshape([gmsh.model.occ.getBoundingBox(1, int(tag)) for tag in curves], (-1, 3))
-    return float(np.ptp(boxes, axis=0).max())
 
 
 def _joint_angle(face: Face, wall: CadHole) -> float | None:

@@ -103,17 +103,15 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     image = faces.measures.copy()
     image[:, 1 + axis] *= -1
     alike = (np.abs(image[:, None] - faces.measures[None]) / scale).max(axis=2) < _SLACK
-    return all(
-        any(_holds(faces.tags[other], points, axis, _BESIDE * length) for other in np.flatnonzero(row))
-        for points, row in zip(faces.points, alike, strict=True)
-    )
-
-
-def _holds(face: int, points: Floats, axis: int, slack: float) -> bool:
-    image = points.copy()
-    image[:, axis] *= -1
-    nearest, _ = gmsh.model.getClosestPoint(2, face, image.ravel())
-    return bool(np.abs(np.reshape(nearest, (-1, 3)) - image).max(initial=0.0) < slack)
+    for points, row in zip(faces.points, alike, strict=True):
+        mirrored = points * np.where(np.arange(3) == axis, -1.0, 1.0)
+        for other in np.flatnonzero(row):
+            nearest, _ = gmsh.model.getClosestPoint(2, faces.tags[other], mirrored.ravel())
+            if np.abs(np.reshape(nearest, (-1, 3)) - mirrored).max(initial=0.0) < _BESIDE * length:
+                break
+        else:
+            return False
+    return True
 
 
 def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, Bore]:

@@ -49,14 +49,13 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
         No two holes can be the bores, several pairs can, or the pair leaves out a larger hole or lies off
         the centre of gravity. The message lists the holes.
     """
-    walls = [round_holes(surface, direction, _CLOSE) for direction in _aligned(surface, _directions(surface))]
-    usable = ([hole for hole in _pin_walls(holes) if hole.closed and hole.through] for holes in walls)
+    walls = _walls(surface)
+    usable = map(_pin_walls, walls)
     pairs = [pair for holes in usable for pair in islice(bore_pairs(holes, diameters, _SAME), 1)]
     every = sorted((hole for holes in walls for hole in holes), key=lambda hole: -hole.radius)
     if not pairs:
-        raise MeshError(
-            f"no two parallel round bores were found on its surface. {_listed(every)}. {_or_cap(every)}"
-        )
+        remedy = NAME_BORES if _half_open(every) is None else f"Is the cap missing? {ADD_CAP}"
+        raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {remedy}")
     best = _straightened(surface, _largest(pairs))
     for bore, diameter in zip(best, diameters, strict=True):
         twins = [
@@ -84,20 +83,13 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
 
 def open_wall(surface: SurfaceMesh) -> MeshHole | None:
     """Find the wall of a bore that lacks its cap: the largest one, if it is half open."""
-    walls = [
-        hole
-        for direction in _aligned(surface, _directions(surface))
-        for hole in round_holes(surface, direction, _CLOSE)
-        if hole.turn >= _HALF
-    ]
+    return _half_open([hole for holes in _walls(surface) for hole in holes])
+
+
+def _half_open(holes: Sequence[MeshHole]) -> MeshHole | None:
+    walls = (hole for hole in holes if hole.turn >= _HALF)
     largest = max(walls, key=lambda hole: (round(hole.radius, 6), hole.area), default=None)
     return None if largest is None or largest.closed else largest
-
-
-def _or_cap(holes: Sequence[MeshHole]) -> str:
-    """What to do where there is no pair of bores: the largest hole may lack its cap."""
-    largest = max((hole for hole in holes if hole.turn >= _HALF), key=lambda hole: hole.radius, default=None)
-    return NAME_BORES if largest is None or largest.closed else f"Is the cap missing? {ADD_CAP}"
 
 
 def _largest(pairs: Sequence[Pair]) -> Pair:
@@ -147,24 +139,25 @@ def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
     return kept
 
 
-def _aligned(surface: SurfaceMesh, guesses: Sequence[Floats]) -> list[Floats]:
-    """Directions of the walls found along guesses, without repetition."""
+def _walls(surface: SurfaceMesh) -> list[list[MeshHole]]:
+    """Cylindrical walls of the surface, by their directions."""
     kept: list[Floats] = []
-    for guess in guesses:
+    for guess in _directions(surface):
         closed = [hole for hole in round_holes(surface, guess, _WIDE) if hole.turn >= _HALF]
         if not closed:
             continue
         wall = np.unique(np.concatenate([hole.facets for hole in closed[:2]]))
         direction = straightest(surface.normals[wall], surface.areas[wall])
         kept.append(direction * np.sign(direction[np.argmax(np.abs(direction))]))
-    return _distinct(kept, 1e-4)
+    return [round_holes(surface, direction, _CLOSE) for direction in _distinct(kept, 1e-4)]
 
 
 def _pin_walls(holes: Sequence[MeshHole]) -> list[MeshHole]:
+    """The walls that pins touch, closed and through, one per axis."""
     kept = []
     for hole in holes:
         group = [other for other in holes if hole.apart(other) < 0.02 * hole.radius and other.closed]
-        if not group or hole is pin_wall(group):
+        if hole.closed and hole.through and hole is pin_wall(group):
             kept.append(hole)
     return kept
 

@@ -87,8 +87,8 @@ def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> Surfac
     if wall is None:
         raise MeshError("a cap is given, but the largest bore of the rod is closed: leave rod.cap out")
     of_rod, of_cap = _joint_faces(rod, wall, "rod"), _joint_faces(cap, wall, "cap")
-    straight = _distance(of_rod[0].middle, of_cap[0].middle) < _distance(of_rod[0].middle, of_cap[1].middle)
-    pairs = list(zip(of_rod, of_cap if straight else of_cap[::-1], strict=True))
+    near, far = (np.linalg.norm(of_rod[0].middle - face.middle) for face in of_cap)
+    pairs = list(zip(of_rod, of_cap if near < far else of_cap[::-1], strict=True))
     for one, other in pairs:
         off, facing = abs(float((other.middle - one.middle) @ one.normal)), float(one.normal @ other.normal)
         if off > _APART * wall.radius or facing > -0.99:
@@ -107,15 +107,15 @@ def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> Surfac
         left = list(other.holes)
         for hole in one.holes:
             middle = rod.points[hole].mean(axis=0)
-            near = [_distance(middle, cap.points[each].mean(axis=0)) < _OFF * wall.radius for each in left]
-            if any(near):
-                loops.append((hole, left.pop(near.index(True))))
+            away = [np.linalg.norm(middle - cap.points[each].mean(axis=0)) for each in left]
+            at = next((at for at, distance in enumerate(away) if distance < _OFF * wall.radius), None)
+            if at is not None:
+                loops.append((hole, left.pop(at)))
             else:
                 open_holes.append(hole)
         open_holes += [count + each for each in left]
         for mine, its in loops:
             own, its_points = rod.points[mine], cap.points[its]
-            _require_alike(own, its_points, wall.radius)
             partner = _partners(own, its_points, wall.radius)
             if partner is None:
                 apart = True
@@ -227,16 +227,7 @@ def _share(places: Floats) -> Floats:
 
 
 def _partners(places: Floats, other: Floats, radius: float) -> Ints | None:
-    """Which vertex of another line lies at each of one; None unless they are the same."""
-    if len(places) != len(other):
-        return None
-    apart = np.linalg.norm(places[:, None] - other[None], axis=2)
-    partner = apart.argmin(axis=1)
-    same = apart.min(axis=1).max() < _SAME * radius and len(np.unique(partner)) == len(partner)
-    return np.asarray(partner) if same else None
-
-
-def _require_alike(places: Floats, other: Floats, radius: float) -> None:
+    """Which vertex of another line lies at each of one; None unless they are the same, but alike."""
     apart = np.linalg.norm(places[:, None] - other[None], axis=2)
     corners = max(float(apart.min(axis=axis).max()) for axis in (0, 1))
     edges = max(
@@ -247,6 +238,9 @@ def _require_alike(places: Floats, other: Floats, radius: float) -> None:
             f"the outlines of rod and cap at the joint differ by {corners:.3g}. Join the two in the CAD "
             "program, and export one surface, or STEP"
         )
+    partner = apart.argmin(axis=1)
+    same = len(places) == len(other) and apart.min(axis=1).max() < _SAME * radius
+    return np.asarray(partner) if same and len(np.unique(partner)) == len(partner) else None
 
 
 def _filled(surface: SurfaceMesh, holes: Sequence[Ints]) -> SurfaceMesh:
@@ -257,7 +251,3 @@ def _filled(surface: SurfaceMesh, holes: Sequence[Ints]) -> SurfaceMesh:
         middle = np.full(len(hole), len(surface.points) + number)
         facets.append(np.column_stack([hole, np.roll(hole, -1), middle]))
     return SurfaceMesh(np.concatenate(points), np.concatenate(facets))
-
-
-def _distance(one: Floats, other: Floats) -> float:
-    return float(np.linalg.norm(one - other))

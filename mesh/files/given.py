@@ -147,12 +147,20 @@ def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool
     whole = replace(placed, facets=_named(facets, pair))
     rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
     equal = [EQUAL_BORES] if guessed else []
-    assumed = (*equal, *sound.notes, *([rough] if axes.residual > _ROUGH else []), *_cavities(surface))
+    assumed = [*equal, *sound.notes, *([rough] if axes.residual > _ROUGH else [])]
+    boundaries = surface.patches(np.ones(len(facets), dtype=bool), math.inf)
+    if len(boundaries) > 1:
+        least = min(boundaries, key=len)
+        assumed.append(
+            f"the mesh has {len(boundaries) - 1} closed cavities inside, the smallest with {len(least)} "
+            f"facets around {place_text(surface.corners[least].reshape(-1, 3).mean(axis=0))} of the file: is "
+            "an element missing?"
+        )
     big, small = (
         BoreLocation(2 * bore.radius, vector(hole.center), bore.width)
         for hole, bore in zip(pair, bores, strict=True)
     )
-    imported = ImportReport(unit, (), (big, small), assumed)
+    imported = ImportReport(unit, (), (big, small), tuple(assumed))
     return GivenMesh(numbered(whole)[0], bores, mean_edge(placed), measure(whole, curved), imported)
 
 
@@ -171,20 +179,6 @@ def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore
         pair = pair[::-1]
     _, bores = _placed(mesh, surface, pair, _axes(surface, pair))
     return replace(mesh, facets=_named(facets, pair)), bores
-
-
-def _cavities(surface: SurfaceMesh) -> list[str]:
-    """Say so where the boundary has closed parts inside: elements may be missing there."""
-    shells = surface.patches(np.ones(len(surface.facets), dtype=bool), math.inf)
-    if len(shells) == 1:
-        return []
-    least = min(shells, key=len)
-    place = place_text(surface.corners[least].reshape(-1, 3).mean(axis=0))
-    said = (
-        f"the mesh has {len(shells) - 1} closed cavities inside, the smallest with {len(least)} facets "
-        f"around {place} of the file: is an element missing?"
-    )
-    return [said]
 
 
 def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:

@@ -20,10 +20,9 @@ from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, Materials
 from fea.solid import forms
 from fea.solid.assembly import GeometricStiffness, pattern, stiffness
-from fea.solid.inertia import _assembled_weights as weights
 from fea.solid.inertia import body_forces, inertia, mass_matrix
 from fea.solid.parity import Parity
-from fea.solid.scikit_fem import assembled_stiffness, basis, stiffness_coo, to_skfem
+from fea.solid.scikit_fem import assembled_stiffness, basis, stiffness_coo, to_skfem, volume_moments
 from fea.solid.traction import thermal_forces, traction_forces
 from fea.solvers.mixed import MixedModel
 from fea.solvers.static import Model
@@ -262,8 +261,8 @@ def test_a_run_finds_the_same_stress(without_kernel, monkeypatch):
     study = plain_study()
     study = replace(study, mesh=replace(study.mesh, size_mm=14.0))
     ours = solve_speed(prepare(study), 6000.0)
-    weighed = Mock(wraps=weights)
-    monkeypatch.setattr("fea.solid.inertia._assembled_weights", weighed)
+    weighed = Mock(wraps=volume_moments)
+    monkeypatch.setattr("fea.solid.inertia.volume_moments", weighed)
     with without_kernel():
         asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(study)
         theirs = solve_speed(prepare(asked), 6000.0)
