@@ -10,7 +10,7 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.dimensions import dimensions
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.mass import MassProperties, joined
+from geometry.mass import joined
 from geometry.rod import Rod
 from geometry.section import HeightField
 
@@ -108,14 +108,9 @@ def _changed(rod: Rod, free: Sequence[str], values: Floats | list[float]) -> Rod
 
 
 def _misfits(rod: Rod, targets: Targets, sought: dict[str, float]) -> dict[str, float]:
-    mass = _weighed(rod, targets)
+    field = HeightField(rod)
+    mass = field.mass().times(targets.density)
+    if rod.bushing and targets.bushing_density is not None:
+        mass = joined([mass, field.bushing().times(targets.bushing_density - targets.density)])
     reached = {"mass": mass.mass, "center": mass.center[0], "inertia_z": mass.inertia_z}
     return {name: reached[name] / target - 1 for name, target in sought.items()}
-
-
-def _weighed(rod: Rod, targets: Targets) -> MassProperties:
-    solid = HeightField(rod)
-    every = solid.mass().times(targets.density)
-    if not rod.bushing or targets.bushing_density is None:
-        return every
-    return joined([every, solid.bushing().times(targets.bushing_density - targets.density)])

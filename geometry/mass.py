@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from geometry.arrays import Vector
+import numpy as np
+
+from geometry.arrays import Floats, Vector, vector
 
 Tensor = tuple[Vector, Vector, Vector]
 
@@ -23,33 +25,26 @@ class MassProperties:
 
     def times(self, factor: float) -> "MassProperties":
         """Scale the mass: `factor` is the density (t/mm³) where the properties are for density 1."""
-        rows = [[factor * value for value in row] for row in self.inertia]
-        return MassProperties(factor * self.mass, self.center, _tensor(rows))
+        return MassProperties(factor * self.mass, self.center, _tensor(factor * np.array(self.inertia)))
 
     def reflected(self, axis: int) -> "MassProperties":
         """Join the body and its image about the plane through the origin normal to `axis` (0, 1, 2)."""
-        sign = [-1.0 if i == axis else 1.0 for i in range(3)]
-        center = [s * value for s, value in zip(sign, self.center, strict=True)]
-        rows = [[sign[i] * sign[j] * self.inertia[i][j] for j in range(3)] for i in range(3)]
-        image = MassProperties(self.mass, (center[0], center[1], center[2]), _tensor(rows))
-        return joined((self, image))
+        sign = np.where(np.arange(3) == axis, -1.0, 1.0)
+        inertia = _tensor(np.outer(sign, sign) * self.inertia)
+        return joined((self, MassProperties(self.mass, vector(sign * self.center), inertia)))
 
 
 def joined(bodies: Sequence[MassProperties]) -> MassProperties:
     """Return the mass properties of several bodies as one (parallel-axis theorem)."""
     mass = sum(body.mass for body in bodies)
-    center = [sum(body.mass * body.center[i] for body in bodies) / mass for i in range(3)]
-    total = [[0.0] * 3 for _ in range(3)]
+    center = np.array([body.mass for body in bodies]) @ np.array([body.center for body in bodies]) / mass
+    total = np.zeros((3, 3))
     for body in bodies:
-        d = [body.center[i] - center[i] for i in range(3)]
-        square = sum(value * value for value in d)
-        for i in range(3):
-            for j in range(3):
-                shift = (square if i == j else 0.0) - d[i] * d[j]
-                total[i][j] += body.inertia[i][j] + body.mass * shift
-    return MassProperties(mass, (center[0], center[1], center[2]), _tensor(total))
+        away = body.center - center
+        total += body.inertia + body.mass * (away @ away * np.eye(3) - np.outer(away, away))
+    return MassProperties(mass, vector(center), _tensor(total))
 
 
-def _tensor(rows: Sequence[Sequence[float]]) -> Tensor:
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    return (a, b, c), (d, e, f), (g, h, i)
+def _tensor(rows: Floats) -> Tensor:
+    x, y, z = map(vector, rows)
+    return x, y, z

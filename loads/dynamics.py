@@ -62,19 +62,18 @@ def cycle(
         When an angle or a speed is not finite or a speed is negative.
     """
     motion = kinematics(engine, crank_angle, speed)
-    gas_force = gas.pressure(motion.crank_angle, motion.speed) * engine.piston_area
-    acceleration = center_acceleration(engine, rod, motion)
+    beta, theta = motion.rod_angle, motion.crank_angle
+    gas_force = gas.pressure(theta, motion.speed) * engine.piston_area
     x, y, _ = rod.center
-    a_x, a_y = acceleration
-    tan_b = np.tan(motion.rod_angle)
+    a_x, a_y = center_acceleration(engine, rod, motion)
+    tan_b = np.tan(beta)
     moment = -rod.inertia_z * motion.rod_acceleration + rod.mass * (x * a_y - y * a_x)
     p_x = -gas_force - engine.piston_mass * motion.piston_acceleration
-    wall = moment / (engine.rod_length * np.cos(motion.rod_angle)) - p_x * tan_b
+    wall = moment / (engine.rod_length * np.cos(beta)) - p_x * tan_b
     drag = engine.friction * np.sign(motion.piston_velocity)
     wall = wall / (1 - drag * tan_b * np.sign(wall))
     pin = Vector(p_x - drag * np.abs(wall), wall)
-    beta, theta = motion.rod_angle, motion.crank_angle
-    inertia_x, inertia_y = to_engine_axes(Vector(rod.mass * acceleration.x, rod.mass * acceleration.y), beta)
+    inertia_x, inertia_y = to_engine_axes(Vector(rod.mass * a_x, rod.mass * a_y), beta)
     crank = Vector(inertia_x - pin.x, inertia_y - pin.y)
     return EngineInstants(
         pin=np.stack(to_rod_axes(pin, beta)),

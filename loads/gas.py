@@ -85,7 +85,7 @@ class Boyle(Ideal):
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         ratio = self.compression_ratio / relative_volume(self.engine, self.compression_ratio, crank_angle)
-        return _at_every(speed, self.atmosphere * (ratio - 1))
+        return at_every(speed, self.atmosphere * (ratio - 1))
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class Otto(Ideal):
             peak * shrunk,
             np.full_like(shrunk, self.atmosphere),
         )
-        return _at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
+        return at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,8 @@ def relative_volume(engine: Engine, compression_ratio: float, crank_angle: Float
     return np.asarray(1 + (compression_ratio - 1) * travel, dtype=np.float64)
 
 
-def _at_every(speed: Floats, pressure: Floats) -> Floats:
+def at_every(speed: Floats, pressure: Floats) -> Floats:
+    """Return a pressure over the crank angle in the broadcast shape of it and of speeds."""
     return np.broadcast_to(pressure, np.broadcast_shapes(pressure.shape, np.shape(speed))).copy()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, GasModel, too_high
+from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, GasModel, at_every, too_high
 
 _SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
 _IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
@@ -96,9 +96,7 @@ class Trace:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         rows = [np.interp(crank_angle, self.crank_angles, p, period=CYCLE) for p in self.pressures]
         if len(rows) == 1:
-            return np.broadcast_to(
-                rows[0], np.broadcast_shapes(np.shape(crank_angle), np.shape(speed))
-            ).copy()
+            return at_every(speed, np.asarray(rows[0]))
         # np.interp on unit vectors gives each row's weight: linear between, the nearest outside.
         weights = (np.interp(speed, self.speeds, unit) for unit in np.eye(len(rows)))
         return np.asarray(sum(w * p for w, p in zip(weights, rows, strict=True)), dtype=np.float64)

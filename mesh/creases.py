@@ -63,10 +63,13 @@ def creases(
     """
     axis_of = {face: PLANE_AXIS.get(name, -1) for name, faces in surfaces.items() for face in faces}
     cut = {axis for axis in axis_of.values() if axis >= 0}
-    skins = [_skin(body, axis_of) for body in bodies] or [axis_of]
+    skins = []  # axis of the mirror plane that each face of a body lies on, −1 for none
+    for body in bodies:
+        boundary = gmsh.model.getBoundary([(3, volume) for volume in body], combined=True, oriented=False)
+        skins.append({face: axis_of.get(face, -1) for _, face in boundary})
     rows, folds, labels = [], [], []
     between: list[tuple[str, str]] = []
-    for axes, curve, faces in ((skin, *pair) for skin in skins for pair in _shared(skin)):
+    for axes, curve, faces in ((skin, *pair) for skin in skins or [axis_of] for pair in _shared(skin)):
         _, line_nodes = gmsh.model.mesh.getElementsByType(_LINES[mesh.order], curve)
         tags, places, _ = gmsh.model.mesh.getNodes(1, curve, includeBoundary=True)
         order_of = np.argsort(tags)
@@ -84,12 +87,6 @@ def creases(
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
     nodes = _numbers(np.concatenate(rows), mesh)
     return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
-
-
-def _skin(body: Sequence[int], axis_of: Mapping[int, int]) -> dict[int, int]:
-    """Axis of the mirror plane that each face of a body lies on, −1 for none."""
-    boundary = gmsh.model.getBoundary([(3, volume) for volume in body], combined=True, oriented=False)
-    return {face: axis_of.get(face, -1) for _, face in boundary}
 
 
 def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:

@@ -6,7 +6,6 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.material import Material, of_parts
-from geometry.arrays import Mask
 from geometry.solid import Solid
 from mesh.quality import Quality, scaled_jacobian, shape
 from mesh.repair import Repair, of_elements
@@ -29,30 +28,21 @@ def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Qua
     flaws = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
     suspect = quality.mended or quality.least_scaled_jacobian < _BENT
     if mesh.order > 1 and suspect and _misses_mass(materials, solid, mesh):
-        flaws |= _off_the_surface(mesh, quality)
+        if quality.mended:
+            flaws["straight where the solid is curved"] = np.isin(np.arange(len(mesh.tets)), quality.mended)
+        else:
+            flaws["too distorted"] = scaled_jacobian(mesh) < _BENT
     if not flaws:
         return None
-    what = " and ".join(_counted(int(bad.sum()), kind) for kind, bad in flaws.items())
+    counts = ((int(bad.sum()), kind) for kind, bad in flaws.items())
+    what = " and ".join(f"{n} {'element was' if n == 1 else 'elements were'} {kind}" for n, kind in counts)
     return of_elements(mesh.points[mesh.tets[np.any(list(flaws.values()), axis=0), :4]], what)
-
-
-def _off_the_surface(mesh: TetMesh, quality: Quality) -> dict[str, Mask]:
-    """Elements that may miss mass: straightened ones or, without these, the most distorted ones."""
-    if not quality.mended:
-        return {"too distorted": scaled_jacobian(mesh) < _BENT}
-    straight = np.zeros(len(mesh.tets), dtype=bool)
-    straight[list(quality.mended)] = True
-    return {"straight where the solid is curved": straight}
 
 
 def mass_error(meshed: float, volumes: Iterable[float], materials: Sequence[Material]) -> float:
     """Relative difference of the meshed mass (whole rod, t) from that of the solid's parts, mm³."""
     solid = sum(m.density * volume for m, volume in zip(materials, volumes, strict=True))
     return abs(meshed / solid - 1)
-
-
-def _counted(count: int, kind: str) -> str:
-    return f"{count} {'element was' if count == 1 else 'elements were'} {kind}"
 
 
 def _misses_mass(materials: MaterialsOf, solid: Solid, mesh: TetMesh) -> bool:

@@ -179,7 +179,11 @@ class Drawn(NamedTuple):
 def put_together(drawn: Drawn, symmetry: Mirror) -> MeshedRod:
     """Return the cell of a symmetry that is solved and the whole rod, from the drawn cell."""
     solid, base = drawn.solid, drawn.mesh
-    bodies, origin = _separate(base, solid)
+    bodies, origin = base, np.arange(len(base.points))
+    if solid.interfaces:  # nodes of its own for each body
+        doubled, drawn_node = separated(base, {one.parts: one.sides for one in solid.interfaces})
+        bodies, order = numbered(doubled)
+        origin = drawn_node[order]
     cell = unmirrored(bodies)
     for plane in solid.mirror.planes:
         if plane not in symmetry.planes:
@@ -201,12 +205,3 @@ def put_together(drawn: Drawn, symmetry: Mirror) -> MeshedRod:
         bolts=solid.bolts,
         movable=drawn.movable,
     )
-
-
-def _separate(mesh: TetMesh, solid: Solid) -> tuple[TetMesh, Ints]:
-    """The mesh with nodes of its own for each body, and (n_nodes,) the drawn node behind each."""
-    if not solid.interfaces:
-        return mesh, np.arange(len(mesh.points))
-    doubled, origin = separated(mesh, {one.parts: one.sides for one in solid.interfaces})
-    ordered, order = numbered(doubled)
-    return ordered, origin[order]

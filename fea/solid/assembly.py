@@ -228,11 +228,11 @@ class GeometricStiffness:
             for number in range(count):
                 pushed = gauss.gradients @ np.ascontiguousarray(stress[..., number])
                 values[part, ..., number] = gradients @ pushed.swapaxes(2, 3).reshape(n, -1, n_nodes)
-        return [self._matrix(values[..., number]) for number in range(count)]
-
-    def _matrix(self, values: Floats) -> sparse.csr_array:
-        data = np.add.reduceat(values.ravel()[self._order], self._starts)
-        return sparse.csr_array((data, self._columns, self._indptr), shape=(len(self._mesh.points),) * 2)
+        summed = (
+            np.add.reduceat(values[..., number].ravel()[self._order], self._starts) for number in range(count)
+        )
+        shape = (len(self._mesh.points),) * 2
+        return [sparse.csr_array((data, self._columns, self._indptr), shape=shape) for data in summed]
 
 
 def _stress(slope: Floats, constants: Material | Constants) -> Floats:

@@ -1,8 +1,7 @@
 """The facets of a bore, their parts within an arc, and the nodal forces of a pressure on them."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -187,12 +186,15 @@ def bore_load(
     def psi(angle: Floats, side: int) -> Floats:
         return np.asarray(side * wrapped(angle - side * direction))
 
-    basis = [
-        _basis(
-            facets_within(local, side * direction, half_arc), on_bore.size, pressure, partial(psi, side=side)
-        )
-        for side in sides
-    ]
+    basis = []
+    for side in sides:
+        both = np.zeros((2, on_bore.size, 3))  # nodal forces of p and of p sin ψ
+        for points in facets_within(local, side * direction, half_arc):
+            off = psi(points.angle, side)
+            pressed = pressure(off)
+            both[0] += radial_forces(points, on_bore.size, pressed)
+            both[1] += radial_forces(points, on_bore.size, pressed * np.sin(off))
+        basis.append(both)
     sums: Floats = np.stack([forces.sum(axis=1) for forces in basis])  # (n_sides, 2, 3)
     x, y = sums[..., 0].sum(axis=0), sums[0, :, 1] - sums[1:, :, 1].sum(axis=0)
     cosine, sine = np.cos(direction), np.sin(direction)
@@ -210,22 +212,6 @@ def bore_load(
         force_here[on_bore] = np.tensordot(factors, both, axes=1)
     tractions = [radial_traction(bore, n_nodes, nodal(side)) for side in sides]
     return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
-
-
-def _basis(
-    facets: Iterable[FacetPoints],
-    n_nodes: int,
-    pressure: Callable[[Floats], Floats],
-    psi: Callable[[Floats], Floats],
-) -> Floats:
-    """Nodal forces (2, n_nodes, 3) of p and of p sin ψ."""
-    forces = np.zeros((2, n_nodes, 3))
-    for points in facets:
-        off = psi(points.angle)
-        pressed = pressure(off)
-        forces[0] += radial_forces(points, n_nodes, pressed)
-        forces[1] += radial_forces(points, n_nodes, pressed * np.sin(off))
-    return forces
 
 
 def _split(fields: list[Floats]) -> Split:

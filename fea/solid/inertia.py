@@ -63,13 +63,11 @@ def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembl
         fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
         weight, *moments = volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
     else:
-        values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
-
-        def nodal(field: Floats) -> Floats:
-            sums = np.bincount(mesh.tets.ravel(), (field @ values).ravel(), minlength=len(mesh.points))
-            return np.asarray(sums, dtype=float)
-
-        weight, *moments = [nodal(mass), *(nodal(mass * places[..., axis]) for axis in range(3))]
+        values, nodes = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values, mesh.tets.ravel()
+        weight, *moments = (
+            np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
+            for field in (mass, *(mass * places[..., axis] for axis in range(3)))
+        )
     cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
     properties = _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z)
     x, y, z = moments

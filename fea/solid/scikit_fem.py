@@ -157,7 +157,7 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
 def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
     """Assemble a form on displacements, of places alone: nodal forces (n_nodes, 3), N; part by part."""
     bridged = to_skfem(mesh)
-    dofs = Dofs(bridged.mesh, _displacements(bridged.mesh))
+    dofs = Dofs(bridged.mesh, ElementVector(bridged.mesh.elem()))
     total = np.zeros(dofs.N)
     for part in blocks(len(mesh.tets), _BLOCK):
         elements = np.arange(part.start, part.stop)
@@ -211,11 +211,7 @@ class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
 
 def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
     mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if isinstance(mesh, MeshTet2) else None
-    return CellBasis(mesh, _displacements(mesh), mapping=mapping, intorder=intorder, **options)
-
-
-def _displacements(mesh: MeshTet) -> ElementVector:
-    return ElementVector(mesh.elem())
+    return CellBasis(mesh, ElementVector(mesh.elem()), mapping=mapping, intorder=intorder, **options)
 
 
 def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:

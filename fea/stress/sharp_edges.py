@@ -66,7 +66,7 @@ class Ground:
 
     def depth(self, start: Floats, ahead: Floats) -> Floats:
         """Distance (n,) from places (n, 3) in the solid to the surface in a direction (n, 3) each, mm."""
-        return np.array([self._first_hit(a, b) for a, b in zip(start, ahead, strict=True)])
+        return np.array([self._exit(a, b) for a, b in zip(start, ahead, strict=True)])
 
     @cached_property
     def _corners(self) -> Floats:
@@ -106,7 +106,7 @@ class Ground:
         rows = np.arange(len(places))
         return candidates[rows, best], share[rows, best], at[rows, best]
 
-    def _first_hit(self, start: Floats, ahead: Floats) -> float:
+    def _exit(self, start: Floats, ahead: Floats) -> float:
         """Distance to the first facet that a ray leaves the solid through; infinite where there is none."""
         beside = np.cross(self._centers - start, ahead)
         near = ((beside**2).sum(axis=1) <= (1.01 * self._radii) ** 2) & (self._normals @ ahead > 1e-6)
