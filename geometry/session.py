@@ -19,13 +19,12 @@ _one_thread = threading.RLock()
 class GmshLog:
     """The messages of gmsh during a session; they can still be read after the session has ended."""
 
-    def __init__(self) -> None:
-        self._ended: list[str] | None = None
+    ended: list[str] | None = None  #: every message, once the session has ended
 
     @property
     def lines(self) -> tuple[str, ...]:
         """Every message, each line with its kind in front (``"Warning: …"``)."""
-        return tuple(gmsh.logger.get() if self._ended is None else self._ended)
+        return tuple(gmsh.logger.get() if self.ended is None else self.ended)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -36,10 +35,6 @@ class GmshLog:
         """Those of `lines` from number `first` on."""
         kinds = ("Warning", "Error")
         return tuple(dict.fromkeys(line for line in self.lines[first:] if line.startswith(kinds)))
-
-    def _end(self) -> None:
-        self._ended = list(gmsh.logger.get())
-        gmsh.logger.stop()
 
 
 @contextmanager
@@ -59,32 +54,27 @@ def session() -> Iterator[GmshLog]:
     with _one_thread:
         if gmsh.isInitialized():
             raise RuntimeError("a gmsh session is already open in this process: close it first")
-        with _opened() as log:
-            yield log
-
-
-@contextmanager
-def _opened() -> Iterator[GmshLog]:
-    main = threading.current_thread() is threading.main_thread()
-    handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
-    log = GmshLog()
-    try:
-        with held_back():  # an interrupt must not come while gmsh is half open
-            # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
-            gmsh.initialize(readConfigFiles=False, interruptible=False)
-            gmsh.option.setNumber("General.Terminal", 0)
-            gmsh.option.setNumber("General.NumThreads", 1)  # with more its meshes differ from run to run
-            # For STEP files that are written; else the kernel takes that of the last one that it read.
-            gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-            gmsh.logger.start()
-        _restore(handlers)
-        yield log
-    finally:
-        with held_back():
-            if gmsh.isInitialized():
-                log._end()  # noqa: SLF001 - the session and its log are one
-                gmsh.finalize()
+        main = threading.current_thread() is threading.main_thread()
+        handlers = {number: signal.getsignal(number) for number in _SIGNALS} if main else {}
+        log = GmshLog()
+        try:
+            with held_back():  # an interrupt must not come while gmsh is half open
+                # A user's ~/.gmshrc must not change results, nor gmsh take over Ctrl-C and broken pipes.
+                gmsh.initialize(readConfigFiles=False, interruptible=False)
+                gmsh.option.setNumber("General.Terminal", 0)
+                gmsh.option.setNumber("General.NumThreads", 1)  # with more its meshes differ from run to run
+                # For STEP files that are written; else the kernel takes that of the last one that it read.
+                gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+                gmsh.logger.start()
             _restore(handlers)
+            yield log
+        finally:
+            with held_back():
+                if gmsh.isInitialized():
+                    log.ended = list(gmsh.logger.get())
+                    gmsh.logger.stop()
+                    gmsh.finalize()
+                _restore(handlers)
 
 
 def _restore(handlers: Mapping[signal.Signals, Any]) -> None:

@@ -12,16 +12,7 @@ EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 # Vertices of the faces, anticlockwise from outside.
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 # All nodes of the faces, by the number of an element's: vertices, then the middles of (0,1), (1,2), (2,0).
-_MIDDLE = {(int(a), int(b)): node for node, (a, b) in enumerate(EDGES, start=4)}
-FACE_NODES = {
-    4: FACES,
-    10: np.array(
-        [
-            [*face, *(_MIDDLE[min(a, b), max(a, b)] for a, b in zip(face, np.roll(face, -1), strict=True))]
-            for face in FACES.tolist()
-        ]
-    ),
-}
+FACE_NODES = {4: FACES, 10: np.hstack([FACES, [[6, 5, 4], [4, 8, 7], [7, 9, 6], [5, 9, 8]]])}
 # Vertex pairs of a facet's mid-edge nodes, and the nodes of a facet, by their number, that is turned over.
 FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from fea.base.note import Note
 from fea.output.target import reported
 from geometry.arrays import Floats
-from geometry.files import replaced
+from geometry.system import replaced
 
 
 @contextmanager

@@ -1,38 +1,45 @@
 """Draw and mesh the rod of a study, or move the mesh of another."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from fea.base.checks import LIMITS
 from fea.base.choices import Symmetry
+from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
 from fea.machine.isolated import IsolatedProcess, allow, begun, say
-from fea.rod.flaws import MaterialsOf, mesh_flaws
-from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, put_together
+from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, mass_error, put_together
 from fea.rod.reading import SECONDS, reading_errors
 from fea.study.rod_table import RodTable
 from geometry.assembly import Assembly
 from geometry.errors import require
 from geometry.session import GmshLog, session
+from geometry.solid import Solid
 from geometry.surfaces import Mirror
 from geometry.system import memory_limit
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
-from mesh.repair import NOTHING, Repair, repaired
+from mesh.quality import Quality, scaled_jacobian, shape
+from mesh.repair import NOTHING, Repair, of_elements, repaired
 from mesh.sizing import PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
-
-if TYPE_CHECKING:
-    from mesh.moving import MovableMesh
 
 # Processor time, s, after which gmsh is assumed not to finish (on a damaged file), and more of it for each
 # element to be made, several times what one takes.
 _MESHING, _PER_ELEMENT = 120.0, 1.5e-4
 # Estimated number of elements of the drawn cell that gmsh makes within that time.
 _MOST_ELEMENTS = 1e7
+
+
+# From the names of parts to the material of each.
+MaterialsOf = Callable[[Iterable[str]], tuple[Material, ...]]
+_LEAST_SHAPE = 1 / LIMITS["flattest_element"]
+_BENT = 0.25  # scaled Jacobian of an element that can no longer follow its arc
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,10 +215,40 @@ class _Model:
             )
             self._repair = made.repair
             edges = creases(solid.faces, made.mesh, solid.bodies)
-            movable = _movable(made.mesh) if request.movable else None
+            movable = None
+            if request.movable:
+                from mesh.moving import MovableMesh, anchors  # noqa: PLC0415 - few meshes are moved
+
+                movable = MovableMesh(made.mesh, anchors(made.mesh))
         warnings = tuple(dict.fromkeys((*self._drawing_warnings, *made.warnings)))
         meshing = Meshing(size, made.quality, made.repair, warnings, follows_errors=request.follows_errors)
         return Drawn(solid, made.mesh, meshing, edges, movable)
+
+
+def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
+    """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
+
+    `materials`: gives the material of each named part; `solid`: as drawn in the open session.
+
+    Returns None if the mesh passes the checks, or misses mass only because its elements are large.
+    """
+    flaws = {"too flat": shape(mesh) < _LEAST_SHAPE} if quality.least_shape < _LEAST_SHAPE else {}
+    suspect = quality.mended or quality.least_scaled_jacobian < _BENT
+    if mesh.order > 1 and suspect:
+        from fea.solid.inertia import inertia  # noqa: PLC0415 - only a suspect mesh needs it
+
+        of_each = materials(part.name for part in solid.parts)
+        meshed = inertia(mesh, of_parts(of_each, mesh.part).density).properties.mass
+        missing = mass_error(meshed, (part.mass.mass for part in solid.parts), of_each)
+        if missing > LIMITS["mesh_mass"] and quality.mended:
+            flaws["straight where the solid is curved"] = np.isin(np.arange(len(mesh.tets)), quality.mended)
+        elif missing > LIMITS["mesh_mass"]:
+            flaws["too distorted"] = scaled_jacobian(mesh) < _BENT
+    if not flaws:
+        return None
+    counts = ((int(bad.sum()), kind) for kind, bad in flaws.items())
+    what = " and ".join(f"{n} {'element was' if n == 1 else 'elements were'} {kind}" for n, kind in counts)
+    return of_elements(mesh.points[mesh.tets[np.any(list(flaws.values()), axis=0), :4]], what)
 
 
 # In the process of a `_Drawing`: the session, which ends with the process, and what is drawn in it.
@@ -226,12 +263,6 @@ def _mesh_opened(drawing: _Drawing, request: MeshRequest) -> Drawn:
             _models.append(_Model(drawing, log, Clock(say)))
             _sessions.enter_context(opening.pop_all())
     return _models[-1].meshed(request, Clock(say))
-
-
-def _movable(mesh: TetMesh) -> "MovableMesh":
-    from mesh.moving import MovableMesh, anchors  # noqa: PLC0415 - few meshes are moved
-
-    return MovableMesh(mesh, anchors(mesh))
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:

@@ -1,6 +1,6 @@
 """The mesh of a rod: the symmetry cell that is solved, and the whole rod that it represents."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.base.note import Note, assumption, omission, remark, warning
-from fea.rod.flaws import mass_error
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
 from geometry.faces import Bore
@@ -164,6 +163,12 @@ class MeshedRod:
     def mass_error(self, meshed: float, materials: Sequence[Material]) -> float:
         """Relative difference of the meshed mass (whole rod, t) from the solid's."""
         return mass_error(meshed, self.parts.values(), materials)
+
+
+def mass_error(meshed: float, volumes: Iterable[float], materials: Sequence[Material]) -> float:
+    """Relative difference of the meshed mass (whole rod, t) from that of the solid's parts, mm³."""
+    solid = sum(m.density * volume for m, volume in zip(materials, volumes, strict=True))
+    return abs(meshed / solid - 1)
 
 
 class Drawn(NamedTuple):

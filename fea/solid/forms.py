@@ -7,6 +7,7 @@ integrals (`fea.solid.assembly` and its neighbours): the tests hold them to thes
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from skfem import BilinearForm, LinearForm
@@ -59,17 +60,14 @@ def geometric_stiffness(material: Material | Materials) -> BilinearForm:
     Zienkiewicz & Taylor, The Finite Element Method for Solid and Structural Mechanics, on initial stress. To
     be assembled with ``initial=u₀``, (n_dofs,) mm.
     """
-    stress = _hooke(material)
-    return BilinearForm(lambda u, v, w: ddot(_product(grad(u), stress(sym_grad(w.initial))), grad(v)))
-
-
-def _hooke(material: Material | Materials) -> Callable[[Floats], Floats]:
     lam, mu = _lame(material)
-    return lambda strain: lam * eye(trace(strain), 3) + 2 * mu * strain
 
+    def form(u: Floats, v: Floats, w: Any) -> Any:
+        strain = sym_grad(w.initial)
+        stress = lam * eye(trace(strain), 3) + 2 * mu * strain
+        return ddot(np.einsum("ij...,jk...->ik...", grad(u), stress), grad(v))
 
-def _product(a: Floats, b: Floats) -> Floats:
-    return np.asarray(np.einsum("ij...,jk...->ik...", a, b))
+    return BilinearForm(form)
 
 
 def _lame(material: Material | Materials) -> tuple[Floats, Floats]:

@@ -70,14 +70,7 @@ def _null_shares(normal: Floats) -> Floats:
     return np.asarray(np.linalg.norm(free, axis=1))
 
 
-_MODES = (
-    "translation along x",
-    "translation along y",
-    "translation along z",
-    "rotation about x",
-    "rotation about y",
-    "rotation about z",
-)
+_MODES = [f"{motion} {axis}" for motion in ("translation along", "rotation about") for axis in "xyz"]
 # Slope of a line that counts as parallel to the rod's axis.
 _ALONG = 1e-9
 

@@ -19,11 +19,11 @@ from geometry import kernel
 from geometry.arrays import linked_groups, twins
 from geometry.cad.freecad import shapes_of
 from geometry.errors import GeometryError
-from geometry.files import replaced
 from geometry.imports import DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror
+from geometry.system import replaced
 
 
 @contextmanager

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from geometry.files import replaced
+from geometry.system import replaced
 
 
 def test_a_failure_keeps_what_was_there(tmp_path):

@@ -9,7 +9,8 @@ import pytest
 from fea.analysis.meshing import mesh_study
 from fea.base.checks import LIMITS
 from fea.machine.clock import Clock
-from fea.rod.flaws import mass_error, mesh_flaws
+from fea.rod.discretise import mesh_flaws
+from fea.rod.meshed_rod import mass_error
 from fea.solid.inertia import inertia
 from fea.study.study import parse_study
 from geometry.bodies import block, draw
