@@ -13,15 +13,16 @@ import numpy as np
 from fea.base.choices import Region
 from fea.base.material import Material
 from fea.rod.meshed_rod import Bores
-from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
+from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Surfaces of a bore's ends and grooves are within this multiple of its radius.
 _END = 1.2
 # Cosines of normals: with the direction to the axis, at least; across that direction, at most; with the pins,
-# at least (the faces of a slanted small end are turned); between facets of one plane, at least.
-_FACING, _AROUND, _ACROSS_PINS, _PLANE = 0.1, 0.2, 0.7, 1 - 1e-6
+# at least (the faces of a slanted small end are turned). Angle between facets of one plane, rad, at most.
+_FACING, _AROUND, _ACROSS_PINS, _PLANE = 0.1, 0.2, 0.7, 1.414e-3
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,8 @@ class SurfaceRegions:
             part[nodes] = owner  # of several parts any
             bore[nodes[part[nodes] != owner]] = True
         facets = mesh.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
-        corners = mesh.points[facets[:, :3]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        center, normal = corners.mean(axis=1), normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        flat = SurfaceMesh(mesh.points, facets[:, :3])
+        center, normal = flat.corners.mean(axis=1), flat.normals
         machined = np.zeros(len(facets), dtype=bool)
         ends = ((0.0, bores.big_radius, -1), (bores.rod_length, bores.small_radius, 1))
         within = [float((outwards * (mesh.points[:, 0] - x)).max()) for x, _, outwards in ends]
@@ -59,9 +59,11 @@ class SurfaceRegions:
             machined |= facing
         for (x, _, _), reach in zip(ends, within, strict=True):
             near = ~machined & (np.abs(normal[:, 2]) > _ACROSS_PINS) & (_away(center, x) <= reach)
-            beside = _grown(facets, normal, near, bore)
-            face[facets[beside]] = True
-            machined |= beside
+            for patch in flat.patches(near, _PLANE):
+                edges = facets[patch][:, FACET_EDGES]
+                if bore[edges].all(axis=2).any():  # the plane adjoins a bore along an edge
+                    face[facets[patch]] = True
+                    machined[patch] = True
         rest[facets[~machined]] = True
         return cls(touched.T.copy())
 
@@ -89,17 +91,3 @@ def _every(material: Material) -> Floats:
 def _away(places: Floats, x: float) -> Floats:
     """Distance (n,) of places (n, 3) from the axis of a bore."""
     return np.hypot(places[:, 0] - x, places[:, 1])
-
-
-def _grown(facets: Ints, normal: Floats, near: Mask, bore: Mask) -> Mask:
-    """Facets (n,) among those that are near whose plane face adjoins a bore along an edge."""
-    number = np.flatnonzero(near)
-    corners = facets[number, :3]
-    edges = np.sort(corners[:, FACET_EDGES], axis=2)
-    adjoins = np.asarray(bore[edges].all(axis=2)).any(axis=1)
-    one, other = (side // 3 for side in twins((edges[..., 0] * len(bore) + edges[..., 1]).ravel()))
-    flat = (normal[number[one]] * normal[number[other]]).sum(axis=1) > _PLANE
-    label = linked_groups(len(number), one[flat], other[flat])
-    chosen = np.zeros(len(facets), dtype=bool)
-    chosen[number[np.isin(label, label[adjoins])]] = True
-    return chosen

@@ -10,6 +10,7 @@ from fea.solid.element import shape_functions
 from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from mesh.creases import Creases
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Ground:
             aim = here + step[:, None] * ahead
             facets, share, place = self._nearest(aim, patch)
             on = on & (np.linalg.norm(place - aim, axis=1) < _OFF * step)
-            normal = self._normals[facets]
+            normal = self._flat.normals[facets]
             turned = ahead - (ahead * normal).sum(axis=1, keepdims=True) * normal
             ahead = turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
             here = place
@@ -69,22 +70,16 @@ class Ground:
         return np.array([self._exit(a, b) for a, b in zip(start, ahead, strict=True)])
 
     @cached_property
-    def _corners(self) -> Floats:
-        return np.asarray(self.points[self.facets[:, :3]])
+    def _flat(self) -> SurfaceMesh:
+        return SurfaceMesh(self.points, self.facets[:, :3])
 
     @cached_property
     def _centers(self) -> Floats:
-        return np.asarray(self._corners.mean(axis=1))
+        return np.asarray(self._flat.corners.mean(axis=1))
 
     @cached_property
     def _radii(self) -> Floats:
-        return np.asarray(np.linalg.norm(self._corners - self._centers[:, None], axis=2).max(axis=1))
-
-    @cached_property
-    def _normals(self) -> Floats:
-        one, other = self._corners[:, 1] - self._corners[:, 0], self._corners[:, 2] - self._corners[:, 0]
-        normal = np.cross(one, other)
-        return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        return np.asarray(np.linalg.norm(self._flat.corners - self._centers[:, None], axis=2).max(axis=1))
 
     @cached_property
     def _tree(self) -> "KDTree":
@@ -95,8 +90,8 @@ class Ground:
     def _nearest(self, places: Floats, patch: Ints) -> tuple[Ints, Floats, Floats]:
         """Facet (n,) of its patch nearest to each place, where in it (n, 2), and that point (n, 3)."""
         _, candidates = self._tree.query(places, k=min(_CANDIDATES, len(self.facets)))
-        share, inside = _barycentric(self._corners[candidates], places[:, None])
-        corners = self._corners[candidates]
+        corners = self._flat.corners[candidates]
+        share, inside = _barycentric(corners, places[:, None])
         at = corners[..., 0, :] + np.einsum(
             "...k,...kx->...x", share, corners[..., 1:, :] - corners[..., :1, :]
         )
@@ -109,11 +104,10 @@ class Ground:
     def _exit(self, start: Floats, ahead: Floats) -> float:
         """Distance to the first facet that a ray leaves the solid through; infinite where there is none."""
         beside = np.cross(self._centers - start, ahead)
-        near = ((beside**2).sum(axis=1) <= (1.01 * self._radii) ** 2) & (self._normals @ ahead > 1e-6)
-        normal, corners = self._normals[near], self._corners[near]
+        near = ((beside**2).sum(axis=1) <= (1.01 * self._radii) ** 2) & (self._flat.normals @ ahead > 1e-6)
+        normal, corners = self._flat.normals[near], self._flat.corners[near]
         distance = ((corners[:, 0] - start) * normal).sum(axis=1) / (normal @ ahead)
-        hit = start + distance[:, None] * ahead
-        _, inside = _barycentric(corners, hit)
+        _, inside = _barycentric(corners, start + distance[:, None] * ahead)
         distance = distance[inside & (distance > 0)]
         return float(distance.min(initial=np.inf))
 

@@ -15,6 +15,7 @@ from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.creases import Creases, rims
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
 
 # Radius of the mask, over the smallest measure.
@@ -38,8 +39,8 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
         part[mesh.tets] = mesh.part[:, None]
-    a, b, c, d = mesh.points[mesh.tets[:, :4]].transpose(1, 0, 2)
-    volumes = np.abs(((b - a) * np.cross(c - a, d - a)).sum(axis=1)) / 6
+    corners = mesh.points[mesh.tets[:, :4]]
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
     volume = np.bincount(part[mesh.tets[:, 0]], volumes)
     masks: dict[str, RimMask] = {}
     for rim in every:
@@ -47,8 +48,7 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
         edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
         measures = []
         for number in np.unique(part[rim.nodes]):
-            a, b, c = mesh.points[facets[part[facets[:, 0]] == number][:, :3]].transpose(1, 0, 2)
-            area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+            area = SurfaceMesh(mesh.points, facets[part[facets[:, 0]] == number][:, :3]).areas.sum()
             ends = mesh.points[edges[part[edges[:, 0]] == number]]
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
             measures += [2 * area / border, volume[number] / area]

@@ -17,7 +17,7 @@ from geometry.holes import (
     pin_wall,
 )
 from mesh.files.round_hole import MeshHole, fitted_axes, round_holes, straightest
-from mesh.files.surface_mesh import SurfaceMesh
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 ADD_CAP = (

@@ -15,7 +15,7 @@ from geometry.arrays import Floats, Ints
 from geometry.holes import basis_across, place_text
 from mesh.files.bore_pair import open_wall
 from mesh.files.round_hole import MeshHole
-from mesh.files.surface_mesh import SurfaceMesh
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 # Angle, rad, by which triangles of a joint face turn at most; lengths over the radius of the bore: how far a

@@ -8,8 +8,8 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import place_text
 from geometry.session import session
-from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import TetFile, tet_file
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FROM_GMSH, MeshError
 
 # Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller

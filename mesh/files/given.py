@@ -16,10 +16,10 @@ from mesh.files.cap import GAPS, shells, with_assumed_cap, with_cap
 from mesh.files.fill import filled, require_closed
 from mesh.files.reading import read_tets, stl_surface
 from mesh.files.round_hole import Axes, fitted_axes
-from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 
 # Root mean square distance of the vertices of a bore from the fitted cylinder, over its radius. A pressure

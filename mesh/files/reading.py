@@ -14,8 +14,8 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 from geometry.session import session
 from mesh.files.fill import filled, require_closed, tets_of_model
-from mesh.files.surface_mesh import SurfaceMesh, apart
 from mesh.files.tets import FORMATS, TetFile, tet_file
+from mesh.surface_mesh import SurfaceMesh, apart
 from mesh.tetmesh import MeshError
 
 # The shape of solid elements by the number in their name (C3D10M, C3D20R; DC3D10 for heat).

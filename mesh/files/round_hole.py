@@ -8,7 +8,7 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import CLOSED, RoundHole, basis_across, place_text
 from geometry.segments import Circle, fitted_circle
-from mesh.files.surface_mesh import SurfaceMesh
+from mesh.surface_mesh import SurfaceMesh
 
 
 def circles_through(triples: Floats) -> tuple[Floats, Floats]:

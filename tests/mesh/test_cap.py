@@ -16,7 +16,7 @@ from mesh.files.cap import shells, with_assumed_cap, with_cap
 from mesh.files.fill import crossings, require_closed
 from mesh.files.given import given_mesh
 from mesh.files.reading import stl_surface
-from mesh.files.surface_mesh import SurfaceMesh
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
 BOLTED = replace(

@@ -16,8 +16,8 @@ from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import find_bore_pair
 from mesh.files.given import given_mesh
-from mesh.files.surface_mesh import SurfaceMesh
 from mesh.files.tets import TetFile
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError, TetMesh, boundary_facets
 
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
