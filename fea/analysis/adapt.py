@@ -55,7 +55,7 @@ class Adapted:
         result = self.results.get(rpm) or solve_speed(self.rod, rpm)
         if self.rod.options.cycle:
             result = with_cycle(self.rod, result)
-        if self.rod.options.film:
+        if self.rod.options.needs_film:
             result = with_film(self.rod, result)
         if self.shortfall is None:
             return result

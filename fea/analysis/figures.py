@@ -549,11 +549,17 @@ class FilmFigures:
     p_max_deg: float
     p_max_error_percent: float
     power_W: float  #: mean friction
+    friction_mep_bar: float  #: mean effective pressure of that, of one cylinder
     flow_l_min: float  #: oil that leaves the bearing
-    viscosity_mPas: float  #: without pressure
+    filled_percent: float  #: mean share of the gap that is full of oil
+    temperature_C: float | None  #: of the film, where the heat balance gives it
+    viscosity_mPas: float  #: at that temperature, without pressure
     radial_clearance_um: float
     lambda_min: float | None  #: smallest gap over the roughness; None of smooth surfaces
-    verdict: str  #: ``hydrodynamic``, ``mixed`` or ``metal to metal``
+    asperity_percent: float  #: largest share of the pressure that asperities carry
+    specific_load_MPa: float  #: largest force over diameter times width
+    lining_factor: float | None  #: what the lining endures over that; None where the study does not say
+    verdict: str  #: ``hydrodynamic``, ``mixed``, ``metal to metal``, ``starved`` or ``overheated``
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,39 +3,25 @@
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import FilmFigures
 from fea.analysis.prepare import PreparedRod
-from fea.base.checks import Check, check
-from fea.base.note import Note, assumption, assumptions, doubt, warning
+from fea.base.checks import LIMITS, Check, check
+from fea.base.note import Note, doubt, remark, warning
 from fea.base.units import BAR, DEG, UM
-from fea.film.cycle import FilmCycle, JournalLoads, integrate
-from fea.film.grid import FilmGrid
-from fea.film.journal import Bearing
-from fea.film.oil import Oil
-from fea.film.reynolds import Reynolds
-from fea.pins.fits import BIG_CLEARANCE
-from fea.study import film_table as assumed
+from fea.film.cycle import HOTTEST, MOST_CYCLES, FilmCycle
+from fea.pins.lubrication import COARSE, FINE, MPAS, TOPIC, Lubrication, crank_angles
 from geometry.arrays import Floats
-from geometry.errors import require
-from loads.gas import CYCLE
 
-# Cells around the bore and steps of the cycle; and those of a coarser film, from which the error follows.
-_FINE, _COARSE = (64, 180), (48, 120)
-# Cells over half the width, unless those around the bore are longer.
-_MOST_ALONG, _LEAST_ALONG = 12, 4
-# Clearance over radius: beyond, the film is not thin, or there is none.
-_CLEARANCES = (1e-4, 1e-2)
-_MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
-_TOPIC = "oil film"
 
 
 class Regime(StrEnum):
-    """How surfaces are kept apart, by the smallest gap over the roughness λ.
+    """How surfaces are kept apart, by the smallest gap over the roughness λ, and whether the oil suffices.
 
     Full films have λ > 3, asperities carry most of the load where λ < 1 (Hamrock, Schmid & Jacobson 2004,
     Fundamentals of Fluid Film Lubrication, section 3.8).
@@ -44,85 +30,13 @@ class Regime(StrEnum):
     HYDRODYNAMIC = "hydrodynamic"
     MIXED = "mixed"
     METAL = "metal to metal"
+    STARVED = "starved"
+    OVERHEATED = "overheated"
 
     @classmethod
     def of(cls, ratio: float) -> "Regime":
         """Judge a ratio λ."""
         return cls.HYDRODYNAMIC if ratio > 3 else cls.MIXED if ratio > 1 else cls.METAL
-
-
-@dataclass(frozen=True)
-class Lubrication:
-    """What [film] says of the bearing, completed."""
-
-    oil: Oil
-    clearance: float  #: radial, mm
-    inlet: float  #: MPa
-    hole: float  #: angle from the crank arm's outward direction, rad
-    hole_diameter: float  #: mm
-    roughness: float  #: mm
-    notes: tuple[Note, ...]
-
-    @classmethod
-    def of(cls, rod: PreparedRod) -> "Lubrication":
-        """Complete what the study says.
-
-        Raises
-        ------
-        InvalidValue
-            With this clearance there is no film, or the oil hole is wider than the bore.
-        """
-        table, radius, said = rod.study.film, rod.mesh.bores.big_radius, list[str]()
-
-        def given(value: float | None, default: float, what: str, unit: str) -> float:
-            if value is None:
-                said.append(f"{what} {default:.3g} {unit}")
-            return default if value is None else value
-
-        fit = rod.study.contact.big_end_clearance_mm
-        default = BIG_CLEARANCE * radius / UM if fit is None else fit / 2 / UM
-        clearance = table.radial_clearance_um
-        if clearance is None and fit is None:
-            clearance = given(None, default, "radial clearance", "µm (film.radial_clearance_um)")
-        elif clearance is None:
-            clearance = default
-        least, most = (share * radius / UM for share in _CLEARANCES)
-        rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or the oil is no film"
-        remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
-        require(least <= clearance <= most, "film.radial_clearance_um", float(clearance), rule, remedy)
-        viscosity = given(
-            table.viscosity_mPas, assumed.VISCOSITY_MPAS, "viscosity", "mPa·s (film.viscosity_mPas)"
-        )
-        alpha = given(
-            table.piezoviscosity_1_GPa,
-            assumed.PIEZOVISCOSITY_1_GPA,
-            "piezoviscosity",
-            "1/GPa (film.piezoviscosity_1_GPa)",
-        )
-        inlet = given(table.inlet_bar, assumed.INLET_BAR, "oil pressure", "bar (film.inlet_bar)")
-        hole = given(table.hole_deg, assumed.HOLE_DEG, "oil hole at", "° (film.hole_deg)")
-        diameter = given(table.hole_diameter_mm, assumed.HOLE_MM, "oil hole of", "mm (film.hole_diameter_mm)")
-        rule = f"must be less than the width of the big end's bore, {rod.mesh.bores.big_width:.4g} mm"
-        require(diameter < rod.mesh.bores.big_width, "film.hole_diameter_mm", diameter, rule)
-        rough = given(table.roughness_um, assumed.ROUGHNESS_UM, "roughness", "µm (film.roughness_um)")
-        return cls(
-            oil=Oil(viscosity * _MPAS, alpha * _PER_GPA),
-            clearance=clearance * UM,
-            inlet=inlet * BAR,
-            hole=hole * DEG,
-            hole_diameter=diameter,
-            roughness=rough * UM,
-            notes=(*assumptions(_TOPIC, said), *_LIMITS),
-        )
-
-
-_LIMITS = (
-    assumption(
-        "the film has one temperature; the crank pin is rigid, round and parallel to the bore; asperities "
-        "carry nothing",
-        _TOPIC,
-    ),
-)
 
 
 @dataclass(frozen=True)
@@ -132,18 +46,36 @@ class FilmResult:
     cycle: FilmCycle
     coarse: FilmCycle
     lubrication: Lubrication
+    displacement: float  #: of the engine's cylinder, mm³
 
     @property
     def degrees(self) -> Floats:
         """Crank angle (n,) of the steps."""
-        return _angles(self.cycle.acting.count) / DEG
+        return crank_angles(self.cycle.acting.count) / DEG
 
-    @property
+    @cached_property
+    def verdict(self) -> Regime:
+        """The regime, or why there is none."""
+        if self.cycle.starved:
+            return Regime.STARVED
+        warm = self.cycle.temperature
+        if warm is not None and (warm > HOTTEST - 1 or abs(self.cycle.unbalanced) > LIMITS["film_heat"]):
+            return Regime.OVERHEATED
+        return Regime.of(self.ratio)
+
+    @cached_property
+    def ratio(self) -> float:
+        """Smallest gap over the roughness."""
+        asperities = self.lubrication.asperities
+        return math.inf if asperities is None else float(self.cycle.thinnest.min()) / asperities.roughness
+
+    @cached_property
     def figures(self) -> FilmFigures:
         """The figures of `summary.json`."""
-        cycle, roughness = self.cycle, self.lubrication.roughness
+        cycle, said = self.cycle, self.lubrication
         thinnest, highest = cycle.thinnest.min(), cycle.highest.max()
-        ratio = float(thinnest / roughness) if roughness else math.inf
+        grid = cycle.bearing.reynolds.grid
+        specific = float(np.hypot(*cycle.acting.load.T).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
             h_min_um=float(thinnest) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
@@ -152,11 +84,17 @@ class FilmResult:
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
             p_max_error_percent=_error(float(highest), float(self.coarse.highest.max())),
             power_W=cycle.dissipated / _W,
+            friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
-            viscosity_mPas=self.lubrication.oil.viscosity / _MPAS,
-            radial_clearance_um=self.lubrication.clearance / UM,
-            lambda_min=ratio if roughness else None,
-            verdict=Regime.of(ratio).value,
+            filled_percent=100 * float(cycle.filled.mean()),
+            temperature_C=cycle.temperature,
+            viscosity_mPas=cycle.bearing.reynolds.oil.viscosity / MPAS,
+            radial_clearance_um=said.clearance / UM,
+            lambda_min=self.ratio if said.asperities else None,
+            asperity_percent=100 * float(cycle.asperities.max()),
+            specific_load_MPa=specific,
+            lining_factor=said.lining and said.lining / specific,
+            verdict=self.verdict.value,
         )
 
     @property
@@ -171,32 +109,70 @@ class FilmResult:
             "eccentricity_x": x,
             "eccentricity_y": y,
             "power_W": cycle.friction[1] / _W,
+            "asperity_percent": 100 * cycle.asperities,
+            "filled_percent": 100 * cycle.filled,
         }
 
     @property
     def checks(self) -> dict[str, Check]:
-        """Balances of oil, power and force, and whether the cycle repeats."""
+        """Balances of force, oil, power and heat, and repetition; of a film that fails, the first only."""
         cycle = self.cycle
         grid = cycle.bearing.reynolds.grid
-        forces = np.array([grid.resultant(state.film.pressure) for state in cycle.states])
-        off = np.abs(forces - cycle.acting.load).max() / np.abs(cycle.acting.load).max()
-        return {
-            "film_repeats": check("film_repeats", cycle.unrepeated),
-            "film_oil": check("film_oil", abs(cycle.supplied / cycle.leaked - 1)),
-            "film_power": check("film_power", abs(cycle.driven / cycle.dissipated - 1)),
-            "film_force": check("film_force", float(off)),
+        forces = np.array([grid.resultant(state.pressure) for state in cycle.states])
+        values = {
+            "film_force": float(np.abs(forces - cycle.acting.load).max() / np.abs(cycle.acting.load).max())
         }
+        if self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+            values |= {
+                "film_repeats": cycle.unrepeated,
+                "film_oil": abs(cycle.supplied / cycle.leaked - 1),
+                "film_power": abs(cycle.driven / cycle.dissipated - 1),
+                "film_heat": abs(cycle.unbalanced),
+            }
+        return {name: check(name, value) for name, value in values.items()}
 
     @property
     def notes(self) -> tuple[Note, ...]:
         """What a reader must know."""
         found, notes = self.figures, [*self.lubrication.notes]
-        if found.verdict == Regime.METAL:
-            text = "the film is thinner than the surfaces are rough, where the model ends: they touch"
-            notes.append(doubt(text, _TOPIC))
-        elif found.verdict == Regime.MIXED:
-            text = "asperities touch where the film is thinnest, and what they carry and rub is left out"
-            notes.append(warning(text, _TOPIC))
+        if self.verdict == Regime.STARVED:
+            text = (
+                f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % of "
+                f"the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
+                f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. Turn the oil hole "
+                "away from the load (film.hole_deg), or raise film.inlet_bar"
+            )
+            notes.append(doubt(text, TOPIC))
+        elif self.verdict == Regime.OVERHEATED:
+            text = (
+                f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
+                f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
+            )
+            notes.append(doubt(text, TOPIC))
+        elif self.verdict == Regime.METAL:
+            text = "the film is thinner than the surfaces are rough: they touch, and wear or seize"
+            notes.append(doubt(text, TOPIC))
+        elif self.verdict == Regime.MIXED:
+            text = "asperities touch where the film is thinnest"
+            notes.append(warning(text, TOPIC))
+        if not self.cycle.repeats and self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+            text = (
+                f"it does not repeat itself within {MOST_CYCLES} cycles, although oil is supplied as it leaks"
+            )
+            notes.append(doubt(text, TOPIC))
+        if found.temperature_C is not None and self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+            text = (
+                f"{100 * self.lubrication.heat:.0f} % of {found.power_W:.0f} W heat {found.flow_l_min:.2g} "
+                f"l/min of oil from {self.lubrication.inlet_temperature:.0f} to {found.temperature_C:.0f} "
+                f"°C, where it has {found.viscosity_mPas:.2f} mPa·s"
+            )
+            notes.append(remark(text, TOPIC))
+        if found.lining_factor is not None and found.lining_factor < 1:
+            text = (
+                f"the specific load, {found.specific_load_MPa:.0f} MPa, exceeds what the lining endures, "
+                f"{self.lubrication.lining:g} MPa (film.lining_MPa)"
+            )
+            notes.append(doubt(text, TOPIC))
         return tuple(notes)
 
 
@@ -210,37 +186,14 @@ def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
     FilmError
         The film was not solved.
     """
-    lubrication = Lubrication.of(rod)
-    with rod.clock("film"):
-        fine, coarse = (_integrated(rod, rpm, lubrication, *size) for size in (_FINE, _COARSE))
-    return FilmResult(fine, coarse, lubrication)
-
-
-def _integrated(rod: PreparedRod, rpm: float, lubrication: Lubrication, cells: int, steps: int) -> FilmCycle:
-    radius, width = rod.mesh.bores.big_radius, rod.mesh.bores.big_width
-    along = round(width / 2 / (2 * math.pi * radius / cells))
-    grid = FilmGrid(radius, width, cells, min(max(along, _LEAST_ALONG), _MOST_ALONG))
-    cycle, bore = rod.crank_cycle(rpm), rod.yielding_bore
-    instants = cycle.at(_angles(steps))
-    bearing = Bearing(Reynolds(grid, lubrication.oil), lubrication.clearance, bore.on(grid))
-    acting = JournalLoads(
-        period=CYCLE / cycle.speed,
-        load=instants.crank.T,
-        speed=(cycle.speed - instants.angular_velocity) * radius,
-        inlet=lubrication.inlet,
-        hole_diameter=lubrication.hole_diameter,
-        # The crank arm is turned by θ, and the rod by −β.
-        hole_angle=instants.crank_angle + instants.motion.rod_angle + lubrication.hole,
-        loaded=bore.caused(instants),
+    cycle = rod.crank_cycle(rpm)
+    fine, coarse = rod.films.at(cycle)
+    engine = cycle.engine
+    return FilmResult(
+        fine, coarse, rod.films.lubrication, 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     )
-    return integrate(bearing, acting)
-
-
-def _angles(steps: int) -> Floats:
-    """Crank angles (steps,) of a cycle, rad."""
-    return np.linspace(0.0, CYCLE, steps + 1)[:-1]
 
 
 def _error(fine: float, coarse: float) -> float:
     """Error of the fine film's figure, percent: of first order, as at the edge of the oil hole."""
-    return 100 * abs(fine - coarse) / (_FINE[0] / _COARSE[0] - 1) / abs(fine)
+    return 100 * abs(fine - coarse) / (FINE[0] / COARSE[0] - 1) / abs(fine)

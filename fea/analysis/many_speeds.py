@@ -112,7 +112,7 @@ class SpeedSweep:
                 *loads.notes,
                 *_LEFT_OUT,
                 *([_NO_EDGES] if self._rod.sharp_places else []),
-                *([_NO_FILM] if self._rod.options.film else []),
+                *([_NO_FILM] if self._rod.options.needs_film else []),
             ],
         )
         return replace(summary, critical_speeds_rpm=self.critical)

@@ -17,11 +17,13 @@ from fea.base.checks import LIMITS
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note, assumption
+from fea.base.units import RPM
 from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
-from fea.pins.film import YieldingBore
+from fea.pins.film_pins import FilmPins
+from fea.pins.lubrication import Films
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
@@ -124,10 +126,7 @@ class PreparedRod:
         InvalidValue
             Forces are given instead.
         """
-        if not isinstance(self.loading, EngineLoading):
-            rule = "has no [engine], so there is no crank cycle"
-            raise InvalidValue("STUDY", self.study.name, rule, "Add an [engine].")
-        return self.loading
+        return _engine(self.loading, self.study.name)
 
     def crank_cycle(self, rpm: float) -> CrankCycle:
         """Return the crank cycle at a speed; errors as of `engine`."""
@@ -139,10 +138,9 @@ class PreparedRod:
         return None if self.structure.assembly is None else cast("AssemblyPins", self.pins)
 
     @cached_property
-    def yielding_bore(self) -> YieldingBore:
-        """How the big end's bore yields to the pressure of an oil film."""
-        with self.clock("film"):
-            return YieldingBore.of(self.structure)
+    def films(self) -> Films:
+        """The oil films of the big end's bearing."""
+        return self.pins.films if isinstance(self.pins, FilmPins) else Films(self.structure)
 
     @cached_property
     def prescribed(self) -> PinModel:
@@ -394,11 +392,20 @@ def _structure(
         pressure=options.pin_load,
         support=options.support,
         contact=study.contact,
+        film=study.film,
         pin_stiffness=study.pin_stiffness,
         largest_pin_force=partial(_largest_pin_force, loading, body.properties, _spread(study) or [None]),
+        crank_cycle=lambda speed: _engine(loading).crank_cycle(body.properties, speed / RPM),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
     )
+
+
+def _engine(loading: Loading, name: str = "") -> EngineLoading:
+    if not isinstance(loading, EngineLoading):
+        rule = "has no [engine], so there is no crank cycle"
+        raise InvalidValue("STUDY", name, rule, "Add an [engine].")
+    return loading
 
 
 def _largest_pin_force(

@@ -57,6 +57,8 @@ LIMITS = {
     # Power of the journal and of the bore's motion, by differences of second order in time, against what
     # the film dissipates; steps of twice the length leave four times as much.
     "film_power": 3e-2,
+    # What the heat balance leaves of the film's temperature, K: 2 % of the viscosity.
+    "film_heat": 1.0,
     # Superposed against directly solved peak cases, and the error that a small basis states
     # (`fea.analysis.cycle.small_basis`), which grows until it is below: a tenth of a 5 % mesh error.
     "superposition": 5e-3,

@@ -1,13 +1,14 @@
-"""A film through the cycle of its engine, step by step until it repeats itself."""
+"""A film through the cycle of its engine, step by step until it repeats itself and its heat balances."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from fea.film.journal import Bearing, JournalState
+from fea.film.oil import WarmOil
 from fea.film.reynolds import Conditions, Supply
 from fea.machine.threads import one_blas_thread
 from fea.solid.errors import FilmError
@@ -19,7 +20,16 @@ _RAMP = 0.25
 _HALVINGS = 6
 # Relative change of the film from one cycle to the next at which it repeats itself; two cycles are usual.
 REPEATED = 1e-3
-MOST_CYCLES = 8
+MOST_CYCLES = 12
+# Difference of temperature to which the heat balance is solved, K, and the highest temperature, °C.
+_SETTLED, HOTTEST = 0.2, 250.0
+# First guess of the film's temperature above that of the inlet, and of the slope of what is unbalanced over
+# the temperature: hotter oil rubs less and flows faster. Secants of this range replace the guess.
+_WARMER, _SLOPE, _SLOPES = 25.0, -1.8, (-8.0, -1.0)
+# Largest change of the temperature from one cycle to the next, K.
+_LARGEST_CHANGE = 40.0
+# Supplied films are more than half full in the mean; with less than this after some cycles, they starve.
+_STARVED, _SOON = 1 / 3, 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +94,19 @@ class FilmCycle:
     states: Sequence[JournalState]  #: n
     #: How far the last state is from that a cycle before: `fea.film.journal.JournalState.unlike`
     unrepeated: float
+    temperature: float | None = None  #: of the film, °C, where the heat balance gives it
+    unbalanced: float = 0.0  #: temperature that the heat balance asks for less that of the film, K
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the film is that of the cycle before."""
+        return self.unrepeated <= REPEATED
+
+    @cached_property
+    def starved(self) -> bool:
+        """Whether the supply cannot keep the film full: little is left, or it goes on losing oil."""
+        losing = not self.repeats and self.supplied < 0.98 * self.leaked
+        return losing or bool(self.filled.mean() < _STARVED)
 
     @cached_property
     def thinnest(self) -> Floats:
@@ -93,7 +116,17 @@ class FilmCycle:
     @cached_property
     def highest(self) -> Floats:
         """Highest pressure (n,), MPa."""
-        return np.array([state.film.pressure.max() for state in self.states])
+        return np.array([state.pressure.max() for state in self.states])
+
+    @cached_property
+    def asperities(self) -> Floats:
+        """Share (n,) of the pressure on the bore that asperities carry."""
+        return np.array([state.touching.sum() / state.pressure.sum() for state in self.states])
+
+    @cached_property
+    def filled(self) -> Floats:
+        """Share (n,) of the gap that is full of oil."""
+        return np.array([state.volume.sum() / state.gap.sum() for state in self.states])
 
     @cached_property
     def eccentricity(self) -> Floats:
@@ -104,7 +137,7 @@ class FilmCycle:
     def friction(self) -> Floats:
         """Force (n,) against the journal's motion, N, and power (n,) that the film dissipates, N·mm/s."""
         of_shear = [
-            self.bearing.reynolds.friction(state.film, state.gap, float(speed))
+            self.bearing.friction(state, float(speed))
             for state, speed in zip(self.states, self.acting.speed, strict=True)
         ]
         force, sheared = np.array(of_shear).T
@@ -126,15 +159,17 @@ class FilmCycle:
         power = self.friction[0] * acting.speed + (acting.load * _slope(places, step)).sum(axis=1)
         if self.bearing.bore is not None:
             bulges = np.array([state.bulge for state in self.states])
-            whole = self.bearing.reynolds.grid.area * self.bearing.reynolds.grid.images
-            weights = np.array(
-                [
-                    whole * np.tensordot(state.film.pressure, self.bearing.bore.functions, axes=2)
-                    for state in self.states
-                ]
-            )
-            power -= (weights * _slope(bulges, step)).sum(axis=1)
+            power -= (self.weights * _slope(bulges, step)).sum(axis=1)
         return float(power.mean() + acting.inlet * self.supplied)
+
+    @cached_property
+    def weights(self) -> Floats:
+        """Weights (n, n_functions) of the pressures in the functions of the elastic bore, N."""
+        if self.bearing.bore is None:
+            return np.zeros((len(self.states), 0))
+        whole = self.bearing.reynolds.grid.area * self.bearing.reynolds.grid.images
+        pressures = np.array([state.pressure for state in self.states])
+        return whole * np.tensordot(pressures, self.bearing.bore.functions, axes=2)
 
     @cached_property
     def supplied(self) -> float:
@@ -190,26 +225,75 @@ class _Course:
             self._halve(middle, end, times - 1)
 
 
-def integrate(bearing: Bearing, acting: JournalLoads, most: int = MOST_CYCLES) -> FilmCycle:
-    """Integrate a film until its cycle repeats itself, and return the last cycle.
+@dataclass(frozen=True)
+class HeatBalance:
+    """The film is as warm as the oil that leaves it, which carries away a share of the friction power."""
 
-    `most`: largest number of cycles, at least one.
+    oil: WarmOil
+    inlet: float  #: temperature of the oil that is supplied, °C
+    share: float
+
+    def asked(self, cycle: FilmCycle, temperature: float) -> float:
+        """Temperature of oil that leaves with the heat of a cycle, °C."""
+        heated = self.share * cycle.dissipated / (cycle.leaked * self.oil.carried(temperature))
+        return min(self.inlet + heated, HOTTEST)
+
+
+def integrate(
+    bearing: Bearing,
+    acting: JournalLoads,
+    *,
+    heat: HeatBalance | None = None,
+    before: FilmCycle | None = None,
+    most: int = MOST_CYCLES,
+) -> FilmCycle:
+    """Integrate a film until its cycle repeats itself and its heat balances, and return the last cycle.
+
+    Parameters
+    ----------
+    heat
+        What the temperature of the oil follows from; without it the oil is that of the bearing.
+    before
+        A cycle of the same bearing with other cells or steps, to begin with.
+    most
+        Largest number of cycles, at least one.
 
     Raises
     ------
     FilmError
         A step was not solved, however short it was made.
     """
-    count = acting.count
+    slope, tried = _SLOPE, None
+    count, lead = acting.count, math.ceil(_RAMP * acting.count)
+    temperature = None if heat is None else heat.inlet + _WARMER
+    if before is not None and heat is not None:
+        temperature = before.temperature
     with one_blas_thread():
-        first, start = -math.ceil(_RAMP * count), bearing.start()
-        course = _Course(bearing, acting, acting.solve(bearing, start, first, 1.0, start.volume))
-        for place in range(first + 1, 0):
+        if heat is not None and temperature is not None:
+            bearing = bearing.with_oil(heat.oil.at(temperature))
+        if before is None:
+            start, first = bearing.start(), -lead
+            course = _Course(bearing, acting, acting.solve(bearing, start, first, 1.0, start.volume))
+        else:
+            first = count - lead
+            start = before.states[round(first / count * len(before.states))]
+            course = _Course(bearing, acting, bearing.taken_over(start))
+        for place in range(first + 1, first + lead):
             course.advance(place)
-        for _ in range(most):
+        for number in range(most):
             begun = course.last
             states = [course.advance(place) for place in range(count)]
-            cycle = FilmCycle(bearing, acting, states, course.last.unlike(begun))
-            if cycle.unrepeated <= REPEATED:
+            cycle = FilmCycle(bearing, acting, states, course.last.unlike(begun), temperature)
+            if heat is not None and temperature is not None:
+                cycle = replace(cycle, unbalanced=heat.asked(cycle, temperature) - temperature)
+            settled = abs(cycle.unbalanced) <= _SETTLED
+            if (cycle.repeats and settled) or (number >= _SOON and cycle.filled.mean() < _STARVED):
                 break
+            if heat is not None and temperature is not None and not settled:
+                if tried is not None and abs(temperature - tried[0]) > 1.0:
+                    secant = (cycle.unbalanced - tried[1]) / (temperature - tried[0])
+                    slope = float(np.clip(secant, *_SLOPES))
+                tried = temperature, cycle.unbalanced
+                temperature -= float(np.clip(cycle.unbalanced / slope, -_LARGEST_CHANGE, _LARGEST_CHANGE))
+                course.bearing = bearing = bearing.with_oil(heat.oil.at(temperature))
     return cycle

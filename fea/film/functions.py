@@ -42,7 +42,9 @@ class BoreFunctions:
         (even,) = np.flatnonzero((self.terms == [1, 0]).all(axis=1))
         return np.array([even, len(self.terms) + np.count_nonzero(self.terms[:even, 0])])
 
-    def _scales(self) -> Floats:
+    @cached_property
+    def scales(self) -> Floats:
+        """Factors (n_even,) that give the products their unit integral, 1/mm."""
         n, m = self.terms.T
         square = self.radius * np.where(n > 0, math.pi, 2 * math.pi) * self.width / (2 * m + 1)
         return np.asarray(1 / np.sqrt(square))
@@ -51,7 +53,7 @@ class BoreFunctions:
         """Polynomials (n_even, …) at places along the width from its middle, scaled."""
         every = np.eye(self.terms[:, 1].max() + 1)[self.terms[:, 1]]
         values = np.polynomial.legendre.legval(2 * z / self.width, every.T)
-        return np.asarray(values * self._scales().reshape(-1, *(1,) * z.ndim))
+        return np.asarray(values * self.scales.reshape(-1, *(1,) * z.ndim))
 
     def at(self, angle: Floats, z: Floats) -> tuple[Floats, Floats]:
         """Even (n_even, …) and odd (n_odd, …) functions at places (…)."""

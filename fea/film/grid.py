@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lapack
+from scipy.sparse import csr_array
 
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
@@ -117,6 +118,11 @@ class Stencil:
         self._at = (columns * self._rows + 2 * self._band + number - columns).ravel()
         self._size = n * m
         self._shape = grid.shape
+        # Where a neighbour does not exist its entry is 0, wherever it stands.
+        plain = np.arange(n * m).reshape(n, m)
+        near = np.stack([plain, *(np.roll(plain, shift, axis) for axis in (0, 1) for shift in (-1, 1))])
+        self._near = near.reshape(5, -1).T.ravel()
+        self._starts = 5 * np.arange(n * m + 1)
 
     def solve(self, entries: Floats, right: Floats) -> Floats:
         """Solve for right-hand sides (n_angle, n_width, k).
@@ -138,13 +144,7 @@ class Stencil:
         ordered[self._order] = solution.reshape(ordered.shape)
         return ordered
 
-
-def applied(entries: Floats, values: Floats) -> Floats:
-    """Product of a matrix of `Stencil` entries (5, n, m) with values (n, m, k)."""
-    own, next_x, last_x, next_z, last_z = entries[..., None]
-    result = own * values
-    result += next_x * np.roll(values, -1, 0)
-    result += last_x * np.roll(values, 1, 0)
-    result[:, :-1] += next_z[:, :-1] * values[:, 1:]
-    result[:, 1:] += last_z[:, 1:] * values[:, :-1]
-    return np.asarray(result)
+    def applied(self, entries: Floats, values: Floats) -> Floats:
+        """Product of the matrix of entries, as of `solve`, with values (n_angle, n_width, k)."""
+        matrix = csr_array((entries.reshape(5, -1).T.ravel(), self._near, self._starts))
+        return np.asarray(matrix @ values.reshape(self._size, -1)).reshape(values.shape)

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from fea.film.grid import applied
+from fea.film.asperities import Asperities
+from fea.film.oil import Oil
 from fea.film.reynolds import Balance, Conditions, Film, Reynolds
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
@@ -21,8 +22,9 @@ _TOLERANCE = 1e-6
 _INSTANT = 1e-6
 # Largest change of a gap in one step, in clearances.
 _LARGEST = 3.0
-# Smallest part of its gap that a cell keeps in one step.
-_KEPT = 0.25
+# Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
+# roughness at least.
+_KEPT, _NEARER = 0.25, 0.5
 
 
 @dataclass(frozen=True)
@@ -42,11 +44,18 @@ class JournalState:
     """A journal, its film and its bore at an instant."""
 
     film: Film
-    gap: Floats  #: h (n_angle, n_width), mm
+    planes: Floats  #: (n_angle, n_width) gap between the mean planes of the surfaces, mm
     position: Floats  #: (2,) of the journal's centre in the bore, mm
     bulge: Floats  #: (n,) weights of the bore's displacement
+    gap: Floats  #: h (n_angle, n_width) that oil can fill, mm
     balance: Balance
     steps: int  #: of Newton's method
+    touching: Floats  #: (n_angle, n_width) pressure of asperities, MPa
+
+    @property
+    def pressure(self) -> Floats:
+        """Pressure (n_angle, n_width) of the oil and of asperities on the bore, MPa."""
+        return self.film.pressure + self.touching
 
     def unlike(self, other: "JournalState") -> float:
         """Largest difference of the gaps over the smallest gap, or of the oil in the mean over the oil."""
@@ -63,7 +72,7 @@ class _Iterate(NamedTuple):
     """An iterate of Newton's method: what `JournalState` has of it."""
 
     film: Film
-    gap: Floats
+    planes: Floats
     position: Floats
     bulge: Floats
 
@@ -73,7 +82,7 @@ class _Iterate(NamedTuple):
         return bool(
             (self.film.full == other.film.full).all()
             and np.abs(new - old).max() <= _TOLERANCE * max(new.max(), old.max())
-            and np.abs(self.gap - other.gap).max() <= _TOLERANCE * clearance
+            and np.abs(self.planes - other.planes).max() <= _TOLERANCE * clearance
         )
 
 
@@ -84,9 +93,54 @@ class Bearing:
     reynolds: Reynolds
     clearance: float  #: radial, mm
     bore: ElasticBore | None = None
+    asperities: Asperities | None = None  #: None of smooth surfaces
 
-    def gap(self, position: Floats, bulge: Floats) -> Floats:
-        """Gap h (n_angle, n_width) of a journal at a position (2,) with the bore's displacement, mm."""
+    def touching(self, planes: Floats) -> tuple[Floats, Floats]:
+        """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm."""
+        if self.asperities is None:
+            return np.zeros_like(planes), np.zeros_like(planes)
+        return self.asperities.pressure(planes)
+
+    def _state(self, at: "_Iterate", conditions: Conditions, steps: int) -> "JournalState":
+        gap, _ = self.space(at.planes)
+        balance = self.reynolds.balance(at.film, gap, conditions)
+        return JournalState(*at, gap, balance, steps, self.touching(at.planes)[0])
+
+    def space(self, planes: Floats) -> tuple[Floats, Floats]:
+        """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
+        return (planes, np.ones_like(planes)) if self.asperities is None else self.asperities.space(planes)
+
+    def with_oil(self, oil: Oil) -> "Bearing":
+        """The same with another oil."""
+        return replace(self, reynolds=replace(self.reynolds, oil=oil))
+
+    def friction(self, state: "JournalState", speed: float) -> tuple[float, float]:
+        """Force against the journal's motion, N, and the power of shear and rubbing, N·mm/s."""
+        grid, (force, power) = self.reynolds.grid, self.reynolds.friction(state.film, state.gap, speed)
+        if self.asperities is None:
+            return force, power
+        rubbed = self.asperities.friction * float(state.touching.sum()) * grid.area * grid.images
+        return force + math.copysign(rubbed, speed), power + rubbed * abs(speed)
+
+    def taken_over(self, state: "JournalState") -> "JournalState":
+        """A state of the same bearing on another grid, on this one."""
+        grid = self.reynolds.grid
+        turns = [np.arange(n + 1) / n for n in (len(state.gap), grid.n_angle)]
+        across = [(np.arange(n) + 0.5) / n for n in (state.gap.shape[1], grid.n_width)]
+
+        def on_grid(values: Floats) -> Floats:
+            closed = np.concatenate([values, values[:1]])
+            along = np.array([np.interp(across[1], across[0], row) for row in closed])
+            return np.array([np.interp(turns[1][:-1], turns[0], column) for column in along.T]).T
+
+        pressure = on_grid(state.film.pressure)
+        full = pressure > 0
+        film = Film(pressure, np.where(full, 1.0, np.minimum(on_grid(state.film.fill), 1.0)), full)
+        planes = np.maximum(self.planes(state.position, state.bulge), state.planes.min())
+        return self._state(_Iterate(film, planes, state.position, state.bulge), Conditions(0.0), 0)
+
+    def planes(self, position: Floats, bulge: Floats) -> Floats:
+        """Gap between mean planes (n_angle, n_width), mm, of a journal at a position (2,) in the bore."""
         h = self.clearance - self.reynolds.grid.outwards @ position
         return np.asarray(h if self.bore is None else h + self.bore.functions @ bulge)
 
@@ -94,9 +148,7 @@ class Bearing:
         """A film without pressure round a journal at a position."""
         film, place = Film.at_rest(self.reynolds.grid), np.array(position, dtype=float)
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
-        gap = self.gap(place, bulge)
-        balance = self.reynolds.balance(film, gap, Conditions(0.0))
-        return JournalState(film, gap, place, bulge, balance, 0)
+        return self._state(_Iterate(film, self.planes(place, bulge), place, bulge), Conditions(0.0), 0)
 
     def solve(
         self,
@@ -122,15 +174,13 @@ class Bearing:
         FilmError
             The iteration did not end.
         """
-        iterate = _Iterate(guess.film, guess.gap, guess.position, guess.bulge)
+        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
         for step in range(1, _STEPS + 1):
-            balance = self.reynolds.balance(iterate.film, iterate.gap, conditions)
-            before, (iterate, limited) = iterate, self._improved(iterate, balance, load, loaded)
+            before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
             if not limited and iterate.close_to(before, self.clearance):
-                balance = self.reynolds.balance(iterate.film, iterate.gap, conditions)
-                return JournalState(*iterate, balance, step)
+                return self._state(iterate, conditions, step)
         raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
 
     @cached_property
@@ -140,7 +190,7 @@ class Bearing:
         return -outwards if self.bore is None else np.concatenate([self.bore.functions, -outwards], axis=-1)
 
     def _improved(
-        self, at: "_Iterate", balance: Balance, load: Floats | None, loaded: Floats
+        self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats
     ) -> tuple["_Iterate", bool]:
         """One of Newton's steps, and whether it was limited.
 
@@ -149,13 +199,19 @@ class Bearing:
         """
         grid, count = self.reynolds.grid, len(at.bulge)
         follows = self._follows if load is not None else self._follows[..., :count]
-        ajar = at.gap - self.gap(at.position, at.bulge)  # what an earlier limited step left open
-        moving = applied(balance.by_gap, np.concatenate([ajar[..., None], follows], axis=-1))
+        gap, widens = self.space(at.planes)
+        balance = self.reynolds.balance(at.film, gap, conditions)
+        ajar = at.planes - self.planes(at.position, at.bulge)  # what an earlier limited step left open
+        opening = np.concatenate([ajar[..., None], follows], axis=-1)
+        moving = self.reynolds.stencil.applied(balance.by_gap, widens[..., None] * opening)
         moving[..., 0] -= balance.excess
         try:
             solved = self.reynolds.stencil.solve(balance.by_film, moving)
             pressures = np.where(at.film.full[..., None], solved, 0.0)
-            pressures[..., 0] += at.film.pressure
+            touching, slope = self.touching(at.planes)
+            pressures[..., 0] += at.film.pressure + touching
+            if touching.any():
+                pressures -= slope[..., None] * opening
             # Work of the pressures on displacements: weights of the functions, and minus the force.
             forces = grid.area * grid.images * np.tensordot(follows, pressures, axes=((0, 1), (0, 1)))
             matrix, side = np.eye(follows.shape[-1]), np.zeros(follows.shape[-1])
@@ -172,12 +228,15 @@ class Bearing:
             raise FilmError("the oil film has no finite pressure")
         wider = follows @ moved - ajar
         part = min(1.0, _LARGEST * self.clearance / max(float(np.abs(wider).max()), self.clearance))
-        gap = at.gap + part * wider
-        kept = np.maximum(gap, _KEPT * at.gap)
+        planes = at.planes + part * wider
+        least = _KEPT * at.planes
+        if self.asperities is not None:
+            least = np.minimum(least, at.planes - _NEARER * self.asperities.roughness)
+        kept = np.maximum(planes, least)
         film = at.film.changed(part * (solved[..., 0] - solved[..., 1:] @ moved))
         position = at.position + part * moved[count:] if load is not None else at.position
         bulge = at.bulge + part * moved[:count]
-        return _Iterate(film, kept, position, bulge), part < 1 or bool((kept > gap).any())
+        return _Iterate(film, kept, position, bulge), part < 1 or bool((kept > planes).any())
 
     def squeezed(self, position: Sequence[float], velocity: Sequence[float]) -> JournalState:
         """A film that is full but for where the journal leaves it: at a position, with a velocity (2,), mm/s.

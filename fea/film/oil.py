@@ -1,7 +1,8 @@
-"""Oil under pressure: Roelands' viscosity, and the generalised pressure that the flow follows."""
+"""Oil under pressure, by Roelands' viscosity, and how it thins as it warms up."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,3 +43,45 @@ class Oil:
         half = pressure / 2
         inner = 1 / self.relative_viscosity(half[..., None] * (1 + _PLACES))
         return half * (inner @ _WEIGHTS), 1 / self.relative_viscosity(pressure)
+
+
+# Of ASTM D341 in the form of Walther: lg lg(ν + 0.7) is linear in lg T, with ν in mm²/s and T in K.
+_ADDED, _KELVIN = 0.7, 273.15
+# Thermal expansion of engine oils from 15 °C, 1/K, and their specific heat times the root of the specific
+# gravity, kJ/(kg K), and its rise by °C (Cragoe 1929, Thermal Properties of Petroleum Products, NBS M 97).
+_EXPANSION, _HEAT, _HEAT_RISE = 6.5e-4, 1.685, 3.39e-3
+_KG_M3, _MPAS = 1e-12, 1e-9
+_KJ_KG_K = 1e9  # mm²/(s² K)
+
+
+@dataclass(frozen=True)
+class WarmOil:
+    """An oil by its kinematic viscosity at two temperatures, °C; between and beyond them by ASTM D341."""
+
+    temperatures: tuple[float, ...]
+    kinematic: tuple[float, ...]  #: at them, mm²/s
+    density: float  #: at 15 °C, kg/m³
+    piezoviscosity: float  #: as of `Oil`
+
+    @classmethod
+    def of(cls, dynamic: Sequence[tuple[float, float]], density: float, piezoviscosity: float) -> "WarmOil":
+        """By temperatures, °C, and dynamic viscosities, mPa·s."""
+        oil = cls((), (), density, piezoviscosity)
+        kinematic = [value * _MPAS / oil.density_at(t) for t, value in dynamic]
+        return replace(oil, temperatures=tuple(t for t, _ in dynamic), kinematic=tuple(kinematic))
+
+    def density_at(self, temperature: float) -> float:
+        """Density, t/mm³."""
+        return self.density * (1 - _EXPANSION * (temperature - 15)) * _KG_M3
+
+    def at(self, temperature: float) -> Oil:
+        """The oil at a temperature, °C."""
+        lgs = [math.log10(math.log10(nu + _ADDED)) for nu in self.kinematic]
+        first, second, here = (math.log10(_KELVIN + t) for t in (*self.temperatures, temperature))
+        lg = lgs[0] + (lgs[1] - lgs[0]) * (here - first) / (second - first)
+        return Oil((10 ** (10**lg) - _ADDED) * self.density_at(temperature), self.piezoviscosity)
+
+    def carried(self, temperature: float) -> float:
+        """Heat that a volume of oil takes up when it warms up by 1 K, MPa/K."""
+        heat = (_HEAT + _HEAT_RISE * temperature) / math.sqrt(self.density / 999) * _KJ_KG_K
+        return heat * self.density_at(temperature)

@@ -21,6 +21,7 @@ from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
 from fea.solid.parity import Split
 from fea.solvers.static import Model
+from fea.study.film_table import FilmTable
 from fea.study.option_tables import ContactTable
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints, Mask
@@ -68,9 +69,12 @@ class Structure:
     pressure: str  #: what the study asks for
     support: Support
     contact: ContactTable
+    film: FilmTable
     pin_stiffness: Mapping[str, tuple[float, float]]  #: E, MPa, and ν of pins whose material is given
     #: Largest force of the piston pin over the load cases of the study's speeds, N, for who needs it
     largest_pin_force: Callable[[], float]
+    #: The crank cycle at a speed, rad/s; raises `InvalidValue` without an engine
+    crank_cycle: Callable[[float], CrankCycle]
     assembly: AssemblySpecification | None  #: None for a rod of one piece
     clock: Clock
 

@@ -182,7 +182,7 @@ class Harmonics(UnitLoads):
         """Return the even and the odd unit loads."""
         even, odd = (
             StoredFields.of(
-                sum(len(bore.orders) - parity for bore in self.bores),
+                self._count(parity),
                 self._harmonics(parity),
                 inertial,
                 self._pins.tilt,
@@ -190,6 +190,9 @@ class Harmonics(UnitLoads):
             for parity, inertial in enumerate(inertial_fields(self._pins.inertia))
         )
         return even, odd
+
+    def _count(self, parity: int) -> int:
+        return sum(len(bore.orders) - parity for bore in self.bores)
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
         n_nodes = self._pins.n_nodes

@@ -1,15 +1,25 @@
 """The [film] table: the oil of the big end's bearing, how it gets there, and the surfaces."""
 
+import math
+import re
+import tomllib
 from dataclasses import dataclass
+from importlib.resources import files
 
 from fea.study.tables import Table, key, not_negative, within
-from geometry.errors import require_positive
+from geometry.errors import InvalidValue, require, require_positive
 from geometry.plausible import Plausible
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
 # crank pin that leads the crank arm, run-in surfaces.
-VISCOSITY_MPAS, PIEZOVISCOSITY_1_GPA = 8.0, 13.0
+OIL, PIEZOVISCOSITY_1_GPA, INLET_C = "5W-30", 13.0, 110.0
 INLET_BAR, HOLE_DEG, HOLE_MM, ROUGHNESS_UM = 4.0, 30.0, 5.0, 0.4
+# Of the friction power, the oil that leaves carries away this share, and rod and crank the rest: a choice.
+HEAT_PERCENT = 80.0
+DENSITY_15_KG_M3 = 860.0  # engine oils have 840 to 890; only the heat balance takes it
+BOUNDARY_FRICTION = 0.1
+_THIN = Plausible(1.0, 200.0, "engine oils have 2 (hot) to 100 mPa·s (cold)")
+_GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
 
 @dataclass(frozen=True)
@@ -22,11 +32,19 @@ class FilmTable(
 ):
     """[film]: pressures are above that of the surroundings."""
 
+    oil: str | None = key(
+        '"5W-30"',
+        "SAE grade: an oil that just meets it; the film's temperature follows from its heat balance",
+    )
+    viscosity_40C_mPas: float | None = key(
+        "58.0", "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C", require_positive
+    )
+    viscosity_100C_mPas: float | None = key("8.5", "", require_positive, _THIN)
     viscosity_mPas: float | None = key(
         "8.0",
-        "dynamic, without pressure, at the temperature of the film",
+        "in place of both: of the film, at whatever temperature it has; dynamic, without pressure",
         require_positive,
-        Plausible(1.0, 200.0, "engine oils have 2 (hot) to 100 mPa·s (cold)"),
+        _THIN,
     )
     piezoviscosity_1_GPa: float | None = key(
         "13.0", "of the viscosity under pressure (Roelands); 0: none", within(0, 40)
@@ -38,6 +56,10 @@ class FilmTable(
         Plausible(0.3, 2.0, "about a thousandth of the radius is usual", {"rod.big_end_bore_mm": 1}, 4.0),
     )
     inlet_bar: float | None = key("4.0", "of the oil in the crank pin's hole", within(0.01, 100))
+    inlet_C: float | None = key("110.0", "temperature of that oil", within(-40, 180))
+    heat_percent: float | None = key(
+        "80.0", "share of the friction that heats the oil; the rest goes into rod and crank", within(0, 100)
+    )
     hole_deg: float | None = key(
         "30.0",
         "angle of the hole in the crank pin, from the crank arm's outward direction in the sense of rotation",
@@ -49,3 +71,42 @@ class FilmTable(
     roughness_um: float | None = key(
         "0.4", "of both surfaces together: the root of the sum of the squares of their Rq", not_negative
     )
+    boundary_friction: float | None = key(
+        "0.1", "coefficient of friction where the surfaces touch", within(0, 1)
+    )
+    lining_MPa: float | None = key(
+        "70.0",
+        "specific load, force over diameter times width, that the lining endures, as its maker says",
+        require_positive,
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        both = (self.viscosity_40C_mPas, self.viscosity_100C_mPas)
+        if both != (None, None):
+            rule, remedy = "is needed at 40 °C and at 100 °C", "Or give an oil by its SAE grade."
+            require(None not in both, "film.viscosity_100C_mPas", both[1], rule, remedy)
+            cold, hot = (math.nan if value is None else value for value in both)
+            rule = f"must be less than that at 40 °C, {cold:g} mPa·s"
+            require(cold > hot, "film.viscosity_100C_mPas", hot, rule)
+        if self.oil is not None:
+            grade(self.oil)
+
+
+def grade(name: str) -> tuple[float, float]:
+    """Least kinematic viscosity at 100 °C, mm²/s, and dynamic one at 150 °C, mPa·s, of an SAE grade.
+
+    Raises
+    ------
+    InvalidValue
+        There is no such grade.
+    """
+    grades = tomllib.loads((files("fea") / "study" / "oils.toml").read_text(encoding="utf-8"))
+    numbers = [each for each in grades if each.isdigit()]
+    parts = _GRADE.fullmatch(name.upper().replace(" ", ""))
+    if parts is None or parts[2] not in numbers:
+        rule = f"is no SAE grade: with or without a winter number (0W to 25W), {', '.join(numbers)}"
+        raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
+    winter = (parts[1] or "").rstrip("-")
+    found = grades.get(f"{winter}-{parts[2]}", grades[parts[2]])
+    return found["kinematic_100_mm2_s"], found["high_shear_150_mPas"]

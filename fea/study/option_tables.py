@@ -18,7 +18,7 @@ from fea.base.choices import (
 )
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
-from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
+from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
 from fea.study.tables import Table, key, not_negative, read_keys, within
 from geometry.dimensions import dimensions
@@ -244,6 +244,11 @@ class AnalysisTable(Table, table="analysis"):
     def pin_load(self) -> str:
         """The pressure that is asked for, or contact, or what takes its place where it cannot be."""
         return self.pressure or (PRESCRIBED if self._excluded else CONTACT)
+
+    @property
+    def needs_film(self) -> bool:
+        """Whether the oil film is computed: for itself, or because it loads the big end."""
+        return self.film or self.pressure == FILM
 
     @property
     def in_contact(self) -> bool:

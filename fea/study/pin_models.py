@@ -47,10 +47,16 @@ _CONTACT = (
     "The pressure on the bores comes from frictionless contact with the pins, without an oil film. The "
     "piston's bosses carry the pin with half a cosine of pressure, constant along their length."
 )
+FILM = "oil-film"
+_FILM = (
+    "The pressure on the big end's bore comes from its oil film over the crank cycle, as [film] says; the "
+    "piston pin presses on the small end with half a cosine."
+)
 PIN_MODELS: tuple[PinModelEntry, ...] = (
     PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", parse=BorePressure.parse, shown=_SHOWN),
     PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
     PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
+    PinModelEntry(FILM, "fea.pins.film_pins:FilmPins", assumption=_FILM),
     PinModelEntry(CONTACT, "fea.pins.assembly:AssemblyPins", in_contact=True, in_parts=True),
 )
 

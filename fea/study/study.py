@@ -136,8 +136,10 @@ class Study:
                 'cannot be combined with support = "clamped", which replaces the crank pin',
             ),
         ):
-            possible = not (self.analysis.film and excluded)
-            require(possible, "analysis.film", "true", rule, "Leave out the film, or that.")
+            possible = not (self.analysis.needs_film and excluded)
+            name = "analysis.film" if self.analysis.film else "analysis.pressure"
+            value = "true" if self.analysis.film else self.analysis.pressure
+            require(possible, name, value, rule, "Leave out the film, or that.")
 
     def _require_no_remeshing(self) -> None:
         """Refuse what only a mesh of our own can have: another element size, refinement, a symmetry cell."""
@@ -337,7 +339,7 @@ class Study:
         used = {
             "speed": speeds,
             "contact": self.analysis.in_contact,
-            "film": self.analysis.film,
+            "film": self.analysis.needs_film,
             "mesh": self.rod.mesh is None,
         }
         return [name for name, needed in used.items() if not needed]

@@ -1,16 +1,20 @@
 """The oil film of the big end in a run: coarse films on a coarse rod, for seconds."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fea import analyse
 from fea.__main__ import call
-from fea.analysis import film
 from fea.analysis.film import Regime
 from fea.analysis.prepare import prepare
+from fea.film.grid import FilmGrid
 from fea.output.text import read_columns
+from fea.pins import lubrication
 from fea.pins.film import YieldingBore
+from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
@@ -18,13 +22,17 @@ from geometry.errors import InvalidValue
 
 @pytest.fixture
 def coarse(monkeypatch):
-    monkeypatch.setattr(film, "_FINE", (32, 72))
-    monkeypatch.setattr(film, "_COARSE", (24, 48))
+    monkeypatch.setattr(lubrication, "FINE", (32, 72))
+    monkeypatch.setattr(lubrication, "COARSE", (24, 48))
+
+
+HEAD = '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n'
 
 
 def test_a_run_with_its_film(coarse, tmp_path, capsys):
-    out = tmp_path / "run"
-    assert call(["run", "--film", "--size", "14", "--pressure", "bonded", "--out", str(out)]) == 0
+    out, study = tmp_path / "run", tmp_path / "study.toml"
+    study.write_text(f"{HEAD}[speed]\nrpm = 6000\n[film]\nviscosity_mPas = 8.0\nlining_MPa = 60.0\n", "utf-8")
+    assert call(["run", str(study), "--size", "14", "--pressure", "bonded", "--out", str(out)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Oil film, big end: hydrodynamic, at the thinnest 1." in said
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
@@ -38,16 +46,18 @@ def test_a_run_with_its_film(coarse, tmp_path, capsys):
     assert found["flow_l_min"] == pytest.approx(0.35, rel=0.25)
     assert found["lambda_min"] == pytest.approx(found["h_min_um"] / 0.4, rel=1e-5)
     checks = {name: check for name, check in summary["checks"].items() if name.startswith("film_")}
-    assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force"}
+    assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force", "film_heat"}
+    assert found["lining_factor"] == pytest.approx(60.0 / found["specific_load_MPa"], rel=1e-5)
     assert all(check["pass"] for check in checks.values())
     columns = read_columns(out / "film.csv")
     assert list(columns) == [
         "crank_deg", "h_min_um", "p_max_MPa", "eccentricity_x", "eccentricity_y", "power_W",
+        "asperity_percent", "filled_percent",
     ]  # fmt: skip
     assert columns["h_min_um"].min() == pytest.approx(found["h_min_um"], rel=1e-5)
     assert columns["crank_deg"][columns["p_max_MPa"].argmax()] == found["p_max_deg"]
     assert columns["power_W"].mean() == pytest.approx(found["power_W"], rel=1e-5)
-    assert "oil film: assumed viscosity 8 mPa·s (film.viscosity_mPas)" in str(summary["notes"])
+    assert "oil film: assumed roughness 0.4 µm (film.roughness_um)" in str(summary["notes"])
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +78,7 @@ def test_a_bore_yields_alike_on_a_part_of_the_rod_and_on_all_of_it(bores):
 
 
 def test_the_functions_are_orthonormal_on_a_film(bores):
-    grid = film.FilmGrid(25.0, 30.0, 64, 8)
+    grid = FilmGrid(25.0, 30.0, 64, 8)
     means = bores[0].functions.means(grid)
     products = np.tensordot(means, means, axes=((0, 1), (0, 1))) * grid.area * grid.images
     # The means of a wave over cells are smaller than its peaks: of n waves by sin(πn/64)/(πn/64).
@@ -87,28 +97,79 @@ def test_the_regime_follows_from_the_roughness(ratio, regime):
 @pytest.mark.parametrize(
     ("study", "flags", "message"),
     [
-        ("leon-2001-bolted", {}, r"\[assembly\]"),
-        ("leon-2001", {"support": "clamped", "pressure": "cosine-180"}, "clamped"),
+        ("leon-2001-bolted", {"film": True}, r"\[assembly\]"),
+        (
+            "leon-2001",
+            {"support": "clamped", "pressure": "oil-film"},
+            "analysis.pressure = 'oil-film': .*clamped",
+        ),
+        ("leon-2001", {"film": True, "support": "clamped", "pressure": "cosine-180"}, "clamped"),
     ],
 )
 def test_where_no_film_can_be(study, flags, message):
     with pytest.raises(InvalidValue, match=message):
-        Flags(film=True, **flags).applied(load_study(study))
+        Flags(**flags).applied(load_study(study))
 
 
 @pytest.mark.parametrize(
     ("line", "message"),
     [
         ("radial_clearance_um = 1.0", "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm"),
+        ('oil = "5W-35"', "film.oil = '5W-35': is no SAE grade"),
+        ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed at 40 °C and at 100 °C"),
+        ("viscosity_mPas = 0.0", "film.viscosity_mPas = 0: must be positive"),
         ("hole_diameter_mm = 30.0", "film.hole_diameter_mm = 30: must be less than the width"),
     ],
 )
 def test_a_clearance_or_hole_that_does_not_suit_the_bore(line, message, tmp_path, capsys):
     file = tmp_path / "tight.toml"
     file.write_text(
-        '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n[mesh]\nsize_mm = 18\n'
-        f'[analysis]\npressure = "bonded"\nunusual = true\n[film]\n{line}\n',
+        f'{HEAD}[mesh]\nsize_mm = 18\n[analysis]\npressure = "bonded"\nunusual = true\n[film]\n{line}\n',
         encoding="utf-8",
     )
     assert call(["run", str(file)]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def hot():
+    """A run whose stress comes from the film of an oil that warms up."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lubrication, "FINE", (32, 72))
+        patch.setattr(lubrication, "COARSE", (24, 48))
+        study = replace(load_study(), film=FilmTable(oil="0W-40", inlet_C=100.0))
+        yield analyse(study, rpm=6000, size=18.0, pressure="oil-film", cycle=True)
+
+
+def test_stress_comes_from_the_film(hot):
+    assert hot.trusted
+    assert hot.summary.model.pressure == "oil-film"
+    cosine = analyse(load_study(), rpm=6000, size=18.0, pressure="cosine-180")
+    for name, case in cosine.cases.items():
+        # On the shank both are the same load; at the eye of the big end the film gives another stress.
+        x = hot.mesh.points[:, 0]
+        middle = (x > 60) & (x < 90)
+        near = np.abs(hot.cases[name].von_mises - case.von_mises)
+        assert near[middle].max() < 0.03 * case.von_mises[middle].max()
+    assert near[x < 30].max() < 0.02 * case.von_mises[x < 30].max()  # "gas": at rest the pressures agree
+    eye = np.abs(hot.cases["tension"].von_mises - cosine.cases["tension"].von_mises)[x < 30].max()
+    assert eye > 0.05 * cosine.cases["tension"].von_mises[x < 30].max()
+
+
+def test_heat_balances(hot):
+    found = hot.summary.film["big_end"]
+    oil, cycle = hot.speed.film.lubrication.oil, hot.speed.film.cycle
+    carried = oil.carried(found.temperature_C)  # 1.9 MPa/K of engine oils
+    assert carried == pytest.approx(1.9, rel=0.05)
+    rise = 0.8 * found.power_W * 1e3 / (carried * found.flow_l_min * 1e6 / 60)
+    assert found.temperature_C == pytest.approx(100.0 + rise, abs=0.3)
+    assert cycle.bearing.reynolds.oil.viscosity == pytest.approx(oil.at(found.temperature_C).viscosity)
+
+
+def test_a_hole_in_the_load_starves_the_film(coarse):
+    table = FilmTable(viscosity_mPas=12.0, hole_deg=175.0, inlet_bar=3.6)
+    found = analyse(replace(load_study(), film=table), rpm=6200, size=18.0, pressure="bonded", film=True)
+    assert found.summary.film["big_end"].verdict == "starved"
+    assert found.summary.film["big_end"].filled_percent < 33
+    assert found.trusted
+    assert "starved: the supply cannot keep the film full" in str(found.summary.notes)

@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from fea.film.asperities import Asperities
 from fea.film.cycle import JournalLoads, integrate
-from fea.film.grid import FilmGrid, applied
+from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing
-from fea.film.oil import Oil
+from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.solid.errors import FilmError
+from fea.study.film_table import grade
 
 R, C, SPEED = 25.0, 0.025, 7500.0
 THIN = Oil(1e-8)
@@ -129,6 +131,51 @@ def test_pressure_of_an_oil_that_thickens_is_higher():
     assert other > 1.1 * one
 
 
+def test_an_oil_thins_by_astm_d341_and_meets_its_grade():
+    oil = WarmOil((40.0, 100.0), (68.0, 9.1), 860.0, 0.0)
+    kelvin, nu = np.log10([313.15, 373.15]), np.log10(np.log10(np.array([68.0, 9.1]) + 0.7))
+    chart = 10**10 ** np.polyval(np.polyfit(kelvin, nu, 1), math.log10(423.15)) - 0.7
+    assert oil.at(150.0).viscosity / oil.density_at(150.0) == pytest.approx(chart, rel=1e-9)
+    assert oil.at(40.0).viscosity == pytest.approx(68.0 * oil.density_at(40.0))
+    kinematic, sheared = grade("SAE 10w-40")
+    assert (kinematic, sheared) == (12.5, 3.5)
+    assert grade("15W40") == grade("40") == (12.5, 3.7)
+    dynamic = WarmOil.of([(40.0, 58.0), (100.0, 8.5)], 860.0, 0.0)
+    assert dynamic.at(100.0).viscosity == pytest.approx(8.5e-9)
+
+
+def test_asperities_follow_the_integrals_of_greenwood_and_tripp():
+    rough = Asperities(4e-4, 42.0, 0.1)
+    gap = np.array([-8e-4, 0.0, 4e-4, 1.2e-3, 3e-3])
+
+    def mean(power, x):
+        return quad(lambda s: (s - x) ** power * math.exp(-s * s / 2), x, x + 12)[0] / math.sqrt(2 * math.pi)
+
+    pressure, slope = rough.pressure(gap)
+    assert pressure == pytest.approx([*(42 * mean(2.5, h / 4e-4) for h in gap[:4]), 0.0], rel=1e-7)
+    step = 1e-9
+    assert slope == pytest.approx((rough.pressure(gap + step)[0] - pressure) / step, rel=1e-4)
+    space, share = rough.space(gap)
+    assert space == pytest.approx([4e-4 * mean(1, -h / 4e-4) for h in gap[:4]] + [3e-3], rel=1e-7)
+    assert share == pytest.approx((rough.space(gap + step)[0] - space) / step, rel=1e-4)
+
+
+def test_rough_surfaces_carry_what_the_film_cannot():
+    """A journal that hardly turns sinks into the asperities until they carry it."""
+    rough = replace(bearing(), asperities=Asperities(8e-4, 42.0, 0.1))
+    state, load = rough.start(), np.array([2000.0, 0.0])
+    supply = Supply(rough.reynolds.grid.groove(math.pi, 0.2), 1e-4)
+    for speed in (SPEED, SPEED / 10, SPEED / 1e3, SPEED / 1e6):
+        state = rough.solve(state, Conditions(speed, supply), load=load)
+        assert rough.reynolds.grid.resultant(state.pressure) == pytest.approx(load, rel=1e-9, abs=1e-6)
+    assert state.touching.sum() > 0.999 * state.pressure.sum() > 0
+    assert state.gap.min() > 0
+    force, power = rough.friction(state, SPEED / 1e6)
+    pressed = state.touching.sum() * rough.reynolds.grid.area * 2
+    assert force == pytest.approx(0.1 * pressed, rel=1e-3)
+    assert power == pytest.approx(force * SPEED / 1e6, rel=1e-2)
+
+
 def test_a_film_that_cannot_carry_the_load_is_an_error():
     film = bearing()
     with pytest.raises(FilmError, match="oil film"):
@@ -151,6 +198,6 @@ def test_derivatives_are_those_of_the_balance():
         (balance.by_gap, by[1], reynolds.balance(at, gap + small * C * by[1], conditions)),
     ):
         scale = 1.0 if entries is balance.by_film else C
-        predicted = applied(entries, scale * change[..., None])[..., 0]
+        predicted = reynolds.stencil.applied(entries, scale * change[..., None])[..., 0]
         found = (other.excess - balance.excess) / small
         assert found == pytest.approx(predicted, abs=1e-4 * np.abs(predicted).max())

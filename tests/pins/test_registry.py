@@ -38,7 +38,7 @@ def test_a_report_tells_what_a_registered_model_assumes(registered, tmp_path):
 
 
 def test_an_unknown_model_is_refused_with_the_names_of_all(registered):
-    with pytest.raises(InvalidValue, match=r"cosine-180, .*, bonded, contact or even"):
+    with pytest.raises(InvalidValue, match=r"cosine-180, .*, bonded, contact, oil-film or even"):
         pin_model("glued")
     with pytest.raises(InvalidValue, match="between 1 and 180"):
         pin_model("cosine-200")

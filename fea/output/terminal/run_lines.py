@@ -108,7 +108,9 @@ def film_lines(summary: Summary) -> list[str]:
         f"± {bar(film.h_min_error_percent)} % at {film.h_min_deg:.0f}°"
         f"{'' if film.lambda_min is None else f', {film.lambda_min:.1f} times the roughness'}; at most "
         f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} % at {film.p_max_deg:.0f}°; friction "
-        f"{film.power_W:.0f} W, oil {film.flow_l_min:.2g} l/min."
+        f"{film.power_W:.0f} W, oil {film.flow_l_min:.2g} l/min"
+        f"{'' if film.temperature_C is None else f' at {film.temperature_C:.0f} °C'}."
+        f"{'' if film.asperity_percent < 1 else f' Asperities carry up to {film.asperity_percent:.0f} %.'}"
         for end, film in (summary.film or {}).items()
     ]
 

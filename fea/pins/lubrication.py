@@ -1,0 +1,209 @@
+"""The oil film of the big end's bearing: what the study says of it, completed, and its cycles."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fea.base.note import Note, assumption, assumptions, warning
+from fea.base.units import BAR, DEG, UM
+from fea.film.asperities import Asperities
+from fea.film.cycle import MOST_CYCLES, FilmCycle, HeatBalance, JournalLoads, integrate
+from fea.film.grid import FilmGrid
+from fea.film.journal import Bearing
+from fea.film.oil import Oil, WarmOil
+from fea.film.reynolds import Reynolds
+from fea.pins.film import YieldingBore
+from fea.pins.fits import BIG_CLEARANCE, STEEL
+from fea.pins.model import Structure
+from fea.study import film_table as assumed
+from fea.study.option_tables import CRANK_PIN
+from geometry.arrays import Floats
+from geometry.errors import require
+from loads.crank_cycle import CrankCycle
+from loads.gas import CYCLE
+
+# Cells around the bore and steps of the cycle; and those of a coarser film, from which the error follows.
+FINE, COARSE = (64, 180), (48, 120)
+# Cells over half the width, unless those around the bore are longer.
+_MOST_ALONG, _LEAST_ALONG = 12, 4
+# Clearance over radius: beyond, the film is not thin, or there is none.
+_CLEARANCES = (1e-4, 1e-2)
+MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
+TOPIC = "oil film"
+# What says how thick the oil is, the first of them first.
+_VISCOSITIES = ("viscosity_mPas", "viscosity_100C_mPas", "oil")
+# σβη and σ/β, by which asperities are stiff: usual of machined steel are 0.03 to 0.07 and 1e-4 to 1e-2,
+# figures that could not be checked against a paper.
+_CROWDING, _SLOPE = 0.05, 1e-3
+
+
+@dataclass(frozen=True)
+class Lubrication:
+    """What [film] says of the bearing, completed."""
+
+    oil: Oil | WarmOil  #: at the temperature of the film, or of which this follows from the heat
+    clearance: float  #: radial, mm
+    inlet: float  #: MPa
+    inlet_temperature: float  #: °C
+    heat: float  #: share of the friction power that the oil carries away
+    hole: float  #: angle from the crank arm's outward direction, rad
+    hole_diameter: float  #: mm
+    asperities: Asperities | None
+    lining: float | None  #: specific load that it endures, MPa
+    notes: tuple[Note, ...]
+
+    @classmethod
+    def of(cls, structure: Structure) -> "Lubrication":
+        """Complete what the study says.
+
+        Raises
+        ------
+        InvalidValue
+            With this clearance there is no film, or the oil hole is wider than the bore.
+        """
+        bores, table, said = structure.bores, structure.film, list[str]()
+
+        def given(value: float | None, default: float, what: str, unit: str) -> float:
+            if value is None:
+                said.append(f"{what} {default:.3g} {unit}")
+            return default if value is None else value
+
+        radius, fit = bores.big_radius, structure.contact.big_end_clearance_mm
+        clearance = table.radial_clearance_um
+        if clearance is None and fit is not None:
+            clearance = fit / 2 / UM
+        default = BIG_CLEARANCE * radius / UM
+        clearance = given(clearance, default, "radial clearance", "µm (film.radial_clearance_um)")
+        least, most = (share * radius / UM for share in _CLEARANCES)
+        rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or the oil is no film"
+        remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
+        require(least <= clearance <= most, "film.radial_clearance_um", float(clearance), rule, remedy)
+        alpha = given(
+            table.piezoviscosity_1_GPa,
+            assumed.PIEZOVISCOSITY_1_GPA,
+            "piezoviscosity",
+            "1/GPa (film.piezoviscosity_1_GPa)",
+        )
+        oil, warm, heat = _oil(table, alpha * _PER_GPA), 0.0, 0.0
+        if isinstance(oil, WarmOil):
+            if table.oil is None and table.viscosity_100C_mPas is None:
+                said.append(f"oil {assumed.OIL} (film.oil)")
+            warm = given(table.inlet_C, assumed.INLET_C, "inlet at", "°C (film.inlet_C)")
+            text = "heat into the oil"
+            heat = given(table.heat_percent, assumed.HEAT_PERCENT, text, "% (film.heat_percent)") / 100
+        twice = [key for key in _VISCOSITIES if getattr(table, key) is not None]
+        unused = [
+            warning(f"film.{key} is not used: film.{twice[0]} says the viscosity", TOPIC) for key in twice[1:]
+        ]
+        inlet = given(table.inlet_bar, assumed.INLET_BAR, "oil pressure", "bar (film.inlet_bar)")
+        hole = given(table.hole_deg, assumed.HOLE_DEG, "oil hole at", "° (film.hole_deg)")
+        diameter = given(table.hole_diameter_mm, assumed.HOLE_MM, "oil hole of", "mm (film.hole_diameter_mm)")
+        rule = f"must be less than the width of the big end's bore, {bores.big_width:.4g} mm"
+        require(diameter < bores.big_width, "film.hole_diameter_mm", diameter, rule)
+        rough = given(table.roughness_um, assumed.ROUGHNESS_UM, "roughness", "µm (film.roughness_um)")
+        rubs = assumed.BOUNDARY_FRICTION if table.boundary_friction is None else table.boundary_friction
+        return cls(
+            oil=oil,
+            clearance=clearance * UM,
+            inlet=inlet * BAR,
+            inlet_temperature=warm,
+            heat=heat,
+            hole=hole * DEG,
+            hole_diameter=diameter,
+            asperities=_asperities(rough * UM, structure, rubs) if rough else None,
+            lining=table.lining_MPa,
+            notes=(*unused, *assumptions(TOPIC, said), *_LIMITS),
+        )
+
+
+_LIMITS = (
+    assumption(
+        "the film has one temperature, that of the oil that leaves; the crank pin is rigid, round and "
+        "parallel to the bore",
+        TOPIC,
+    ),
+)
+
+
+def _oil(table: assumed.FilmTable, piezoviscosity: float) -> Oil | WarmOil:
+    if table.viscosity_mPas is not None:
+        return Oil(table.viscosity_mPas * MPAS, piezoviscosity)
+    if table.viscosity_40C_mPas is not None and table.viscosity_100C_mPas is not None:
+        dynamic = ((40.0, table.viscosity_40C_mPas), (100.0, table.viscosity_100C_mPas))
+        return WarmOil.of(dynamic, assumed.DENSITY_15_KG_M3, piezoviscosity)
+    kinematic, sheared = assumed.grade(table.oil or assumed.OIL)
+    oil = WarmOil.of(((150.0, sheared),), assumed.DENSITY_15_KG_M3, piezoviscosity)
+    return replace(oil, temperatures=(100.0, 150.0), kinematic=(kinematic, *oil.kinematic))
+
+
+def _asperities(roughness: float, structure: Structure, friction: float) -> Asperities:
+    """Those of steel surfaces, between the rod's material and that of the crank pin."""
+    pin, rod = structure.pin_stiffness.get(CRANK_PIN, STEEL), structure.materials[0]
+    yields = (1 - pin[1] ** 2) / pin[0] + (1 - rod.poissons_ratio**2) / rod.youngs_modulus
+    return Asperities.of(roughness, _CROWDING, _SLOPE, 1 / yields, friction)
+
+
+class Films:
+    """The films of the big end of a rod, each computed once: by the speed, rad/s."""
+
+    def __init__(self, structure: Structure) -> None:
+        self._structure = structure
+        self._pairs: dict[float, tuple[FilmCycle, FilmCycle]] = {}
+
+    @cached_property
+    def bore(self) -> YieldingBore:
+        """How the bore yields to the pressure of a film."""
+        with self._structure.clock("film"):
+            return YieldingBore.of(self._structure)
+
+    @cached_property
+    def lubrication(self) -> Lubrication:
+        """What the study says, completed."""
+        return Lubrication.of(self._structure)
+
+    def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle]:
+        """The film over a crank cycle, and a coarser one.
+
+        Raises
+        ------
+        InvalidValue
+            A value of [film] does not suit the bore.
+        FilmError
+            The film was not solved.
+        """
+        if cycle.speed not in self._pairs:
+            bore = self.bore
+            with self._structure.clock("film"):
+                coarse = self._integrated(cycle, bore, COARSE, None)
+                self._pairs[cycle.speed] = self._integrated(cycle, bore, FINE, coarse), coarse
+        return self._pairs[cycle.speed]
+
+    def _integrated(
+        self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int], before: FilmCycle | None
+    ) -> FilmCycle:
+        bores, said, (cells, steps) = self._structure.bores, self.lubrication, size
+        along = round(bores.big_width / 2 / (2 * math.pi * bores.big_radius / cells))
+        grid = FilmGrid(bores.big_radius, bores.big_width, cells, min(max(along, _LEAST_ALONG), _MOST_ALONG))
+        instants, heat, oil = cycle.at(crank_angles(steps)), None, said.oil
+        if isinstance(oil, WarmOil):
+            heat, oil = HeatBalance(oil, said.inlet_temperature, said.heat), oil.at(said.inlet_temperature)
+        bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities)
+        acting = JournalLoads(
+            period=CYCLE / cycle.speed,
+            load=instants.crank.T,
+            speed=(cycle.speed - instants.angular_velocity) * bores.big_radius,
+            inlet=said.inlet,
+            hole_diameter=said.hole_diameter,
+            # The crank arm is turned by θ, and the rod by −β.
+            hole_angle=instants.crank_angle + instants.motion.rod_angle + said.hole,
+            loaded=bore.caused(instants),
+        )
+        most = 2 if before is not None and before.starved else MOST_CYCLES
+        return integrate(bearing, acting, heat=heat, before=before, most=most)
+
+
+def crank_angles(steps: int) -> Floats:
+    """Crank angles (steps,) of a cycle, rad."""
+    return np.linspace(0.0, CYCLE, steps + 1)[:-1]
