@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.prepare import prepare
+from fea.analysis.moving import MovingRod
 from fea.apps.optimise.limits import Limit, limits, required
 from fea.apps.optimise.record import Record
 from fea.apps.optimise.variables import Variables
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
 from fea.machine.clock import Clock
-from fea.rod.discretise import moved
-from fea.rod.meshed_rod import MeshedRod
 from geometry.arrays import Floats
 from geometry.errors import GeometryError
 from mesh.tetmesh import MeshError
@@ -67,7 +65,7 @@ class _Made:
     x: Floats
     number: int
     coarsest: float
-    mesh: MeshedRod | None = None
+    moving: MovingRod | None = None
 
 
 class Designs:
@@ -151,18 +149,21 @@ class Designs:
         if self._morphing:
             study = self.variables.study_at(x)
             base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
-            if base.mesh is None:
-                base.mesh = self._adapted(base.x, base.coarsest).rod.mesh
-            mesh = moved(base.mesh, study.rod)
+            if base.moving is None:
+                base.moving = MovingRod(self._adapted(base.x, base.coarsest).rod.mesh)
+            for other in self._made:  # of the factors only one is kept
+                if other.moving is not None and other is not base:
+                    other.moving.forget()
+            mesh = base.moving.mesh(study)
             if mesh is not None:
-                return Adapted(prepare(study, mesh=mesh)), base.number, False
+                return Adapted(base.moving.prepared(study, mesh)), base.number, False
         return *self._meshed(x), True
 
     def _meshed(self, x: Floats) -> tuple[Adapted, int]:
         """The rod on a mesh of its own, to which others may be moved, and the number of the mesh."""
         adapted = self._adapted(x, self._coarsest)
         self._meshes += 1
-        self._made.append(_Made(x, self._meshes, self._coarsest, adapted.rod.mesh))
+        self._made.append(_Made(x, self._meshes, self._coarsest, MovingRod(adapted.rod.mesh)))
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
         return adapted, self._meshes
 

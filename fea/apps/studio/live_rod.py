@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.moving import MovingRod
+from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.dimensions import LiveDimension, Range, dimensions, feasible
@@ -18,9 +19,7 @@ from fea.apps.studio.operation import Operation, applied
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import Surface
-from fea.rod.discretise import moved
 from fea.rod.meshed_rod import MeshedRod
-from fea.solvers.static import Symbolic
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
 from fea.study.pin_models import PRESCRIBED
@@ -71,7 +70,6 @@ class LiveRod:
         self.dimensions: tuple[LiveDimension, ...] = dimensions(study)
         self.base_design = {each.name: each.value for each in self.dimensions}
         self.base = -1
-        self._symbolic: Symbolic | None = None
         self._last: tuple[Operation, Loaded] | None = None
         self._unreached: dict[str, tuple[float, float]] = {}
         self._meshed(self.base_design, self.operation)
@@ -203,7 +201,7 @@ class LiveRod:
 
     def _moved(self, study: Study) -> MeshedRod | None:
         """The mesh moved to a study's rod; None where it cannot follow."""
-        return self._mesh if study.rod == self._of else moved(self._mesh, study.rod)
+        return self._mesh if study.rod == self._of else self._moving.mesh(study)
 
     def _meshed(self, design: Design, operation: Operation) -> None:
         """Make the mesh that others are moved from."""
@@ -212,32 +210,28 @@ class LiveRod:
         self._mesh, self._of = adapted.rod.mesh, study.rod
         self.surface = Surface.of(self._mesh.whole)
         self.base += 1
-        self._symbolic, self._last = None, None
+        self._last = None
         self._unreached.clear()
         rod, result = adapted.rod, adapted.at(operation.rpm)
+        self._moving = MovingRod(rod.mesh, rod)
         self._followed = Followed(rod, result, self.surface)
         loaded = self._loaded(operation)
         self._anchors = Anchors(self._followed, loaded.elastic)
         self._anchors.add(self._followed.anchor(self._scaled(self._full(design)), loaded, rod, result))
-        self._symbolic = rod.model.handed_on()
 
     def _solved(
         self, design: Design, operation: Operation, study: Study, mesh: MeshedRod, *, cycle: bool
     ) -> Iterator[tuple[PreparedRod, SpeedResult]]:
         """Solve a design on the moved mesh: its load cases, then its cycle; it becomes an anchor."""
-        rod = prepare(study, mesh=mesh, symbolic=self._symbolic)
-        self._symbolic = None
-        try:
-            result = solve_speed(rod, operation.rpm)
-            yield rod, result
-            if cycle:
-                yield rod, with_cycle(rod, result)
-            loaded = self._loaded(operation)
-            if loaded.elastic != self._anchors.elastic:
-                self._anchors = Anchors(self._followed, loaded.elastic)
-            self._anchors.add(self._followed.anchor(self._scaled(design), loaded, rod, result))
-        finally:
-            self._symbolic = rod.model.handed_on()
+        rod = self._moving.prepared(study, mesh)
+        result = solve_speed(rod, operation.rpm)
+        yield rod, result
+        if cycle:
+            yield rod, with_cycle(rod, result)
+        loaded = self._loaded(operation)
+        if loaded.elastic != self._anchors.elastic:
+            self._anchors = Anchors(self._followed, loaded.elastic)
+        self._anchors.add(self._followed.anchor(self._scaled(design), loaded, rod, result))
 
     def _frame(self, design: Design, operation: Operation, label: Label, shown: str) -> Frame:
         return Frame(
