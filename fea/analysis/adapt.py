@@ -95,15 +95,20 @@ def adapt_mesh(
     while True:
         rod = prepare(study, clock, mesh=mesh)
         widest, ratio, results, draft = _solved(rod, deciding, tolerance, again=bool(fields))
-        passes.append(_pass(rod, widest.percent, clock.total - sum(item.seconds for item in passes)))
+        whole, seconds = rod.mesh.whole, clock.total - sum(item.seconds for item in passes)
+        size = {"elements": len(whole.tets), "nodes": len(whole.points)}
+        passes.append(PassFigures(**size, error_percent=widest.percent, seconds=seconds))
         met, wanted = widest.percent <= tolerance, wanted_sizes(rod.mesh, ratio)
-        obstacle = "" if met else _obstacle(rod, wanted, len(passes))
+        growth = Sizing(rod.mesh.meshing.size).growth
+        further = wanted is not None and not met and not rod.options.draft and len(passes) < MAX_PASSES
+        elements = predicted_elements(rod.mesh, wanted, growth) if wanted and further else 0.0
+        obstacle = "" if met else _obstacle(rod, elements, len(passes))
         if listener:
             listener(passes[-1].text(len(passes)))
-            if len(passes) == 1 and wanted is not None and not (met or obstacle):
-                elements = _predicted(rod, wanted)
+            if len(passes) == 1 and not (met or obstacle):
                 listener(
-                    f"draft: safety factor {draft.text}; refining, to about {_rounded(elements)} elements"
+                    f"draft: safety factor {draft.text}; "
+                    f"refining, to about {float(f'{elements:.2g}'):.0f} elements"
                 )
         if met or wanted is None or obstacle:
             break
@@ -198,30 +203,13 @@ def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[F
         yield Factor("fatigue", "", 1 / used.value, used.error_percent)
 
 
-def _pass(rod: PreparedRod, error_percent: float, seconds: float) -> PassFigures:
-    mesh = rod.mesh.whole
-    return PassFigures(
-        elements=len(mesh.tets), nodes=len(mesh.points), error_percent=error_percent, seconds=seconds
-    )
-
-
-def _obstacle(rod: PreparedRod, wanted: SizeField | None, n_passes: int) -> str:
-    """Why there is no further pass; empty where one is possible."""
+def _obstacle(rod: PreparedRod, elements: float, n_passes: int) -> str:
+    """Why there is no further pass, of so many elements (0: none is wanted); empty if one is possible."""
     if rod.options.draft:
         return "this is a draft; without --draft the mesh is refined"
-    if wanted is None or n_passes == MAX_PASSES:
+    if not elements:
         meshes = "1 mesh was" if n_passes == 1 else f"{n_passes} meshes were"
         return f"{meshes} tried; start from a smaller --size"
-    elements = _predicted(rod, wanted)
     if elements > MAX_ELEMENTS:
-        return f"it would take {_rounded(elements)} elements, and the limit is {MAX_ELEMENTS}"
+        return f"it would take {float(f'{elements:.2g}'):.0f} elements, and the limit is {MAX_ELEMENTS}"
     return ""
-
-
-def _rounded(number: float) -> int:
-    """Return a number to two digits."""
-    return int(float(f"{number:.2g}"))
-
-
-def _predicted(rod: PreparedRod, wanted: SizeField) -> float:
-    return predicted_elements(rod.mesh, wanted, Sizing(rod.mesh.meshing.size).growth)

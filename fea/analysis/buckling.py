@@ -1,17 +1,17 @@
 """Buckling in a run: column formulas always, modes of the meshed rod where they are asked for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fea.analysis.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures
+from fea.analysis.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures, figures
 from fea.analysis.modes import moves
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
-from fea.judge.column import Column, Plane, column
+from fea.judge.column import Plane, column
 from fea.rod.meshed_rod import Bores
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
@@ -74,14 +74,14 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     SingularMatrixError
         A factorisation broke down.
     """
-    columns = column_figures(rod, result.loads.cases)
     cases = result.loads.cases
+    columns = column_figures(rod, cases)
     pushed = cases[np.isin(cases.names, _CASES) & (compression(cases) > 0)]
+    alone = BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor)
     if not rod.options.buckling:
-        return BucklingReport(BucklingFigures(column=columns, min_safety_factor=columns.min_safety_factor))
+        return BucklingReport(alone)
     if not len(pushed):
-        figures = BucklingFigures(column=columns, modes={}, min_safety_factor=columns.min_safety_factor)
-        return BucklingReport(figures, notes=(_ONLY_PULLED,))
+        return BucklingReport(replace(alone, modes={}), notes=(_ONLY_PULLED,))
     with rod.clock("buckling"):
         # A buckling load is a multiple of the load; contact is not.
         displacement = rod.equilibrium(pushed, pins=rod.prescribed).solution.displacement
@@ -92,16 +92,22 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     whole = rod.mesh.mirrored
     factors = [mode.factor for mode in every]
     factors += [] if columns.min_safety_factor is None else [columns.min_safety_factor]
-    figures = BucklingFigures(
-        column=columns,
-        modes={name: tuple(_mode(whole, mode) for mode in modes) for name, modes in of_case.items()},
+    with_modes = replace(
+        alone,
+        modes={
+            name: tuple(
+                BucklingModeFigures(factor=mode.factor, moves=moves(whole.mesh.points, _shape(whole, mode)))
+                for mode in modes
+            )
+            for name, modes in of_case.items()
+        },
         shapes_of=worst,
         min_safety_factor=min(factors, default=None),
     )
     shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(of_case[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)
     notes = () if rod.prescribed is rod.pins else (_NO_CONTACT,)
-    return BucklingReport(figures, shapes, {"buckling": check("buckling", residual)}, notes)
+    return BucklingReport(with_modes, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
 def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
@@ -110,12 +116,11 @@ def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
     force = float(compression(worst))
     stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
     material = rod.materials[part_at(rod.mesh.whole, least.x)]
-    planes = {
-        plane.value: _plane(
-            column(plane, stations, least, material.youngs_modulus, material.yield_strength), force
-        )
-        for plane in Plane
-    }
+    planes = {}
+    for plane in Plane:
+        formulas = column(plane, stations, least, material.youngs_modulus, material.yield_strength)
+        factor = formulas.least / force if force else None
+        planes[plane.value] = figures(PlaneFigures, formulas, safety_factor=factor)
     return ColumnFigures(
         force_N=force, case=worst.name if force else None, least_area_mm2=least.area, planes=planes
     )
@@ -124,20 +129,6 @@ def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
 def compression(cases: Instants) -> Floats:
     """Return the larger force that compresses the rod, at either end, N; 0 where it is pulled."""
     return np.maximum(0.0, -np.minimum(cases.pin_axial, cases.crank_axial))
-
-
-def _plane(formulas: Column, force: float) -> PlaneFigures:
-    return PlaneFigures(
-        slenderness=formulas.slenderness,
-        euler_N=formulas.euler,
-        johnson_N=formulas.johnson,
-        rankine_N=formulas.rankine,
-        safety_factor=formulas.least / force if force else None,
-    )
-
-
-def _mode(whole: MirroredMesh, mode: BucklingMode) -> BucklingModeFigures:
-    return BucklingModeFigures(factor=mode.factor, moves=moves(whole.mesh.points, _shape(whole, mode)))
 
 
 def _shape(whole: MirroredMesh, mode: BucklingMode) -> Floats:

@@ -1,6 +1,5 @@
 """The commented study of an engine of the library, with a parametric rod of the engine's length."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from fea.analysis.rod_report import fitted
@@ -42,14 +41,19 @@ def engine_study(name: str) -> str:
 
 def _rod(preset: EnginePreset) -> str:
     bores = "".join(f"{_line(key, preset.rod[key])}\n" for key in _BORES)
-    targets = _published(preset)
+    targets = {key: preset.rod[key] for key in _TARGETS if key in preset.rod and not preset.rod[key].assumed}
     if not targets:
         said = "# Not published, and assumed: all other dimensions follow from these in usual proportions.\n"
         return f"[rod]\n{bores}{said}"
     goals = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in targets.items())
     start = parse_study(f"[rod]\n{bores}\n{_MATERIAL}", preset.name, Path())
-    table, found = fitted(start, _FREE, *(_number(targets.get(key)) for key in _TARGETS))
-    rest = {key: _rounded(value) for key, value in table.as_dict().items() if key not in _BORES}
+    goal = [float(targets[key].value) if key in targets else None for key in _TARGETS]
+    table, found = fitted(start, _FREE, *goal)
+    rest = {
+        key: value if isinstance(value, str) else float(f"{value:.6g}")
+        for key, value in table.as_dict().items()
+        if key not in _BORES
+    }
     said = f"# These are published as well; {found.text()} with the dimensions below, which are assumed:\n"
     return f"[rod]\n{bores}{said}{goals}{toml_text(rest)}"
 
@@ -60,24 +64,7 @@ def _engine(preset: EnginePreset) -> str:
     return f'[engine]\npreset = "{preset.name}"\n{said}{figures}'
 
 
-def _published(preset: EnginePreset) -> Mapping[str, Figure]:
-    found = {key: preset.rod[key] for key in _TARGETS if key in preset.rod}
-    return {key: figure for key, figure in found.items() if not figure.assumed}
-
-
-def _rounded(value: float | str) -> float | str:
-    return value if isinstance(value, str) else float(f"{value:.6g}")
-
-
-def _number(figure: Figure | None) -> float | None:
-    return None if figure is None else float(figure.value)
-
-
-def _toml(value: float | str) -> str:
-    return toml_text({"x": value}).removeprefix("x = ").rstrip()
-
-
 def _line(key: str, figure: Figure, what: str = "") -> str:
     assumed = "assumed: " if figure.assumed else ""
-    entry = f"{key} = {_toml(figure.value)}"
+    entry = f"{key} = {toml_text({'x': figure.value}).removeprefix('x = ').rstrip()}"
     return f"{entry:<{_COMMENT - 1}} # {what}{assumed}{figure.origin}"

@@ -15,7 +15,7 @@ from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
 from fea.pins.model import Response
 from fea.solid.bore_motion import referred_to_bores
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity
 from fea.solvers.static import Model, Solution
 from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats
@@ -67,13 +67,15 @@ class FieldRecovery:
 
     def _on_cell(self, solved: Equilibrium) -> dict[Parity, list[Floats]]:
         """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
-        solution = solved.solution
-        return {
-            parity: self.recovery.nodal_stress(
-                u, self.materials, parity, _traction(solved.responses, parity), solution.pressure.get(parity)
-            )
-            for parity, u in solution.displacement.items()
-        }
+        stress, solution = {}, solved.solution
+        for parity, u in solution.displacement.items():
+            traction = {
+                surface: np.stack([case.traction[surface].part(parity) for case in solved.responses], axis=-1)
+                for surface in solved.responses[0].traction
+            }
+            pressure = solution.pressure.get(parity)
+            stress[parity] = self.recovery.nodal_stress(u, self.materials, parity, traction, pressure)
+        return stress
 
     def _on_whole(self, stress: Mapping[Parity, Sequence[Floats]]) -> list[Floats]:
         """Stress per part (n_nodes, 6, n_cases) on the whole rod."""
@@ -91,19 +93,19 @@ class FieldRecovery:
         """Recover the fields of each load case, and the stress (n_nodes, 6) of each part, NaN outside it."""
         solution, stress = solved.solution, self._on_cell(solved)
         displacement, tensors = self.displaced(solved), self._on_whole(stress)
-        errors = self.errors(solution.displacement, stress, solution.pressure)
-        cases = [
-            CaseFields(
+        errors, cases = self.errors(solution.displacement, stress, solution.pressure), []
+        for index, (response, error) in enumerate(zip(solved.responses, errors, strict=True)):
+            gap = response.gap
+            fields = CaseFields(
                 displacement=displacement[..., index],
                 error=error,
                 seats=self._seats(response),
-                gap=None if response.gap is None else self._scalar(response.gap),
+                gap=None if gap is None else self.mirrored.scalar(gap.symmetric, gap.antisymmetric),
                 assembly=response.assembly,
                 touch=response.touch,
             )
-            for index, (response, error) in enumerate(zip(solved.responses, errors, strict=True))
-        ]
-        return [(fields, [tensor[..., index] for tensor in tensors]) for index, fields in enumerate(cases)]
+            cases.append((fields, [tensor[..., index] for tensor in tensors]))
+        return cases
 
     def _seats(self, response: Response) -> dict[Surface, SeatFields]:
         seats = {}
@@ -116,14 +118,3 @@ class FieldRecovery:
                 here.vector(traction.symmetric, traction.antisymmetric),
             )
         return seats
-
-    def _scalar(self, field: Split) -> Floats:
-        return self.mirrored.scalar(field.symmetric, field.antisymmetric)
-
-
-def _traction(forces: Sequence[Response], parity: Parity) -> dict[Surface, Floats]:
-    """Traction (n_nodes, 3, n_cases) of one parity on each pressed surface."""
-    return {
-        surface: np.stack([case.traction[surface].part(parity) for case in forces], axis=-1)
-        for surface in forces[0].traction
-    }

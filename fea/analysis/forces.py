@@ -18,7 +18,7 @@ from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.mass import MassProperties, joined
-from loads.dynamics import EngineInstants, WholeEngine, cycle, whole_engine
+from loads.dynamics import EngineInstants, cycle, whole_engine
 from loads.engine import Engine
 from loads.gas import GasModel
 from loads.slider_crank import cycle_angles
@@ -129,23 +129,19 @@ class ForceReport:
 
     def figures(self, study: str) -> "ForceFigures":
         """Return the figures for JSON."""
-        whole = None
-        if self.engine is not None:
-            means = _means(self.engine, self.rpm)
-            whole = EngineForceFigures(extremes=extremes(self.engine, WHOLE_ENGINE), **means)
-        return ForceFigures(
-            study=study,
-            rpm=self.rpm,
-            extremes=extremes(self.first, EXTREMES),
-            **_means(self.first, self.rpm),
-            note=self.note or None,
-            engine=whole,
-        )
+        whole = None if self.engine is None else self._figures(self.engine, WHOLE_ENGINE)
+        first = vars(self._figures(self.first, EXTREMES))
+        return ForceFigures(study=study, rpm=self.rpm, note=self.note or None, engine=whole, **first)
+
+    def _figures(self, table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> "EngineForceFigures":
+        torque = mean_torque(table)
+        power = torque * self.rpm * RPM / 1e3
+        return EngineForceFigures(extremes=extremes(table, names), mean_torque_Nm=torque, mean_power_kW=power)
 
 
 @dataclass(frozen=True, kw_only=True)
 class EngineForceFigures:
-    """Extremes and means of the whole engine."""
+    """Extremes and means of a cylinder or of the whole engine."""
 
     extremes: Mapping[str, Extreme]
     mean_torque_Nm: float
@@ -173,13 +169,26 @@ def force_reports(
     reports = []
     for rpm in speeds:
         if every_cylinder:
-            tables = _engine_tables(whole_engine(engine, rod, gas, rpm * RPM, angles), rpm, angles)
+            whole = whole_engine(engine, rod, gas, rpm * RPM, angles)
+            each = [columns(c, rpm) | {"crank_deg": angles / DEG} for c in whole.cylinders]
+            total: dict[str, npt.ArrayLike] = dict.fromkeys(each[0], np.nan)
+            total |= {
+                "rpm": rpm,
+                "crank_deg": angles / DEG,
+                "torque_Nm": whole.torque / N_M,
+                "shaking_x_N": whole.shaking_x,
+                "shaking_y_N": whole.shaking_y,
+            }
+            tables = tuple({"cylinder": k} | table for k, table in enumerate([total, *each]))
         else:
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
         torque = np.asarray(tables[-1]["torque_Nm"]) * N_M
         notes = (*gas.remarks, gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles), absorbed(gas, torque))
-        told = tuple(warning(text) for text in notes if text)
-        reports.append(ForceReport(rpm, tables, told, _samples(gas, rpm, engine)))
+        samples = None
+        if isinstance(gas, Trace) and gas.source:
+            bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
+            samples = TraceSamples(gas.source, gas.samples / DEG, bar, engine.piston_area * BAR)
+        reports.append(ForceReport(rpm, tables, tuple(warning(text) for text in notes if text), samples))
     return reports
 
 
@@ -197,33 +206,13 @@ def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
     )
 
 
-def _samples(gas: GasModel, rpm: float, engine: Engine) -> TraceSamples | None:
-    if not (isinstance(gas, Trace) and gas.source):
-        return None
-    bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
-    return TraceSamples(gas.source, gas.samples / DEG, bar, engine.piston_area * BAR)
-
-
-def _engine_tables(whole: WholeEngine, rpm: float, angles: Floats) -> tuple[dict[str, npt.ArrayLike], ...]:
-    each = [columns(c, rpm) | {"crank_deg": angles / DEG} for c in whole.cylinders]
-    total: dict[str, npt.ArrayLike] = dict.fromkeys(each[0], np.nan)
-    total |= {
-        "rpm": rpm,
-        "crank_deg": angles / DEG,
-        "torque_Nm": whole.torque / N_M,
-        "shaking_x_N": whole.shaking_x,
-        "shaking_y_N": whole.shaking_y,
-    }
-    return tuple({"cylinder": k} | table for k, table in enumerate([total, *each]))
-
-
 def extremes(table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> dict[str, Extreme]:
-    """Find largest and least values of some columns."""
-    degrees = np.asarray(table["crank_deg"])
-    largest = {}
+    """Find largest and least values of some columns: the first of those that rounding alone tells apart."""
+    degrees, largest = np.asarray(table["crank_deg"]), {}
     for name in names:
         values = np.asarray(table[name])
-        top, bottom = _first(values), _first(-values)
+        rounding = 1e-9 * np.abs(values).max()
+        top, bottom = (int(np.argmax(of >= of.max() - rounding)) for of in (values, -values))
         largest[name] = Extreme(
             max=float(values[top]),
             max_crank_deg=float(degrees[top]),
@@ -233,19 +222,9 @@ def extremes(table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> dict[st
     return largest
 
 
-def _first(values: Floats) -> int:
-    """Index of the largest value, the first of those that rounding alone tells apart."""
-    return int(np.argmax(values >= values.max() - 1e-9 * np.abs(values).max()))
-
-
 def mean_torque(table: dict[str, npt.ArrayLike]) -> float:
     """Mean over the cycle, N·m; its end repeats its start."""
     return float(np.mean(np.asarray(table["torque_Nm"])[:-1]))
-
-
-def _means(table: dict[str, npt.ArrayLike], rpm: float) -> dict[str, float]:
-    torque = mean_torque(table)
-    return {"mean_torque_Nm": torque, "mean_power_kW": torque * rpm * RPM / 1e3}
 
 
 def stacked(reports: Sequence[ForceReport]) -> dict[str, npt.ArrayLike]:
@@ -300,23 +279,18 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
     if rod.mass is not None and rod.length is not None:
         return rod.length, rod.mass
     if rod.mesh is not None:
-        return _of_mesh(study)
+        from fea.analysis.meshing import mesh_study  # noqa: PLC0415 - other rods need no mesh for their forces
+        from fea.solid.inertia import inertia  # noqa: PLC0415
+
+        meshed = mesh_study(study)
+        (material,) = study.materials(meshed.parts)
+        return meshed.bores.rod_length, rod.mass or inertia(meshed.cell, material.density).properties
     solid = drawn_solid(rod)
     materials = study.materials(part.name for part in solid.parts)
     drawn = joined(
         [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
     )
     return solid.bores[1].x, rod.mass or drawn
-
-
-def _of_mesh(study: Study) -> tuple[float, MassProperties]:
-    from fea.analysis.meshing import mesh_study  # noqa: PLC0415 - other rods need no mesh for their forces
-    from fea.solid.inertia import inertia  # noqa: PLC0415
-
-    found = mesh_study(study)
-    (material,) = study.materials(found.parts)
-    own = inertia(found.cell, material.density).properties
-    return found.bores.rod_length, study.rod.mass or own
 
 
 def drawn_solid(rod: RodTable) -> "Solid":

@@ -1,6 +1,6 @@
 """A prepared rod at one speed: solve its load cases, judge the stresses, check everything."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,18 @@ from loads.instants import joined
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
     """Hold mesh, loads, solution and results against the limits of `fea.base.checks`, by name."""
-    values = _of_mesh(rod) | _of_cases(rod, cases) | _of_solution(solved.solution)
+    residuals = list(solved.solution.residuals.values())
+    values = _of_mesh(rod) | {
+        "finite": float(sum(not case.finite for case in cases)),
+        "small_strain": max(_strain(case, rod.materials) for case in cases),
+        "small_displacement": max(case.max_displacement for case in cases) / rod.mesh.bores.rod_length,
+        "section_balance": _section_balance(rod.mid_sections, cases),
+        "backward_error": max(item.backward_error for item in residuals),
+        "energy_balance": max(item.energy for item in residuals),
+        "imbalance": max(item.imbalance for item in residuals),
+    }
+    if solved.solution.condition:
+        values["condition"] = max(solved.solution.condition.values())
     values["bore_pressure_scale"] = max(abs(response.scale - 1) for response in solved.responses)
     if not rod.clamped:  # a clamp takes up forces, so that they need not balance
         values |= _balance(rod.mesh, solved)
@@ -46,25 +57,6 @@ def _of_mesh(rod: PreparedRod) -> dict[str, float]:
     if displacement_only:
         values[f"poissons_ratio_p{order}"] = max(displacement_only)
     return values
-
-
-def _of_cases(rod: PreparedRod, cases: Sequence[CaseResult]) -> dict[str, float]:
-    return {
-        "finite": float(sum(not case.finite for case in cases)),
-        "small_strain": max(_strain(case, rod.materials) for case in cases),
-        "small_displacement": max(case.max_displacement for case in cases) / rod.mesh.bores.rod_length,
-        "section_balance": _section_balance(rod.mid_sections, cases),
-    }
-
-
-def _of_solution(solution: Solution) -> dict[str, float]:
-    residuals = list(solution.residuals.values())
-    values = {
-        "backward_error": max(item.backward_error for item in residuals),
-        "energy_balance": max(item.energy for item in residuals),
-        "imbalance": max(item.imbalance for item in residuals),
-    }
-    return values | ({"condition": max(solution.condition.values())} if solution.condition else {})
 
 
 def _section_balance(sections: Iterable[SectionBalance], cases: Sequence[CaseResult]) -> float:
@@ -137,22 +129,15 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     checks = speed_checks(rod, solved, tuple(cases.values()))
     notes = (
         *rod.mesh.omissions,
-        *_solution_omissions(rod, solved.solution),
+        *_omissions(rod, solved.solution),
         *check_notes(checks),
         *rod.study.unusual_notes(rod.mesh.bores.lengths),
         *loads.notes,
         *rod.mesh.notes,
-        *_pressure_notes(rod),
-        *_rim_notes(rod),
+        *_model_notes(rod),
         *rod.notes,
     )
-    return SpeedResult(
-        rpm=rpm,
-        loads=loads,
-        cases=cases,
-        checks=checks,
-        notes=notes,
-    )
+    return SpeedResult(rpm=rpm, loads=loads, cases=cases, checks=checks, notes=notes)
 
 
 def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
@@ -190,29 +175,19 @@ def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
     }
 
 
-def _solution_omissions(rod: PreparedRod, solution: Solution) -> tuple[Note, ...]:
+def _omissions(rod: PreparedRod, solution: Solution) -> Iterator[Note]:
     """What the loads and the materials spare."""
-    spared = []
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
-        spared.append(omission("antisymmetric part about y = 0", "every load is symmetric about y = 0"))
+        yield omission("antisymmetric part about y = 0", "every load is symmetric about y = 0")
     if not rod.structure.soft and rod.mesh.cell.order > 1:
         why = f"displacement elements do without, as ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
-        spared.append(omission("pressure unknowns", why))
-    return tuple(spared)
+        yield omission("pressure unknowns", why)
 
 
-def _rim_notes(rod: PreparedRod) -> list[Note]:
-    places = [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]
-    text = f"the figures leave out the places near the {', '.join(places)}"
-    return [warning(text, SINGULAR)] if places else []
-
-
-def _pressure_notes(rod: PreparedRod) -> list[Note]:
-    names = list(rod.mesh.parts)
-    return [
-        remark(
-            f"solved with mixed displacement–pressure elements, as ν = {rod.materials[n].poissons_ratio:g}",
-            names[n],
-        )
-        for n in rod.structure.soft
-    ]
+def _model_notes(rod: PreparedRod) -> Iterator[Note]:
+    for number in rod.structure.soft:
+        nu = rod.materials[number].poissons_ratio
+        text = f"solved with mixed displacement–pressure elements, as ν = {nu:g}"
+        yield remark(text, list(rod.mesh.parts)[number])
+    if rims := [f"{rim.name} ({rim.radius:.2g} mm)" for rim in rod.fields.errors.rims]:
+        yield warning(f"the figures leave out the places near the {', '.join(rims)}", SINGULAR)

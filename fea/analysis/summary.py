@@ -100,18 +100,14 @@ def sharp_edge_figures(
     The required safety factor is 1 by default.
     """
     kept = {name: case.sharp_mattering for name, case in cases.items()}
-    names = {place.between: _letter(k) for k, place in enumerate(worst_of_edges(kept.values()))}
-    least = 1.0 if required is None else required
+    least, names = 1.0 if required is None else required, {}
+    for number, place in enumerate(worst_of_edges(kept.values())):  # A, B, …, Z, A1, B1 and so on
+        turn, letter = divmod(number, len(ascii_uppercase))
+        names[place.between] = ascii_uppercase[letter] + (str(turn) if turn else "")
     return {
         name: tuple(_sharp_edge(place, names[place.between], least) for place in places)
         for name, places in kept.items()
     }
-
-
-def _letter(number: int) -> str:
-    """Name the edges A, B, …, Z, A1, B1 and so on."""
-    turn, place = divmod(number, len(ascii_uppercase))
-    return ascii_uppercase[place] + (str(turn) if turn else "")
 
 
 def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigures:
@@ -203,8 +199,14 @@ def summary_of(
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
         ),
-        rod=_rod(rod),
-        engine=_engine(rod),
+        rod=figures(
+            RodFigures,
+            rod.mass,
+            center_of_gravity_mm=rod.mass.center,
+            inertia_kg_m2=rod.mass.inertia_z / KG_M2,
+            length_mm=rod.mesh.bores.rod_length,
+        ),
+        engine=figures(EngineFigures, rod.loading.engine) if isinstance(rod.loading, EngineLoading) else None,
         loads=loads,
         model=_model(rod),
         results=results,
@@ -220,7 +222,12 @@ def summary_of(
         total_s=rod.clock.total,
         peak_memory_MiB=peak_memory(),
         left_out=left_out,
-        environment=_environment(),
+        environment=EnvironmentFigures(
+            versions={"python": platform.python_version(), "conrod-fea": __version__}
+            | {name: version(name) for name in _PACKAGES},
+            platform=platform.platform(),
+            threads=usable_processors(),
+        ),
     )
 
 
@@ -366,20 +373,6 @@ def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
     return figures(QualityFigures, quality, straightened_elements=quality.straightened, **repaired)
 
 
-def _rod(rod: PreparedRod) -> RodFigures:
-    return figures(
-        RodFigures,
-        rod.mass,
-        center_of_gravity_mm=rod.mass.center,
-        inertia_kg_m2=rod.mass.inertia_z / KG_M2,
-        length_mm=rod.mesh.bores.rod_length,
-    )
-
-
-def _engine(rod: PreparedRod) -> EngineFigures | None:
-    return figures(EngineFigures, rod.loading.engine) if isinstance(rod.loading, EngineLoading) else None
-
-
 def _model(rod: PreparedRod) -> ModelFigures:
     whole, meshing = rod.mesh.whole, rod.mesh.meshing
     return ModelFigures(
@@ -397,13 +390,4 @@ def _model(rod: PreparedRod) -> ModelFigures:
         assembly=rod.options.matrix_assembly.value,
         quality=quality_figures(meshing.quality, meshing.repair),
         mesh_from_file=True if meshing.given else None,
-    )
-
-
-def _environment() -> EnvironmentFigures:
-    return EnvironmentFigures(
-        versions={"python": platform.python_version(), "conrod-fea": __version__}
-        | {name: version(name) for name in _PACKAGES},
-        platform=platform.platform(),
-        threads=usable_processors(),
     )

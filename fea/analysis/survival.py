@@ -94,21 +94,16 @@ def factors(
         for edge in case.sharp_edges or ()
     ]
     if envelope is not None:
-        found.append(Factor("yielding", "", envelope.min_safety_factor, _bar_of_least(found)))
+        bar = None
+        if known := [one for one in found if one.error_percent is not None and not one.place]:
+            least, lowest = min(known, key=lambda one: one.value), min(known, key=lambda one: one.low)
+            bar = least.error_percent if least is lowest else 100 * (least.value / lowest.low - 1)
+        found.append(Factor("yielding", "", envelope.min_safety_factor, bar))
         if envelope.min_fatigue_safety_factor is not None:
             found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor))
     if buckling.min_safety_factor is not None:
         found.append(Factor("buckling", "", buckling.min_safety_factor))
     return found if assembly is None else [*found, *_of_assembly(assembly)]
-
-
-def _bar_of_least(factors_of_cases: Sequence[Factor]) -> float | None:
-    """Error bar, percent, of the smallest factor, as low as any may be; None where none has a bar."""
-    known = [factor for factor in factors_of_cases if factor.error_percent is not None and not factor.place]
-    if not known:
-        return None
-    least, lowest = min(known, key=lambda one: one.value), min(known, key=lambda one: one.low)
-    return least.error_percent if least is lowest else 100 * (least.value / lowest.low - 1)
 
 
 def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
@@ -143,12 +138,22 @@ def survival(
         for answer in (Answer.FAILS, Answer.UNDECIDED)
     )
     governing = min(failed or open_ or found, key=lambda factor: factor.low)
+    against = "" if governing.mode == "yielding" else f" against {governing.mode}"
     if failed:
         answer, text = Answer.FAILS, _failed(failed, required)
     elif open_:
-        answer, text = Answer.UNDECIDED, _undecided(governing, least, given_mesh=given_mesh)
+        apart = 100 * abs(governing.value / least - 1)
+        if apart < _CLOSEST_PERCENT:
+            remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
+        else:
+            remedy = f"--tolerance {_AIM * apart:.2g} would decide"
+            remedy = "a finer mesh may decide" if given_mesh else remedy
+        text = f"undecided, safety factor {governing.text}{against} includes {least:g}; {remedy}"
+        answer = Answer.UNDECIDED
     else:
-        answer, text = Answer.SURVIVES, _survived(governing, required)
+        met = f"meets the required safety factor of {required or 1:g}:"
+        met = "survives, safety factor" if required is None else met
+        answer, text = Answer.SURVIVES, f"{met} {governing.text}{against}"
     return SurvivalFigures(
         answer=answer.value,
         text=text,
@@ -168,28 +173,3 @@ def _failed(failed: Sequence[Factor], required: float | None) -> str:
         return "; ".join(said)
     said = [f"{worst[mode].text} against {mode}" for mode in _FAILS if mode in worst]
     return f"below the required safety factor of {required:g}: {', '.join(said)}"
-
-
-def _survived(governing: Factor, required: float | None) -> str:
-    than = (
-        "survives, safety factor"
-        if required is None
-        else f"meets the required safety factor of {required:g}:"
-    )
-    return f"{than} {governing.text}{_against(governing)}"
-
-
-def _undecided(governing: Factor, required: float, *, given_mesh: bool) -> str:
-    """Say which tolerance would decide, or that a finer mesh may."""
-    apart = 100 * abs(governing.value / required - 1)
-    if apart < _CLOSEST_PERCENT:
-        remedy = f"the factor is within {_CLOSEST_PERCENT:g} % of it, within the mesh's accuracy"
-    elif given_mesh:
-        remedy = "a finer mesh may decide"
-    else:
-        remedy = f"--tolerance {_AIM * apart:.2g} would decide"
-    return f"undecided, safety factor {governing.text}{_against(governing)} includes {required:g}; {remedy}"
-
-
-def _against(factor: Factor) -> str:
-    return "" if factor.mode == "yielding" else f" against {factor.mode}"
