@@ -47,7 +47,7 @@ from fea.base.note import CANNOT_GOVERN, Note, by_consequence, doubt, remark
 from fea.base.units import DEG, KG_M2
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
-from fea.judge.fatigue import crossland, fatigue_factor
+from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
@@ -347,6 +347,7 @@ def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
     here = result.regions.at(np.array([node]))
     surface, region = float(here.factors(material)[0]), here.region(0, material)
     factor = fatigue_factor(criterion, mean, amplitude, material, surface)
+    multiaxial = crossland_factors(components[None], material, surface)
     if spot.part == found.fatigue_part[node]:
         mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
         factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
@@ -360,7 +361,7 @@ def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
         stress_ratio=float(ratio[0]),
         safety_factor=float(safety_factor(np.asarray(largest), material.yield_strength)),
         fatigue_safety_factor=None if factor is None else float(factor[0]),
-        crossland_safety_factor=crossland(components, material, surface),
+        crossland_safety_factor=None if multiaxial is None else float(multiaxial[0]),
         endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
         surface_region=None if region is None else region.value,
         history_MPa=tuple(spot.signed.tolist()),

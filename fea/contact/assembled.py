@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.contact.active_set import Contact, ContactSystem
+from fea.contact.active_set import ContactSystem
 from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
 from fea.contact.guess import Guess, Places
@@ -129,8 +129,12 @@ class Assembled:
         with one_blas_thread():
             self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
             self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
-            self.tightened = self._tightened()
-            self.start = self.tightened if warming is None else self._warmed(warming)
+            self.tightened = self.start = self._tightened()
+            if warming is not None:
+                self._made = self._made + self._expansion(warming)
+                warm = self.step(self._idle, self.tightened)
+                absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
+                self.start = replace(warm, guess=replace(warm.guess, touching=absent))
 
     def _numbers(self, items: Iterable[int]) -> Ints:
         """Unknowns of bores, faces and bolts, by their place among all of these."""
@@ -163,7 +167,19 @@ class Assembled:
         self._made[bolts] -= gap[bolts]
         self._made[self.pins] -= gap[self.pins] - self.problem.initial[self.pins]
         gap[locked] = 0.0
-        return self._frictionless(values, gap, contact)
+        places = np.concatenate([normal, bolts])
+        opened = values[places] <= 0
+        gap[places[~opened]] = 0.0
+        return ContactState(
+            load=self._idle,
+            values=values,
+            gap=gap[self._condensed.interface],
+            guess=replace(Guess.closed(len(self.pins), len(places)), opened=opened),
+            loose=np.zeros(len(self._condensed.free[1])),
+            residual=contact.residual,
+            imbalance=contact.imbalance,
+            changes=contact.changes,
+        )
 
     @property
     def interface(self) -> Ints:
@@ -174,13 +190,6 @@ class Assembled:
     def _idle(self) -> Load:
         idle = np.zeros(self.problem.loaded.shape[1])
         return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]), idle)
-
-    def _warmed(self, warming: Warming) -> ContactState:
-        """Let parts, bolts and pins expand, without any load."""
-        self._made = self._made + self._expansion(warming)
-        warm = self.step(self._idle, self.tightened)
-        absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
-        return replace(warm, guess=replace(warm.guess, touching=absent))
 
     def _expansion(self, warming: Warming) -> Floats:
         """Moments (n,) of the gaps that free expansion opens."""
@@ -193,22 +202,6 @@ class Assembled:
                 bolt.share * growth for bolt, growth in zip(problem.bolts, warming.bolts, strict=True)
             ]
         return problem.gaps(even)
-
-    def _frictionless(self, values: Floats, gap: Floats, contact: Contact) -> ContactState:
-        places = np.concatenate([self.vertices.normal, self.bolts])
-        opened = values[places] <= 0
-        gap[places[~opened]] = 0.0
-        guess = Guess.closed(len(self.pins), len(places))
-        return ContactState(
-            load=self._idle,
-            values=values,
-            gap=gap[self._condensed.interface],
-            guess=replace(guess, opened=opened),
-            loose=np.zeros(len(self._condensed.free[1])),
-            residual=contact.residual,
-            imbalance=contact.imbalance,
-            changes=contact.changes,
-        )
 
     def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:
         """Steps of the rod, or of one end while the other sticks: `together` joins their states."""

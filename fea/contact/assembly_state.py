@@ -101,13 +101,10 @@ class Touch:
     @classmethod
     def of(cls, pressure: Floats, angle: Floats, z: Floats) -> "Touch":
         """Find it from pressures (n,), MPa, at angles (n,), rad, and places (n,) along the bore, mm."""
-        largest = int(pressure.argmax())
+        largest, arc = int(pressure.argmax()), 0.0
         touching = np.sort(angle[pressure > 0])
-        if touching.size < 2:
-            return cls(float(pressure[largest]), float(angle[largest]), float(z[largest]), 0.0)
-        gaps = np.diff(np.append(touching, touching[0] + 2 * np.pi))
-        every = np.diff(np.unique(np.round(angle, 6)))
-        open_arc = gaps.max() if gaps.max() > 2.5 * np.median(every) else 0.0
-        return cls(
-            float(pressure[largest]), float(angle[largest]), float(z[largest]), float(2 * np.pi - open_arc)
-        )
+        if touching.size > 1:
+            gaps = np.diff(np.append(touching, touching[0] + 2 * np.pi))
+            every = np.diff(np.unique(np.round(angle, 6)))
+            arc = 2 * np.pi - float(gaps.max() if gaps.max() > 2.5 * np.median(every) else 0.0)
+        return cls(float(pressure[largest]), float(angle[largest]), float(z[largest]), arc)

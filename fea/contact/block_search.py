@@ -33,7 +33,7 @@ class Correction:
         self._seen = set[bytes]()
         self._least = np.zeros(3)
         self._eager = _EAGER
-        self._round = False
+        self.in_circle = False  #: whether single changes, too, return to a guess
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
@@ -49,32 +49,16 @@ class Correction:
             wrong.append(worst if number <= kind else np.zeros_like(worst))
         better = trial.corrected(*wrong)
         if any(violation.any() for violation in wrong):
-            self._remember(better, kind)
+            key = np.packbits(np.concatenate([better.touching, better.opened, better.slipping])).tobytes()
+            returned = key in self._seen
+            self._seen = {key} if returned else self._seen | {key}
+            if returned and self._eager > 0:
+                self._eager = 0
+            elif returned:
+                self.in_circle = self.in_circle or bool(self._least[kind] == 1)
+                halfway = (1 + self._least[kind]) / 2
+                self._least[kind] = halfway if halfway < _SINGLE else 1.0
         return better
-
-    def hopeless(self, trial: Trial) -> bool:
-        """Whether no correction leads on: a place is wrong when it is open, and also when it is closed.
-
-        This is so where slip is given that friction does not allow: single changes run in a circle.
-        """
-        return self._round and not trial.block.rubs
-
-    def _remember(self, guess: Guess, kind: int) -> None:
-        key = _key(guess.touching, guess.opened, guess.slipping)
-        if key not in self._seen:
-            self._seen.add(key)
-            return
-        self._seen = {key}
-        if self._eager > 0:
-            self._eager = 0
-            return
-        self._round = self._round or bool(self._least[kind] == 1)
-        halfway = (1 + self._least[kind]) / 2
-        self._least[kind] = halfway if halfway < _SINGLE else 1.0
-
-
-def _key(*masks: Mask) -> bytes:
-    return np.packbits(np.concatenate(masks)).tobytes()
 
 
 # States that are tried at most.
@@ -120,7 +104,8 @@ class BlockSearch:
             balance = trial.imbalance <= BALANCE or not block.R.size
             if better is None and balance:
                 return trial, change
-            if correction.hopeless(trial):
+            # Where slip is given that friction does not allow, a place is wrong whether open or closed.
+            if correction.in_circle and not trial.block.rubs:
                 break
             guess = better or guess
             if not balance and change == 1:

@@ -1,6 +1,6 @@
 """Small dense systems, solved again and again while their matrix changes little."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -73,27 +73,16 @@ def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Fl
     """
     if not len(side):
         return side, None
-    for rough in _rough(matrix, near):
-        solution = rough.refined(matrix, side)
-        if solution is not None:
-            return solution, rough
-    factor = Factor.of(matrix)
-    if factor is not None and _conditioned(matrix, factor):
-        return factor.solve(side), factor
-    return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0]), None
-
-
-def _rough(matrix: Floats, near: Factor | None) -> Iterator[Factor]:
-    """Yield factors that are nearly those of a matrix; in single precision if every motion is resisted."""
-    if near is not None:
-        yield near
+    if near is not None and (solution := near.refined(matrix, side)) is not None:
+        return solution, near
     single = Factor.of(matrix.astype(np.float32), overwrite=True)
     if single is not None and single.least_pivot > _SAFE_SINGLE:
-        yield single
-
-
-def _conditioned(matrix: Floats, factor: Factor) -> bool:
-    """Whether every motion is resisted."""
-    if factor.least_pivot > _SAFE:
-        return True
-    return bool(lapack.dgecon(factor.triangles, np.abs(matrix).sum(axis=1).max())[0] > _SINGULAR)
+        solution = single.refined(matrix, side)
+        if solution is not None:
+            return solution, single
+    factor = Factor.of(matrix)
+    if factor is not None:
+        norm = np.abs(matrix).sum(axis=1).max()
+        if factor.least_pivot > _SAFE or lapack.dgecon(factor.triangles, norm)[0] > _SINGULAR:
+            return factor.solve(side), factor
+    return np.asarray(np.linalg.lstsq(matrix, side, rcond=_SINGULAR)[0]), None

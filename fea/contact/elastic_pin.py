@@ -127,13 +127,21 @@ class ElasticPin:
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
         surface = _AXES * np.argsort(self._order)[self._outer[: len(self.stations)]]
         load[surface, np.arange(len(surface))] = 1.0
-        squeezed = self._carried()
+        carrying = np.zeros(
+            (self._basis.N, _AXES)
+        )  # ∫ N R dz of a pressure of 1 MPa on the support, per angle
+        if self._pin.carried is not None:
+            carrying[self._outer, 0] = self._along(*self._pin.carried)
+        squeezed = carrying[self._order].ravel()
         for order in orders.tolist():
             around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
             load[:, -1] = around * squeezed
             K0, K1, K2 = self._terms
             held = self._held(order)[self._order].ravel()
-            K = _constrained_band(around * (K0 + order * K1 + order**2 * K2), held)
+            K = around * (K0 + order * K1 + order**2 * K2)  # the lower band, (width, n)
+            free = np.append(~held, np.zeros(len(K) - 1, dtype=bool))
+            K = np.where(sliding_window_view(free, len(K)).T & ~held, K, 0.0)
+            K[0, held] = 1.0
             factor = cholesky_banded(K, lower=True, overwrite_ab=True, check_finite=False)
             sides = np.where(held[:, None], 0.0, load)
             moved = cho_solve_banded((factor, True), sides, overwrite_b=True, check_finite=False)
@@ -154,13 +162,6 @@ class ElasticPin:
         nowhere = np.zeros(len(self.stations))
         for order in range(highest + 1):
             yield known.get(order) or Harmonic(order, between(order) / order, nowhere)
-
-    def _carried(self) -> Floats:
-        """Radial forces ∫ N R dz of a pressure of 1 MPa on the support, per angle, in order."""
-        forces = np.zeros((self._basis.N, _AXES))
-        if self._pin.carried is not None:
-            forces[self._outer, 0] = self._along(*self._pin.carried)
-        return forces[self._order].ravel()
 
     def _along(self, near: float, far: float) -> Floats:
         """Radial forces (n_outer,) of 1 MPa on the surface between two stations, per angle."""
@@ -198,14 +199,6 @@ def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
     lengths = ratio ** np.arange(count)
     inside = start + (end - start) * np.cumsum(lengths)[:-1] / lengths.sum()
     return np.concatenate([[start], inside, [end]])
-
-
-def _constrained_band(lower: Floats, held: Mask) -> Floats:
-    """Replace rows and columns of `held` (n,) in the lower band (width, n) by those of the unit matrix."""
-    free = np.append(~held, np.zeros(len(lower) - 1, dtype=bool))
-    lower = np.where(sliding_window_view(free, len(lower)).T & ~held, lower, 0.0)
-    lower[0, held] = 1.0
-    return lower
 
 
 def _stiffness_terms(basis: Basis, E: float, nu: float, order: Ints) -> tuple[Floats, ...]:

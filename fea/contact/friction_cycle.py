@@ -52,7 +52,9 @@ class FrictionCycle:
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
             try:
                 begun = [pool.submit(end.go_through, instants, pool) for end in self._ends]
-                states = [dict(_states_of(end.result())) for end in begun]
+                states = [
+                    dict(chain.from_iterable(part.result().items() for part in end.result())) for end in begun
+                ]
             finally:
                 pool.shutdown(cancel_futures=True)
         return [self._assembled.together([of_end[k] for of_end in states]) for k in range(len(loads))]
@@ -71,10 +73,6 @@ class _Instants:
 
 
 _Parts = Sequence[Future[dict[int, ContactState]]]
-
-
-def _states_of(parts: _Parts) -> Iterator[tuple[int, ContactState]]:
-    return chain.from_iterable(part.result().items() for part in parts)
 
 
 class _CycleOfEnd:

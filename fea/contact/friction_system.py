@@ -170,10 +170,11 @@ class Steps:
         calm = _CALM * max(self._pressed(offsets, guess), self._exact.elsewhere)
         offsets = replace(offsets, least=max(calm, offsets.least))
         parts = [offsets.of(block.pins, block.interface, block.motions) for block in blocks]
-        guesses = [
-            _begun(block, part, guess.of(block.pins, block.sites))
-            for block, part in zip(blocks, parts, strict=True)
-        ]
+        guesses = [guess.of(block.pins, block.sites) for block in blocks]
+        for number, (block, part) in enumerate(zip(blocks, parts, strict=True)):
+            # Where none of the pins' pressures that act carries any force, those on one side begin to act.
+            if part.forces.any() and not block.R[guesses[number].touching].any():
+                guesses[number] = replace(guesses[number], touching=block.R @ part.forces > 0)
         alone = self._numbers[0] if len(self._numbers) == 1 else None
         pressure = [  # of what acts on others
             np.zeros(len(block.pins)) if number == alone else block.carrying(each.touching, part.forces)
@@ -185,7 +186,12 @@ class Steps:
         run = map if coupled is self._system.coupled.sticking else side_by_side
         for _ in range(_SWEEPS):
             loads = {k: coupled.shifted(k, parts[k], pressure, moved) for k in self._numbers}
-            left = [k for k in self._numbers if _changed(blocks[k], loads[k], trials.get(k))]
+            left = [
+                k
+                for k in self._numbers
+                if k not in trials
+                or blocks[k].change(loads[k], trials[k].offsets) > ROUNDING * trials[k].size
+            ]
             if not left:
                 break
             least = max([offsets.least, *(trial.size for trial in trials.values())])
@@ -269,15 +275,3 @@ class Steps:
                 like = Steps(self._system, self._exact, self._numbers).step(load, earlier)
             states.append(like)
         return states
-
-
-def _changed(block: Block, load: Offsets, last: Trial | None) -> bool:
-    """Whether the load of a block is not that for which it was last solved."""
-    return last is None or block.change(load, last.offsets) > ROUNDING * last.size
-
-
-def _begun(block: Block, offsets: Offsets, guess: Guess) -> Guess:
-    """Begin with the pressures of the pins on one side, if none of those that act carries any force."""
-    if offsets.forces.any() and not block.R[guess.touching].any():
-        return replace(guess, touching=block.R @ offsets.forces > 0)
-    return guess

@@ -160,26 +160,22 @@ class Deflection:
     @classmethod
     def of(cls, bore: PinInBore, pin: Pin) -> "Deflection":
         """Add up the harmonics."""
-        with one_blas_thread():
-            return cls._summed(bore, pin)
-
-    @classmethod
-    def _summed(cls, bore: PinInBore, pin: Pin) -> "Deflection":
         size = bore.multipliers.size
         compliance = {parity: np.zeros((size, size)) for parity in Parity}
         carried = {parity: np.zeros((size, len(ORDERS))) for parity in Parity}
         z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
         highest = bore.harmonics or bore.resolved()
-        for mirrored in (True,) if bore.cut_z else (True, False):
-            stations, answers = harmonics(pin, highest, mirrored=mirrored)
-            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
-            for answer in answers:
-                for parity, moments in bore.harmonic(answer.order, along).items():
-                    share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
-                    compliance[parity] += share * moments @ answer.compliance @ moments.T
-                    if mirrored and answer.order in ORDERS:
-                        column = list(ORDERS).index(answer.order)
-                        carried[parity][:, column] = moments @ answer.carried
+        share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
+        with one_blas_thread():
+            for mirrored in (True,) if bore.cut_z else (True, False):
+                stations, answers = harmonics(pin, highest, mirrored=mirrored)
+                along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+                for answer in answers:
+                    for parity, moments in bore.harmonic(answer.order, along).items():
+                        compliance[parity] += share * moments @ answer.compliance @ moments.T
+                        if mirrored and answer.order in ORDERS:
+                            column = list(ORDERS).index(answer.order)
+                            carried[parity][:, column] = moments @ answer.carried
         if not bore.cut_y:
             compliance = {Parity.SYMMETRIC: sum(compliance.values(), np.zeros((size, size)))}
         return cls(compliance, carried)
@@ -357,14 +353,20 @@ class BoltPull(Interface):
         """
         n_nodes = len(mesh.points)
         forces, traction = np.zeros(3 * n_nodes), {}
+        # Axes across the bolt's in which the cell holds the whole seat: not z if z = 0 halves it.
+        in_plane = np.cross(_Z, axis)
+        across = np.array([in_plane] if share < 1 else [in_plane, np.cross(axis, in_plane)])
+        across, origin = (across[:0], np.zeros(3)) if point is None else (across, point)
         for surface, sign in ((Surface.BOLT_HEAD, -1.0), (Surface.BOLT_THREAD, 1.0)):
             facets = mesh.facets[surface][seats[surface]]
             seat = TetMesh(mesh.points, mesh.tets, {surface: facets})
             pull = sign * axis
             pressed = Multipliers.of(seat, surface, uniform(pull))
-            across = np.zeros((0, 3)) if point is None else _levers(axis, halved=share < 1)
-            origin = np.zeros(3) if point is None else point
-            spread = share * _through(pressed, across, origin)
+            # Coefficients of the traction 1, (x − origin) · across of resultant 1 through the origin.
+            levers = np.einsum("nk,fqk->nfq", across, pressed.places - origin)
+            basis = np.concatenate([np.ones((1, *pressed.areas.shape)), levers])
+            moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
+            spread = share * np.linalg.solve(moments, np.eye(len(basis))[0])
             led = replace(pressed, direction=_linear(pull, across, origin, spread))
             forces += np.asarray(led.forces(n_nodes).sum(axis=1)).ravel()
             nodes = np.unique(facets)
@@ -384,21 +386,6 @@ class BoltPull(Interface):
     def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
         """Elongation of what the mesh does not hold, for the share of the bolt."""
         return self.share / self.stiffness
-
-
-def _levers(axis: Floats, *, halved: bool) -> Floats:
-    """Unit vectors (n, 3) across an axis in which the cell holds the whole seat: not z if z = 0 halves it."""
-    in_plane = np.cross(_Z, axis)
-    return np.array([in_plane] if halved else [in_plane, np.cross(axis, in_plane)])
-
-
-def _through(pressed: Multipliers, across: Floats, origin: Floats) -> Floats:
-    """Coefficients (1 + n,) of the traction 1, (x − origin) · across of resultant 1 through the origin."""
-    basis = np.concatenate(
-        [np.ones((1, *pressed.areas.shape)), np.einsum("nk,fqk->nfq", across, pressed.places - origin)]
-    )
-    moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
-    return np.asarray(np.linalg.solve(moments, np.eye(len(basis))[0]))
 
 
 def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:

@@ -80,8 +80,8 @@ class ContactProblem:
             np.concatenate([interface.across for interface in self._interfaces]),
         )
         self.nodes = np.concatenate([interface.nodes for interface in self._interfaces])
-        columns = [interface.forces(len(mesh.points)) for interface in self._interfaces]
-        self.forces = sparse.csr_array(sparse.hstack(columns))
+        forces = [interface.forces(len(mesh.points)) for interface in self._interfaces]
+        self.forces = sparse.csr_array(sparse.hstack(forces))
         self.starts = np.cumsum([0, *(interface.size for interface in self._interfaces)])
         compliance, loaded = {}, {}
         for parity in self.unfolding.parities():
@@ -89,7 +89,18 @@ class ContactProblem:
         self.loaded = self.unfolding.moments(loaded)
         self.cell_compliance, self.compliance = compliance, self.unfolding.compliance(compliance)
         self.initial = self.gaps(np.concatenate([interface.initial() for interface in self._interfaces]))
-        self.rigid = self._rigid()
+        columns = []
+        for number, bore in enumerate(self.bores):
+            along_x, along_y = (self._on_cell(number, shift) for shift in bore.shifted())
+            columns.append(self.gaps(along_x))
+            if self.unfolding.both_sides:
+                columns.append(self.gaps(np.zeros_like(along_y), along_y))
+            elif not self.cut_y:
+                columns.append(self.gaps(along_y))
+        if self.bores and not self.cut_z:  # a body that may tilt
+            tilts = zip(*(bore.tilted() for bore in self.bores), strict=True)
+            columns += [self.gaps(self._on_cell(0, np.concatenate(turned))) for turned in tilts]
+        self.rigid = np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
 
     @cached_property
     def system(self) -> ContactSystem:
@@ -103,9 +114,12 @@ class ContactProblem:
 
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
-        n_cell = self.forces.shape[1]
-        every = sparse.hstack([self.forces, dense_columns(loads)], format="csc")
-        work = body.compliance(parity, every)
+        n_cell, (rows, count) = self.forces.shape[1], loads.shape
+        # With all their zeros, so that the loads of both parities have the same sparsity.
+        indices = np.tile(np.arange(rows, dtype=np.int32), count)
+        starts = rows * np.arange(count + 1, dtype=np.int32)
+        dense = sparse.csc_array((loads.T.ravel(), indices, starts), shape=loads.shape)
+        work = body.compliance(parity, sparse.hstack([self.forces, dense], format="csc"))
         compliance = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
         for number, interface in enumerate(self._interfaces):
             compliance[self.own(number), self.own(number)] += interface.flexibility(parity)
@@ -117,21 +131,6 @@ class ContactProblem:
         if self.unfolding.both_sides:
             parts[Parity.ANTISYMMETRIC] = np.zeros_like(even) if odd is None else odd
         return self.unfolding.moments(parts)
-
-    def _rigid(self) -> Floats:
-        """Moments (n, m) of the free motions: of each pin along x and y, and of a body that may tilt."""
-        columns = []
-        for number, bore in enumerate(self.bores):
-            along_x, along_y = (self._on_cell(number, shift) for shift in bore.shifted())
-            columns.append(self.gaps(along_x))
-            if self.unfolding.both_sides:
-                columns.append(self.gaps(np.zeros_like(along_y), along_y))
-            elif not self.cut_y:
-                columns.append(self.gaps(along_y))
-        if self.bores and not self.cut_z:
-            tilts = zip(*(bore.tilted() for bore in self.bores), strict=True)
-            columns += [self.gaps(self._on_cell(0, np.concatenate(turned))) for turned in tilts]
-        return np.stack(columns, axis=1) if columns else np.zeros((self.unfolding.size, 0))
 
     def _on_cell(self, number: int, values: Floats) -> Floats:
         """Values (n_cell, …) of the unknowns of the cell from those of one bore, or of it and the next."""
@@ -201,11 +200,3 @@ class ContactProblem:
     def own(self, number: int) -> slice:
         """The unknowns of the cell of one bore, then of one pair of faces, then of one bolt."""
         return slice(self.starts[number], self.starts[number + 1])
-
-
-def dense_columns(loads: Floats) -> sparse.csc_array:
-    """Columns (n, k) with all their zeros, so that those of both parities have the same sparsity."""
-    rows, count = loads.shape
-    indices = np.tile(np.arange(rows, dtype=np.int32), count)
-    starts = rows * np.arange(count + 1, dtype=np.int32)
-    return sparse.csc_array((loads.T.ravel(), indices, starts), shape=loads.shape)

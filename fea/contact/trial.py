@@ -36,11 +36,6 @@ class Law:
         """D L D⁻¹ times values (n_J, …)."""
         return np.asarray(values[self.moving] if self.weights is None else self.weights @ values)
 
-    def give_way(self, matrix: Floats) -> None:
-        """Add D K D to a matrix (n, n)."""
-        row, column, value = self.give
-        matrix[row, column] += value
-
     @classmethod
     def of(cls, block: Block, guess: Guess) -> "Law":
         """The law of a guess."""
@@ -116,22 +111,11 @@ class Linear:
         matrix[pins, gaps] = by_pins[law.moving].T
         matrix[gaps, pins] = -law.of_rows(by_pins)
         matrix[gaps, gaps] = law.of_rows(by_slip)
-        law.give_way(matrix[gaps, gaps])
+        row, column, value = law.give
+        matrix[n_a + row, n_a + column] += value
         matrix[motions, pins] = (rigid * reach).T
         matrix[pins, motions] = -matrix[motions, pins].T
         return cls(block, guess, law, active, matrix, by_pins, by_slip, reach)
-
-    def belongs_to(self, block: Block, guess: Guess) -> bool:
-        """Whether it is the problem of a guess."""
-        return self.block is block and self.guess.equals(guess)
-
-    def resembles(self, other: "Linear") -> bool:
-        """Whether its unknowns are those of another, so that at most directions of slip differ."""
-        return (
-            self.block is other.block
-            and np.array_equal(self.active, other.active)
-            and np.array_equal(self.law.moving, other.law.moving)
-        )
 
     def solve(self, offsets: Offsets, near: Factor | None) -> tuple[Solution, Factor | None]:
         """Solve it, with the factor of one that it resembles if there is any."""
@@ -189,11 +173,14 @@ class Trial:
         An earlier trial, `last`, may have solved the same problem under another load, or one in which only
         directions of slip were others.
         """
-        if last is not None and last.linear.belongs_to(block, guess):
+        if last is None or last.block is not block:
+            linear, near = Linear.of(block, guess), None
+        elif last.guess.equals(guess):
             linear, near = last.linear, last.factor
         else:
-            linear = Linear.of(block, guess)
-            near = last.factor if last is not None and linear.resembles(last.linear) else None
+            linear, before = Linear.of(block, guess), last.linear
+            pairs = (linear.active, before.active), (linear.law.moving, before.law.moving)
+            near = last.factor if all(np.array_equal(*pair) for pair in pairs) else None
         return cls(linear, offsets, *linear.solve(offsets, near))
 
     @property

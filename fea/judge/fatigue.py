@@ -83,6 +83,7 @@ def _inverse(used: Floats) -> Floats:
     return np.asarray(1 / np.maximum(used, 1 / CAP))
 
 
+# What failed checks of the model's assumptions mean.
 _WHY = {
     "tilt": (
         "the pin forces do not act in one plane (the bores are off the mid-plane of the rod): in reality a "
@@ -144,11 +145,6 @@ TOLERANCE = 1e-3
 _MOST_CARRIERS = 40
 _MOST_STEPS = 500
 _TINY = 1e-300
-
-
-def ball_radii(paths: Floats) -> Floats:
-    """Radius (n,) of the smallest enclosing ball of each path: see `enclosing_balls`."""
-    return enclosing_balls(paths)[0]
 
 
 def enclosing_balls(paths: Floats) -> tuple[Floats, Floats]:
@@ -224,64 +220,41 @@ def _carried(carriers: Floats, weights: Floats) -> tuple[Floats, Floats]:
 TORSION_RATIO = 0.60
 
 
-def crossland(history: Floats, material: Material, surface: float = 1.0) -> float | None:
-    """Return the factor of one history (6, n_instants); None if the endurance limit is not known."""
-    factors = crossland_factors(history[None], material, surface)
-    return None if factors is None else float(factors[0])
-
-
 def crossland_factors(histories: Floats, material: Material, surface: Floats | float = 1.0) -> Floats | None:
-    """Return `crossland_factor` for a material; None if its endurance limit is not known."""
-    limits = _limits(material)
-    return None if limits is None else crossland_factor(histories, *limits, surface)
-
-
-def crossland_factor(
-    histories: Floats, tension_limit: float, torsion_limit: float, surface: Floats | float = 1.0
-) -> Floats:
     """Factor (n,) by which histories may grow until Crossland's criterion is met, at most `CAP`.
 
-    It is never too large, and too small by at most `TOLERANCE`. Histories (n, 6, n_instants), MPa, are as
-    `fea.judge.history.deviatoric` gives them; f and t, MPa, those of the part; the factor k_a of the surface
-    on both is (n,) or one for all.
+    It is never too large, and too small by at most `TOLERANCE`; None if the material's endurance limit is not
+    known. Histories (n, 6, n_instants), MPa, are as `fea.judge.history.deviatoric` gives them; the factor k_a
+    of the surface on f and t is (n,) or one for all.
 
     Raises
     ------
     InvalidValue
         t/f is below 1/√3, where tensile mean stress would increase the factor.
     """
-    radius, mean = ball_radii(histories[:, :5]), histories[:, 5].max(axis=1)
-    return _factor(radius, mean, tension_limit, torsion_limit, surface)
+    if material.endurance_limit is None:
+        return None
+    radius, _ = enclosing_balls(histories[:, :5])
+    return crossland_bound(radius, histories[:, 5].max(axis=1), material, surface)
 
 
 def crossland_bound(
-    von_mises: Floats, principal: Floats, material: Material, surface: Floats | float = 1.0
+    radius: Floats, mean: Floats, material: Material, surface: Floats | float = 1.0
 ) -> Floats | None:
-    """Return a lower bound of `crossland_factors` from the largest stresses (n,) of the histories, MPa.
+    """Return a lower bound of `crossland_factors` from upper bounds (n,) of radius and mean stress, MPa.
 
     The ball about the origin with the largest von Mises stress as radius encloses the path, and the mean
     stress is never above the largest principal stress. A place whose bound exceeds the factor of another
     place cannot be the worst.
     """
-    limits = _limits(material)
-    return None if limits is None else _factor(von_mises, principal, *limits, surface)
-
-
-def _limits(material: Material) -> tuple[float, float] | None:
-    """Limits f and t of a part; t is assumed as `TORSION_RATIO` times f if it is not known."""
     tension, torsion = material.endurance_limit, material.torsion_limit
     if tension is None:
         return None
-    return tension, TORSION_RATIO * tension if torsion is None else torsion
-
-
-def _factor(
-    radius: Floats, mean: Floats, tension_limit: float, torsion_limit: float, surface: Floats | float
-) -> Floats:
-    ratio = torsion_limit / tension_limit
+    torsion = TORSION_RATIO * tension if torsion is None else torsion
+    ratio = torsion / tension
     valid = ratio >= 3**-0.5 * (1 - 1e-9)
     rule = "must be at least 0.577 times the endurance limit in tension for Crossland's criterion"
-    require(valid, "material.endurance_torsion_MPa", torsion_limit, rule, "Check both limits.")
+    require(valid, "material.endurance_torsion_MPa", torsion, rule, "Check both limits.")
     used = radius / 3**0.5 + (3 * ratio - 3**0.5) * mean
-    limit = np.asarray(surface, radius.dtype) * torsion_limit  # in the precision of the stresses
+    limit = np.asarray(surface, radius.dtype) * torsion  # in the precision of the stresses
     return np.asarray(limit / np.maximum(used, limit / CAP))

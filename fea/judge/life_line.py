@@ -63,10 +63,6 @@ class LifeLine:
         basquin = replace(self.basquin, coefficient=self.basquin.coefficient * factor)
         return replace(self, basquin=basquin, limit=self.limit * factor)
 
-    def at(self, place: int) -> "LifeLine":
-        """Return the line of one of the places."""
-        return replace(self, limit=self.limit[[place]])
-
     def cycles(self, amplitude: Floats) -> Floats:
         """Cycles (…, n) to failure at fully reversed amplitudes, MPa, after damage; at least 1."""
         short = self.basquin.amplitude(SHORT)
@@ -100,10 +96,14 @@ def require_lines(materials: Iterable[Material]) -> None:
 
 def rainflow(history: Floats) -> tuple[Floats, Floats]:
     """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
-    turning = _turning_points(history)
+    start = int(np.argmax(history))
+    period = np.concatenate([history[start:], history[: start + 1]])
+    period = period[np.concatenate([[True], np.diff(period) != 0])]
+    rising = np.diff(period) > 0
+    turns = np.concatenate([[True], rising[1:] != rising[:-1], [True]]) if len(period) > 1 else [False]
     kept: list[float] = []
     cycles: list[tuple[float, float]] = []
-    for value in turning:
+    for value in period[turns].tolist():
         kept.append(value)
         # A range that is not larger than the next one is closed by it.
         while len(kept) > 2 and abs(kept[-1] - kept[-2]) >= abs(kept[-2] - kept[-3]):
@@ -112,13 +112,3 @@ def rainflow(history: Floats) -> tuple[Floats, Floats]:
             kept = [*before, last]
     ends = np.array(cycles).reshape(-1, 2)
     return ends.mean(axis=1), np.abs(ends[:, 1] - ends[:, 0]) / 2
-
-
-def _turning_points(history: Floats) -> list[float]:
-    """Extremes of a period that begins and ends with its largest value; none of a constant."""
-    start = int(np.argmax(history))
-    period = np.concatenate([history[start:], history[: start + 1]])
-    period = period[np.concatenate([[True], np.diff(period) != 0])]
-    rising = np.diff(period) > 0
-    turns = np.concatenate([[True], rising[1:] != rising[:-1], [True]]) if len(period) > 1 else [False]
-    return [float(value) for value in period[turns]]

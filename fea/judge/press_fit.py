@@ -38,16 +38,6 @@ class Ring:
         """Loss of the outer radius over an outer pressure, mm/MPa."""
         return self.outer / self.material.youngs_modulus * (self.hoop - self.material.poissons_ratio)
 
-    @property
-    def bursting(self) -> float:
-        """Inner pressure that makes the whole ring yield (Tresca): S_y ln(outer/inner), MPa."""
-        return self.material.yield_strength * math.log(self.outer / self.inner)
-
-    @property
-    def collapsing(self) -> float:
-        """Outer pressure that makes the whole ring yield (Tresca): S_y (1 − inner/outer), MPa."""
-        return self.material.yield_strength * (1 - self.inner / self.outer)
-
 
 # Back pressure below which bearing shells may move in their housing, MPa (Kopeliovich, Crush height of engine
 # bearings, SubsTech: 8 to 10).
@@ -97,13 +87,16 @@ def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note
         One of the parts would yield through its whole wall: the pressure of an elastic model cannot
         arise.
     """
-    pressure = fit.pressure
-    for name, limit in ((what, fit.inner.collapsing), ("rod", fit.outer.bursting)):
+    pressure, inner, outer = fit.pressure, fit.inner, fit.outer
+    # Pressures that make a whole ring yield (Tresca): from outside S_y (1 − r/R), from inside S_y ln(R/r).
+    collapsing = inner.material.yield_strength * (1 - inner.inner / inner.outer)
+    bursting = outer.material.yield_strength * math.log(outer.outer / outer.inner)
+    for name, limit in ((what, collapsing), ("rod", bursting)):
         most = given if pressure == 0 else given + fit.interference * (limit / pressure - 1)
         rule = f"makes the {name} yield through its wall (about {pressure:.3g} MPa; it bears {limit:.3g} MPa)"
         remedy = f"Keep it below about {most:.2g} mm."
         require(pressure <= limit, key, given, rule, remedy)
-    stresses = (what, -fit.inner_hoop, fit.inner.material), ("rod", fit.outer_stress, fit.outer.material)
+    stresses = (what, -fit.inner_hoop, inner.material), ("rod", fit.outer_stress, outer.material)
     said = (
         f"its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
         f"{stress:.0f} MPa, yield strength {material.yield_strength:g} MPa); the model is elastic"
@@ -213,25 +206,20 @@ def choose_fits(
         BUSHING: table.bushing_interference_mm,
         SHELL: None if table.shell_thickness_mm is None else table.shell_interference_mm or 0.0,
     }
-    return {
-        part: _chosen(part, given, radii[part], materials, expansions)
-        for part, given in wanted.items()
-        if given is not None
-    }
-
-
-def _chosen(
-    part: str, given: float, radii: FitRadii, materials: Mapping[str, MaterialTable], expansions: Expansions
-) -> ChosenFit:
-    alpha = expansions.by_part
-    fit = PressFit(
-        inner=Ring(radii.bore, radii.seat, materials[part].material()),
-        outer=Ring(radii.seat, radii.outside, materials[ROD].material()),
-        interference=warmed(given, 2 * radii.seat, alpha[part], alpha[ROD], expansions.warming),
-    )
-    key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
-    notes = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
-    if expansions.warming:
-        change = f"interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
-        notes = (remark(change, what), *notes)
-    return ChosenFit(fit, given, notes)
+    alpha, chosen = expansions.by_part, {}
+    for part, given in wanted.items():
+        if given is None:
+            continue
+        of_part = radii[part]
+        fit = PressFit(
+            inner=Ring(of_part.bore, of_part.seat, materials[part].material()),
+            outer=Ring(of_part.seat, of_part.outside, materials[ROD].material()),
+            interference=warmed(given, 2 * of_part.seat, alpha[part], alpha[ROD], expansions.warming),
+        )
+        key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
+        notes = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
+        if expansions.warming:
+            change = f"interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
+            notes = (remark(change, what), *notes)
+        chosen[part] = ChosenFit(fit, given, notes)
+    return chosen

@@ -178,21 +178,15 @@ class SharpPlaces:
             spots[:, side] = np.einsum("s,nsc->nc", _WEIGHTS, walks.of(stress)[:, _READ])
             bars[:, side] = walks.of(error)[:, _READ] @ np.abs(_WEIGHTS)
             spots[lost, side] = bars[lost, side] = np.nan
-        left_out = self._too_short(rows, measure, short)
+        # Flanks that end before one thickness would be read within the notch effect, closer to the edge the
+        # shorter they are. Another flank that is long enough takes their place; where an edge has none, its
+        # longest ones do.
+        alone, place = np.asarray(short.all(axis=1)), self._edges.place
+        longest = np.zeros(int(place.max()) + 1)
+        np.maximum.at(longest, place[rows[alone]], measure[alone].max(axis=1))
+        left_out = short & (~alone[:, None] | (measure < _LONG * longest[place[rows]][:, None]))
         spots[left_out] = bars[left_out] = np.nan
         return measure, spots, bars
-
-    def _too_short(self, rows: Ints, measure: Floats, short: Mask) -> Mask:
-        """Flanks (n, 2) that are not read because they end before one thickness.
-
-        Their stress would be read within the notch effect, closer to the edge the shorter they are. Another
-        flank that is long enough takes their place; where an edge has none, its longest ones do.
-        """
-        alone = np.asarray(short.all(axis=1))
-        longest = np.zeros(int(self._edges.place.max()) + 1)
-        np.maximum.at(longest, self._edges.place[rows[alone]], measure[alone].max(axis=1))
-        shorter = measure < _LONG * longest[self._edges.place[rows]][:, None]
-        return np.asarray(short & (~alone[:, None] | shorter), dtype=bool)
 
     def _flank(self, rows: Ints, side: int) -> tuple[Floats, Mask, Walks]:
         """Walk one thickness over a flank, or to its end: the measure, where that is nearer, and the ways."""

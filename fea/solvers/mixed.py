@@ -85,37 +85,27 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
             for first, nodes, of_part in zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
         ]
     )
-    soft = TetMesh(mesh.points, np.concatenate(tets))
-    divergence, mass = _matrices(soft, unknowns, sum(sizes))
+    soft, size = TetMesh(mesh.points, np.concatenate(tets)), sum(sizes)
+    n_elements, n_nodes = soft.tets.shape
+    values, _ = shape_functions(VERTICES, gauss_places(n_nodes).T)
+    squares = values[:, :, None] * values[:, None, :]
+    divergence = np.empty((n_elements, VERTICES, 3 * n_nodes))
+    mass = np.empty((n_elements, VERTICES, VERTICES))
+    for block, gauss in gauss_blocks(soft, stiffness_degree(n_nodes)):
+        weighted = (gauss.gradients * gauss.volumes[:, :, None, None]).reshape(-1, len(values), 3 * n_nodes)
+        divergence[block] = values.T @ weighted
+        mass[block] = np.tensordot(gauss.volumes, squares, axes=1)
+    columns = (3 * soft.tets[:, :, None] + np.arange(3)).reshape(n_elements, -1)
     constants = [(m.lame_lambda, m.shear_modulus) for m in materials.values()]
     lam, mu = np.repeat(np.array(constants), sizes, axis=0).T
     return PressureSpace(
         parts=parts,
         tets=tets,
         vertex=vertex,
-        divergence=divergence,
-        mass=mass,
+        divergence=_summed(divergence, unknowns, columns, (size, 3 * len(mesh.points))),
+        mass=_summed(mass, unknowns, unknowns, (size, size)),
         lame_lambda=lam,
         shear_modulus=mu,
-    )
-
-
-def _matrices(mesh: TetMesh, unknowns: Ints, size: int) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """Divergence and mass matrices of elements with `unknowns` (n_elements, 4)."""
-    n_elements, n_nodes = mesh.tets.shape
-    degree = stiffness_degree(n_nodes)
-    values, _ = shape_functions(VERTICES, gauss_places(n_nodes).T)
-    squares = values[:, :, None] * values[:, None, :]
-    divergence = np.empty((n_elements, VERTICES, 3 * n_nodes))
-    mass = np.empty((n_elements, VERTICES, VERTICES))
-    for block, gauss in gauss_blocks(mesh, degree):
-        weighted = (gauss.gradients * gauss.volumes[:, :, None, None]).reshape(-1, len(values), 3 * n_nodes)
-        divergence[block] = values.T @ weighted
-        mass[block] = np.tensordot(gauss.volumes, squares, axes=1)
-    columns = (3 * mesh.tets[:, :, None] + np.arange(3)).reshape(n_elements, -1)
-    return (
-        _summed(divergence, unknowns, columns, (size, 3 * len(mesh.points))),
-        _summed(mass, unknowns, unknowns, (size, size)),
     )
 
 
@@ -165,7 +155,7 @@ class MixedSystem:
         self, solve: Callable[[Floats, Floats], tuple[Floats, Floats]], f: Floats
     ) -> tuple[Floats, Floats, Residuals]:
         def corrected(both: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-            first, second = self._imbalance(*both, f)
+            first, second = self.imbalance(*both, f)
             du, dp = solve(np.where(self.fixed[:, None], 0.0, -first), -second[self.alive])
             u, p = both[0] + du, both[1].copy()
             p[self.alive] += dp
@@ -186,8 +176,8 @@ class MixedSystem:
             1 / (2 * self.space.shear_modulus[self.alive]) + compliance,
         )
 
-    def _imbalance(self, u: Floats, p: Floats, f: Floats) -> tuple[Floats, Floats]:
-        """A u + Dᵀ p − f and D u − C p."""
+    def imbalance(self, u: Floats, p: Floats, f: Floats) -> tuple[Floats, Floats]:
+        """A u + Dᵀ p − f, which includes the forces of the supports, N, and D u − C p, mm³."""
         D = self.space.divergence
         return self.stiffness @ u + D.T @ p - f, D @ u - self.space.compressed(p)
 
@@ -197,7 +187,7 @@ class MixedSystem:
         The imbalance is computed with the pressure that follows from u, the projection of λ ∇·u. Computed
         with p it could hide an error in a part that is far stiffer than the rest, where u is almost rigid.
         """
-        first, second = self._imbalance(u, p, f)
+        first, second = self.imbalance(u, p, f)
         D, compressed = abs(self.space.divergence), self.space.compressed(p)
         most_u, most_p, most_f = (np.abs(field).max(axis=0) for field in (u, p, f))
         forces = self.stiffness.norm() * most_u + D.sum(axis=0).max() * most_p + most_f
@@ -207,19 +197,13 @@ class MixedSystem:
         left = np.abs(first[~self.fixed]).max(axis=0)
         untied = self.space.divergence[self.alive].T @ self._constraint.decompressed(second[self.alive])
         unbalanced = np.abs((first + untied)[~self.fixed]).max(axis=0)
+        apart = np.abs(second[self.alive]).max(axis=0, initial=0.0)
         return Residuals(
-            max(
-                worst_ratio(left, forces),
-                worst_ratio(np.abs(second[self.alive]).max(axis=0, initial=0.0), widths),
-            ),
+            max(worst_ratio(left, forces), worst_ratio(apart, widths)),
             worst_ratio(np.abs(energy - work), np.abs(work)),
             0.0,
             worst_ratio(unbalanced, most_f),
         )
-
-    def reactions(self, u: Floats, p: Floats, f: Floats) -> Floats:
-        """Forces (3 n_nodes, n_cases) of the supports, N."""
-        return self._imbalance(u, p, f)[0]
 
 
 class MixedModel(Model):
@@ -266,11 +250,14 @@ class MixedModel(Model):
         for parity, f in right_hand_sides(loads).items():
             slot = self._slot(parity)
             with self._clock("solve"):
-                self._estimate_condition(parity, slot)
-                system = MixedSystem(self._K, self._space, self._fixed(parity), self._alive(parity))
+                fixed = self._fixed(parity)
+                if parity not in self._condition:  # at the cost of one more solution
+                    softest = np.where(fixed[:, None], 0.0, probe(self._K))
+                    self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
+                system = MixedSystem(self._K, self._space, fixed, self._alive(parity))
                 u, p, left = self._settled(system, slot, f)
                 restraints = self._restraints_off_planes(parity)
-                reaction = float(np.abs(system.reactions(u, p, f)[restraints]).max(initial=0.0))
+                reaction = float(np.abs(system.imbalance(u, p, f)[0][restraints]).max(initial=0.0))
             displacement[parity] = u.reshape(n_nodes, 3, -1)
             pressure[parity] = self._space.nodal(p, n_nodes)
             residuals[parity] = replace(left, reaction=reaction)
@@ -284,12 +271,6 @@ class MixedModel(Model):
             except StagnationError as error:
                 self._hand_over(error)
         return system.solve(partial(self._solved, slot), f)
-
-    def _estimate_condition(self, parity: Parity, slot: int) -> None:
-        """Estimate the condition number of the factorised matrix, at the cost of one more solution."""
-        if parity not in self._condition:
-            softest = np.where(self._fixed(parity)[:, None], 0.0, probe(self._K))
-            self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
 
     def _alive(self, parity: Parity) -> Mask:
         """Pressures that are not zero by symmetry; an antisymmetric pressure is zero on y = 0."""

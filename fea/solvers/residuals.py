@@ -44,15 +44,6 @@ class Residuals:
         """Ratio to the limit of refinement, for the worse of the two."""
         return max(self.backward_error / REFINE_ABOVE, self.imbalance / REFINE_IMBALANCE)
 
-    @property
-    def rough(self) -> bool:
-        """Whether the solution should be refined."""
-        return self.excess > 1
-
-    def better_than(self, other: "Residuals") -> bool:
-        """Whether a step of refinement from `other` helped."""
-        return self.excess < other.excess
-
 
 def refined(
     first: Fields, correct: Callable[[Fields], Fields], check: Callable[[Fields], Residuals]
@@ -60,11 +51,11 @@ def refined(
     """Improve a solution by steps of refinement as long as it is rough and that helps (Wilkinson 1963)."""
     best, left = first, check(first)
     for _ in range(MOST_REFINEMENTS):
-        if not left.rough:
+        if left.excess <= 1:
             break
         further = correct(best)
         better = check(further)
-        if not better.better_than(left):
+        if not better.excess < left.excess:
             break
         best, left = further, better
     return best, left
@@ -81,7 +72,13 @@ def residuals(
     load = np.abs(f).max(axis=0)
     scale = K.norm() * np.abs(u).max(axis=0) + load
     if u.shape[1] > CHECKED_SINGLY and not singly:
-        weights = _signed_shares(scale)
+        # Weights of sums of columns, each divided by its scale, with random signs. Whatever the errors of the
+        # others, the residual of a sum is not smaller than that of one column for at least one of the two
+        # signs of that column (after Freivalds 1977). With three sums the worst column therefore escapes in
+        # at most one of eight cases; a faulty factor, which affects all columns, practically never does.
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(scale), _SUMS))
+        where = scale[:, None] != 0
+        weights = np.asarray(np.divide(signs, scale[:, None], out=np.zeros_like(signs), where=where))
         # The smallest ratio of load to scale among the columns.
         load = np.full(_SUMS, np.min(load[load > 0] / scale[load > 0], initial=1.0))
         u, f, scale = u @ weights, f @ weights, np.ones(_SUMS)
@@ -96,18 +93,6 @@ def residuals(
         float(reaction),
         worst_ratio(left, load),
     )
-
-
-def _signed_shares(scale: Floats) -> Floats:
-    """Weights (n, k) of k sums of n columns, each divided by its scale (n,), with random signs.
-
-    Whatever the errors of the others, the residual of a sum is not smaller than that of one column for at
-    least one of the two signs of that column (after Freivalds 1977). With three sums the worst column
-    therefore escapes in at most one of eight cases; a faulty factor, which affects all columns, practically
-    never does.
-    """
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], (len(scale), _SUMS))
-    return np.asarray(np.divide(signs, scale[:, None], out=np.zeros_like(signs), where=scale[:, None] != 0))
 
 
 def worst_ratio(error: Floats, scale: Floats) -> float:

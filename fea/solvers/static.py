@@ -203,11 +203,11 @@ class Model:
             left = np.where(fixed[:, None], 0.0, f - self._K @ u)
             return np.asarray(u + np.where(fixed[:, None], 0.0, self._solved(slot, left)))
 
-        return refined(u, corrected, lambda u: self._checked(u, f, fixed, restraints))
+        def checked(u: Floats) -> Residuals:
+            singly = self._solver.name == SolverName.AMG
+            return residuals(self._K, u, f, fixed=fixed, restraints=restraints, singly=singly)
 
-    def _checked(self, u: Floats, f: Floats, fixed: Mask, restraints: Mask) -> Residuals:
-        singly = self._solver.name == SolverName.AMG
-        return residuals(self._K, u, f, fixed=fixed, restraints=restraints, singly=singly)
+        return refined(u, corrected, checked)
 
     def _probed(self, parity: Parity, slot: int, f: Floats) -> Floats:
         """Solve; the first time together with the probe for the condition number, unless iteratively."""

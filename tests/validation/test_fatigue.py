@@ -17,11 +17,9 @@ from fea.base.material import (
 )
 from fea.judge.fatigue import (
     TORSION_RATIO,
-    ball_radii,
-    crossland,
     crossland_bound,
-    crossland_factor,
     crossland_factors,
+    enclosing_balls,
     fatigue_factor,
     gerber,
     goodman,
@@ -213,6 +211,11 @@ def test_extreme_principal_stresses_are_those_of_every_instant():
     np.testing.assert_allclose(tensor(deviatoric(history)), history, atol=1e-14)
 
 
+def limited(tension, torsion):
+    """A steel with these endurance limits."""
+    return Material(206e3, 0.29, 7.85e-9, 500.0, 680.0, tension, torsion)
+
+
 @pytest.mark.parametrize("phase_deg", [0, 30, 60, 90])
 @pytest.mark.parametrize(("bending", "torsion"), [(138.1, 167.1), (245.3, 122.6), (100.0, 57.7)])
 def test_crossland_in_and_out_of_phase(bending, torsion, phase_deg):
@@ -223,37 +226,40 @@ def test_crossland_in_and_out_of_phase(bending, torsion, phase_deg):
     root = math.sqrt(both**2 - 4 / 3 * (bending * torsion * math.sin(delta)) ** 2)
     used = math.sqrt((both + root) / 2) + (3 * t / f - math.sqrt(3)) * bending / 3
     history = deviatoric(bending_and_torsion(bending, torsion, delta))
-    assert crossland_factor(history, f, t)[0] == pytest.approx(t / used, rel=2e-3)  # the ball is to 1e-3
+    assert crossland_factors(history, limited(f, t))[0] == pytest.approx(
+        t / used, rel=2e-3
+    )  # the ball is to 1e-3
 
 
 @pytest.mark.parametrize(("bending", "torsion"), [(313.9, 0.0), (0.0, 196.2)])
 def test_crossland_meets_both_limits_it_was_made_from(bending, torsion):
     history = deviatoric(bending_and_torsion(bending, torsion))
-    assert crossland_factor(history, 313.9, 196.2)[0] == pytest.approx(1, rel=1.1e-3)
+    assert crossland_factors(history, limited(313.9, 196.2))[0] == pytest.approx(1, rel=1.1e-3)
 
 
 def test_crossland_under_steady_torsion_is_that_of_the_bending_alone():
     # A steady shear moves the path and not its ball (Crossland 1956; Sines 1959 measured as much).
+    steel = limited(313.9, 196.2)
     alone, sheared = (
-        crossland_factor(deviatoric(bending_and_torsion(200.0, 0.0, mean=(0.0, steady))), 313.9, 196.2)
+        crossland_factors(deviatoric(bending_and_torsion(200.0, 0.0, mean=(0.0, steady))), steel)
         for steady in (0.0, 120.0)
     )
     assert sheared[0] == pytest.approx(alone[0], rel=1.1e-3)
     # Mean tension counts: σ_H,max = (m + σ)/3.
-    pulled = crossland_factor(deviatoric(bending_and_torsion(200.0, 0.0, mean=(200.0, 0.0))), 313.9, 196.2)
+    pulled = crossland_factors(deviatoric(bending_and_torsion(200.0, 0.0, mean=(200.0, 0.0))), steel)
     used = 200 / math.sqrt(3) + (3 * 196.2 / 313.9 - math.sqrt(3)) * 400 / 3
     assert pulled[0] == pytest.approx(196.2 / used, rel=1.1e-3)
 
 
 def test_crossland_refuses_a_torsion_limit_that_rewards_tension():
     with pytest.raises(InvalidValue, match="torsion"):
-        crossland_factor(deviatoric(bending_and_torsion(100.0, 0.0)), 300.0, 150.0)
+        crossland_factors(deviatoric(bending_and_torsion(100.0, 0.0)), limited(300.0, 150.0))
 
 
 def test_crossland_without_a_torsion_limit_takes_that_of_wrought_steels():
     steel = Material(206e3, 0.29, 7.85e-9, 500.0, 680.0, 313.9)
     history = deviatoric(bending_and_torsion(0.0, 100.0))
-    assert crossland(history[0], steel) == pytest.approx(TORSION_RATIO * 3.139, rel=1.1e-3)
+    assert crossland_factors(history, steel)[0] == pytest.approx(TORSION_RATIO * 3.139, rel=1.1e-3)
     assert crossland_factors(history, replace(steel, endurance_limit=None)) is None
 
 
@@ -272,8 +278,8 @@ def test_ball_round_points_on_a_sphere_and_within():
     points /= np.linalg.norm(points, axis=0)
     points[:, 150:] *= 0.6
     center = np.arange(5.0)[:, None]
-    assert ball_radii((7 * points + center)[None])[0] == pytest.approx(7, rel=1e-3)
-    assert ball_radii(np.ones((1, 5, 10)))[0] == 0
+    assert enclosing_balls((7 * points + center)[None])[0][0] == pytest.approx(7, rel=1e-3)
+    assert enclosing_balls(np.ones((1, 5, 10)))[0][0] == 0
 
 
 def test_balls_of_many_paths_are_the_smallest():
@@ -286,6 +292,6 @@ def test_balls_of_many_paths_are_the_smallest():
     obtuse = np.zeros((5, 60))
     obtuse[:2, :3] = [[0, 10, 4], [0, 0, 1]]
     obtuse[:, 3:] = obtuse[:, [2]]
-    radii = ball_radii(np.stack([np.hstack([simplex, inside]), obtuse]))
+    radii, _ = enclosing_balls(np.stack([np.hstack([simplex, inside]), obtuse]))
     assert radii == pytest.approx([math.sqrt(5 / 12), 5], rel=1e-3)
     assert (radii >= [math.sqrt(5 / 12) - 1e-9, 5 - 1e-9]).all()

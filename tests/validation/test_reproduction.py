@@ -143,7 +143,7 @@ def test_two_wrong_digits_are_no_misprint():
 
 
 def test_a_bare_zero_has_the_finest_digit_of_its_column():
-    first = column("columba2022_torque", "T12_800rpm_Nm").cells[0]
+    first = column("columba2022_torque", "T12_800rpm_Nm")[0]
     assert first == Cell("0", "0", 1e-8)
 
 

@@ -71,11 +71,11 @@ def test_a_tolerance_is_advised_with_its_figure():
 
 
 def test_the_time_is_the_median_of_the_runs(monkeypatch):
-    times = iter([5.0, 2.0])
+    times, computation = iter([9.0, 1.0, 5.0, 2.0]), Computation("fea", "p2", "rod", 1.0)
+    monkeypatch.setattr(module, "series", lambda *_: [[computation]])
     monkeypatch.setattr(module, "_apart", lambda *_: Measured(1.0, 9, next(times), 100.0, 700.0))
-    first = Measured(1.0, 9, 1.0, 100.0, 700.0)
-    computation = Computation("fea", "p2", "rod", 1.0)
-    assert module._repeated(computation, load_study(), first).seconds == 2.0
+    outcomes = module._computed(load_study(), "rod", 5.0, 60.0, None)
+    assert outcomes[computation].seconds == 2.0  # of three runs, after one that is not counted
 
 
 def test_the_advice_is_three_sentences_on_what_was_measured():

@@ -275,16 +275,6 @@ def _parts_compliance(mesh: TetMesh, bolt: BoltPull) -> float:
     return float((forces * u).sum() / bolt.share)
 
 
-def _diagram(mesh: TetMesh, compliance: float) -> float:
-    """Force of a bolt of four times the parts' compliance over that of the joint diagram."""
-    halves = separated(mesh, {(0, 1): SIDES})[0]
-    bolt = pulled(halves, 1 / (4 * compliance), share=0.25)
-    apart_by = -bolt.nodal_forces.reshape(-1, 3, 1)
-    body = AssembledBody(halves, (STEEL, STEEL), [joint(halves)], [bolt], apart_by, preload=[PRELOAD])
-    tension = float(body.tension(body.step([_LOAD]))[0])
-    return tension / (PRELOAD + _LOAD / 5)
-
-
 @benchmark(
     "Bolted joints: block and tube",
     "VDI 2230-1:2015, section 3.2 and 5.1; strength of materials",
@@ -314,7 +304,12 @@ def bolted_joint(size: float) -> Computed:
         "block: bolt force, joint open": (2 * PRELOAD, block.tension(open_state)[0]),
         "block, eccentric load: load that opens the edge": (EDGE, eccentric),
     }
-    ratio = _diagram(tube, _parts_compliance(tube, pulled(tube, 1.0, share=0.25)))
+    compliance = _parts_compliance(tube, pulled(tube, 1.0, share=0.25))
+    halves = separated(tube, {(0, 1): SIDES})[0]
+    bolt = pulled(halves, 1 / (4 * compliance), share=0.25)
+    loads = -bolt.nodal_forces.reshape(-1, 3, 1)
+    body = AssembledBody(halves, (STEEL, STEEL), [joint(halves)], [bolt], loads, preload=[PRELOAD])
+    ratio = float(body.tension(body.step([_LOAD]))[0]) / (PRELOAD + _LOAD / 5)
     name = "tube: bolt force / VDI 2230's joint diagram"
     why = "one mesh gives both compliances, and the joint stays closed; solving leaves rounding errors"
     quantities = [

@@ -103,7 +103,11 @@ def converge(
     for problem in PROBLEMS:
         if listener:
             listener(f"{problem}, reference")
-        references[problem] = _reference(study, problem)
+        if problem in EXACT:
+            references[problem] = Reference(EXACT[problem])
+        else:
+            unknown = Reference(math.nan, math.inf)
+            references[problem] = _apart(rod_reference, study) or unknown
         outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
         truth = references[problem].value
         rows += [
@@ -137,21 +141,11 @@ def _computed(
                 waiting.append((cost, finer))  # this size was too coarse for the mesher
             continue
         spent = time.perf_counter() - start
-        outcomes[computation] = _repeated(computation, study, found) if spent < LONG else found
+        if spent < LONG:  # the median of the times counts
+            again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
+            times = [each.seconds for each in (found, *again) if each is not None]
+            found = dataclasses.replace(found, seconds=statistics.median(times))
+        outcomes[computation] = found
         if finer:
             waiting.append((_GROWTH * spent, finer))
     return outcomes
-
-
-def _repeated(computation: Computation, study: Study, first: Measured) -> Measured:
-    """Run it again; return its result with the median of the times."""
-    again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
-    seconds = [found.seconds for found in (first, *again) if found is not None]
-    return dataclasses.replace(first, seconds=statistics.median(seconds))
-
-
-def _reference(study: Study, problem: str) -> Reference:
-    if problem in EXACT:
-        return Reference(EXACT[problem])
-    found = _apart(rod_reference, study)
-    return Reference(math.nan, math.inf) if found is None else found

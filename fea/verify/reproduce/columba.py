@@ -155,7 +155,27 @@ def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping
 
 def tables() -> list[Table]:
     """All tables."""
-    return [_motion(), _force_vector(), _forces(), _shaking(), _torque(), _working_model()]
+    shaking = "columba2022_shaking_3200rpm"
+    return [
+        _motion(),
+        _force_vector(),
+        _table(
+            "forces",
+            "bearing and pin forces at 3200 rpm",
+            [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
+            "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
+        ),
+        _table(
+            "shaking",
+            "shaking forces at 3200 rpm",
+            [
+                *(_force(shaking, component, gas=False) for component in ("F12x", "F12y", "F14y")),
+                _force(shaking, "F43y", suffix="_with_gas_N"),
+            ],
+        ),
+        _torque(),
+        _working_model(),
+    ]
 
 
 _MOTION: dict[str, tuple[str, str, Callable[[Kinematics], Floats]]] = {
@@ -211,23 +231,6 @@ def _force_vector() -> Table:
             Quantity(name, shown, cell(record["value"], "30"), figure, right[name], _CAUSE, _AT)
         )
     return _table("vector at 30°", "the eight unknowns at 3200 rpm", quantities)
-
-
-def _forces() -> Table:
-    return _table(
-        "forces",
-        "bearing and pin forces at 3200 rpm",
-        [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
-        "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
-    )
-
-
-def _shaking() -> Table:
-    """Bearing and wall forces without gas, the transverse force on the pin with gas."""
-    name = "columba2022_shaking_3200rpm"
-    without_gas = [_force(name, component, gas=False) for component in ("F12x", "F12y", "F14y")]
-    with_gas = _force(name, "F43y", suffix="_with_gas_N")
-    return _table("shaking", "shaking forces at 3200 rpm", [*without_gas, with_gas])
 
 
 def _force(table: str, component: str, *, gas: bool = True, suffix: str = "_N") -> Quantity:

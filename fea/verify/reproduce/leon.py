@@ -14,7 +14,6 @@ from fea.base.units import BAR, DEG, KG, KG_M2, M_S, M_S2, RPM
 from fea.study.traces import shipped_trace
 from fea.verify.reproduce import leon_stress
 from fea.verify.reproduce.printed import (
-    Cell,
     Column,
     Quantity,
     Slip,
@@ -186,7 +185,7 @@ def _gas() -> Table:
         trace = shipped_trace(SOURCE).pressure(pressure.theta, np.array(rpm * RPM))
         open_end = {
             c.key: Slip("the measured values at 0° and 720° differ; here that at 0° is used", float(c.text))
-            for c in pressure.cells
+            for c in pressure
             if float(c.key) >= 720
         }
         bars, where = trace / BAR, f"{rpm} rpm"
@@ -372,12 +371,16 @@ def _truncated(value: float, places: int) -> float:
 def _rounded_by_hand(rpm: int, total: Column) -> dict[str, Slip]:
     """The intermediate figure that was rounded by hand, for the cells that it explains."""
     slips = {}
-    for printed, *terms in zip(total.cells, *(term.tolist() for term in _terms(rpm, total)), strict=True):
+    for printed, *terms in zip(total, *(term.tolist() for term in _terms(rpm, total)), strict=True):
         gas, inertia, rest, angle = terms
-        for slip in _roundings(gas + angle, inertia, rest):
-            if abs((slip.value or 0.0) - float(printed.text)) <= printed.digit * (1 + 1e-6):
-                slips[printed.key] = slip
-                break
+        reach = printed.digit * (1 + 1e-6)
+        ways = (
+            slip
+            for slip in _roundings(gas + angle, inertia, rest)
+            if abs((slip.value or 0.0) - float(printed.text)) <= reach
+        )
+        if slip := next(ways, None):
+            slips[printed.key] = slip
     return slips
 
 
@@ -394,10 +397,26 @@ def _roundings(force: float, inertia: float, rest: float) -> Iterator[Slip]:
 
 def _pin_loads() -> Table:
     """Table 17: the loads of the finite-element model, taken from tables 13–15."""
+    quantities = []
+    for record in records("leon2001_table17_pin_loads"):
+        rpm, key = int(record["rpm"]), record["crank_deg"]
+        exact, cause, where = exact_forces(rpm, float(key)), f"table {_NUMBER[rpm]}", f"{rpm} rpm"
+        quantities.append(_critical_angle(rpm, key))
+        corrected = (
+            exact.motion.rod_angle / DEG,
+            -along_cylinder(exact),
+            np.abs(exact.wall),
+            -exact.pin_axial,
+        )
+        names = (("rod angle", "°"), ("resultant", "N"), ("normal force", "N"), ("rod force", "N"))
+        for title, named, figure in zip(_PIN_TITLES, names, corrected, strict=True):
+            beside = next(float(c.text) for c in column(_PIN_FORCES[rpm], title) if c.key == key)
+            beside = beside if title == "rod_deg" else abs(beside)
+            quantities.append(Quantity(*named, cell(record[title], key), beside, figure, cause, where))
     return _table(
         "17",
         "loads of the finite-element model",
-        [quantity for record in records("leon2001_table17_pin_loads") for quantity in _pin_load(record)],
+        quantities,
         (
             "6000 rpm: 47 060.64 N is the largest *compression* of table 13; the largest force is the "
             "tension of 59 719.52 N at 0°."
@@ -407,36 +426,15 @@ def _pin_loads() -> Table:
     )
 
 
-def _pin_load(record: dict[str, str]) -> Iterator[Quantity]:
-    rpm, key = int(record["rpm"]), record["crank_deg"]
-    beside = {
-        title: next(float(c.text) for c in column(_PIN_FORCES[rpm], title).cells if c.key == key)
-        for title in _PIN_TITLES
-    }
-    yield _critical_angle(rpm, key)
-    exact, cause = exact_forces(rpm, float(key)), f"table {_NUMBER[rpm]}"
-    figures = {
-        "rod_deg": ("rod angle", "°", beside["rod_deg"], exact.motion.rod_angle / DEG),
-        "F_resultant_N": ("resultant", "N", abs(beside["F_resultant_N"]), -along_cylinder(exact)),
-        "F_normal_N": ("normal force", "N", abs(beside["F_normal_N"]), np.abs(exact.wall)),
-        "F_rod_N": ("rod force", "N", abs(beside["F_rod_N"]), -exact.pin_axial),
-    }
-    for title, (name, unit, printed, corrected) in figures.items():
-        yield Quantity(name, unit, cell(record[title], key), printed, corrected, cause, f"{rpm} rpm")
-
-
 def _critical_angle(rpm: int, key: str) -> Quantity:
     """The crank angle of the largest force: as published, in the printed table, and in the exact cycle."""
-
-    def force(of: Cell) -> float:
-        return float(of.text)
-
-    cells, table = column(_PIN_FORCES[rpm], "F_resultant_N").cells, f"table {_NUMBER[rpm]}"
-    largest, taken = max(cells, key=lambda of: abs(force(of))), next(c for c in cells if c.key == key)
-    compression = "the largest compression, " if taken is max(cells, key=force) else ""
-    text = f"the largest force of {table} is {force(largest):.2f} N at {largest.key}°; used was {compression}"
-    slip = Slip(f"{text}{force(taken):.2f} N", float(key))
+    cells, table = column(_PIN_FORCES[rpm], "F_resultant_N"), f"table {_NUMBER[rpm]}"
+    force = {cell.key: float(cell.text) for cell in cells}
+    largest = max(force, key=lambda at: abs(force[at]))
+    compression = "the largest compression, " if key == max(force, key=force.__getitem__) else ""
+    text = f"the largest force of {table} is {force[largest]:.2f} N at {largest}°; used was {compression}"
+    slip = Slip(f"{text}{force[key]:.2f} N", float(key))
     fine = np.arange(0, 720, 0.1)
     exact = fine[np.argmax(np.abs(exact_forces(rpm, fine).pin_axial))]
     name, where = "crank angle of the largest force", f"{rpm} rpm"
-    return Quantity(name, "°", cell(key), float(largest.key), exact, table, where, {"": slip})
+    return Quantity(name, "°", cell(key), float(largest), exact, table, where, {"": slip})

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.resources import files
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +22,7 @@ from fea.base.units import DEG
 from geometry.arrays import Floats
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(NamedTuple):
     """A printed figure: the first column of its row (mostly the crank angle), its text, its last digit."""
 
     key: str
@@ -30,21 +30,15 @@ class Cell:
     digit: float
 
 
-def cell(text: str, key: str = "") -> Cell:
-    """Return a single printed figure; an empty text stands for one that is not printed."""
-    return Cell(key, text, 10.0 ** -decimals(text))
-
-
-@dataclass(frozen=True)
-class Column:
+class Column(tuple[Cell, ...]):
     """The printed cells of one column, without the blank ones."""
 
-    cells: tuple[Cell, ...]
+    __slots__ = ()
 
     @property
     def degrees(self) -> Floats:
         """Crank angles."""
-        return np.array([float(cell.key) for cell in self.cells])
+        return np.array([float(cell.key) for cell in self])
 
     @property
     def theta(self) -> Floats:
@@ -54,7 +48,12 @@ class Column:
     @property
     def values(self) -> Floats:
         """The printed figures as numbers."""
-        return np.array([float(cell.text) for cell in self.cells])
+        return np.array([float(cell.text) for cell in self])
+
+
+def cell(text: str, key: str = "") -> Column:
+    """Return a single printed figure; an empty text stands for one that is not printed."""
+    return Column([Cell(key, text, 10.0 ** -decimals(text))])
 
 
 def records(name: str) -> list[dict[str, str]]:
@@ -69,9 +68,7 @@ def column(name: str, title: str) -> Column:
     key = next(iter(rows[0]))
     texts = [(row[key], row[title]) for row in rows if row[title]]
     finest = max(decimals(text) for _, text in texts)
-    return Column(
-        tuple(Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts)
-    )
+    return Column(Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts)
 
 
 def decimals(text: str) -> int:
@@ -187,7 +184,7 @@ class Quantity:
 
     name: str
     unit: str
-    cells: Column | Cell
+    cells: Column
     as_published: npt.ArrayLike
     corrected: npt.ArrayLike
     cause: str = ""
@@ -196,9 +193,8 @@ class Quantity:
 
     def figures(self, source: str, table: str) -> Iterator[PrintedFigure]:
         """Yield the figures cell by cell."""
-        cells = (self.cells,) if isinstance(self.cells, Cell) else self.cells.cells
-        both = (np.broadcast_to(of, len(cells)).tolist() for of in (self.as_published, self.corrected))
-        for cell, as_published, corrected in zip(cells, *both, strict=True):
+        both = (np.broadcast_to(of, len(self.cells)).tolist() for of in (self.as_published, self.corrected))
+        for cell, as_published, corrected in zip(self.cells, *both, strict=True):
             yield PrintedFigure(
                 source=source,
                 table=table,
@@ -251,8 +247,7 @@ class Table:
         return max(self.wrong_of_each_quantity, key=relative, default=None)
 
 
-@dataclass(frozen=True)
-class Summary:
+class Summary(NamedTuple):
     """Numbers of printed figures: all, by `Status`, and those that differ from the correct ones."""
 
     compared: int
@@ -275,14 +270,8 @@ def summarise(tables: Iterable[Table]) -> Summary:
     """Count the printed figures of some tables."""
     figures = [f for table in tables for f in table.figures if f.status is not Status.NOT_PRINTED]
     counts = Counter(figure.status for figure in figures)
-    return Summary(
-        compared=len(figures),
-        agrees=counts[Status.AGREES],
-        explained=counts[Status.EXPLAINED],
-        named=counts[Status.NAMED],
-        unexplained=counts[Status.UNEXPLAINED],
-        wrong=sum(figure.is_wrong for figure in figures),
-    )
+    by_status = {status.value: counts[status] for status in Status if status is not Status.NOT_PRINTED}
+    return Summary(compared=len(figures), wrong=sum(figure.is_wrong for figure in figures), **by_status)
 
 
 def misprinted(tables: Sequence[Table]) -> list[PrintedFigure]:

@@ -1,6 +1,5 @@
 """The reproduction on the terminal and as a Markdown report: tables, misprints, counts."""
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import groupby
@@ -32,14 +31,6 @@ Exact = Callable[[Floats], Floats]
 
 _PRINTED = {"marker": "o", "markersize": 3.5, "linestyle": "none", "color": "#c0392b"}
 _CORRECT = {"color": "#1f4e79", "linewidth": 1.6}
-
-
-def draw(source: str, report: Path) -> tuple[Path, str]:
-    """Draw the plots of a study next to a report as ``<report>-<study>.png``; return it with its caption."""
-    make, caption = _DRAWINGS[source]
-    path = report.with_name(f"{report.stem}-{source}.png")
-    make().savefig(path, dpi=110)
-    return path, caption
 
 
 def _label(axes: "Axes", title: str, quantity: str, last: int) -> None:
@@ -256,10 +247,12 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
     parts += [f"**{summarise(tables)}**", _READING]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
-        plot, caption = draw(source, path)
-        parts += [f"## {_STUDIES[source]}", _counts(study)]
-        parts += [f"![{caption}]({os.path.relpath(plot, path.parent)})"]
-        parts += ["### What is wrong with the tables", _remarks(study)]
+        make, caption = _DRAWINGS[source]
+        plot = path.with_name(f"{path.stem}-{source}.png")
+        make().savefig(plot, dpi=110)
+        remarks = [f"- *{table.name}*: {remark}" for table in study for remark in table.remarks]
+        parts += [f"## {_STUDIES[source]}", _counts(study), f"![{caption}]({plot.name})"]
+        parts += ["### What is wrong with the tables", "\n".join(remarks)]
         parts += ["### Errors in single cells", *_misprints(study)]
         parts += ["### The largest error of each quantity", _largest(study)]
         if source == leon.SOURCE:
@@ -275,13 +268,9 @@ def _counts(tables: Sequence[Table]) -> str:
         if worst is not None:
             where = ", ".join(filter(None, [worst.quantity, worst.at]))
             far = f"{where}: {_shown(worst.published)} → {_shown(worst.corrected)}{_unit(worst)}"
-        rows.append((table.name, table.title, *map(str, vars(counts).values()), far))
+        rows.append((table.name, table.title, *map(str, counts), far))
     numbers = ("cells", "agree", "explained", "named", "unexplained", "wrong")
     return markdown(("table", "content", *numbers, "largest error (published → corrected)"), rows)
-
-
-def _remarks(tables: Sequence[Table]) -> str:
-    return "\n".join(f"- *{table.name}*: {remark}" for table in tables for remark in table.remarks)
 
 
 def _misprints(tables: Sequence[Table]) -> Iterator[str]:
