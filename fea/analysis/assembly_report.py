@@ -24,7 +24,7 @@ from fea.analysis.figures import (
 from fea.analysis.prepare import PreparedRod
 from fea.base.note import Note, omission
 from fea.base.units import DEG, UM
-from fea.contact.assembly_state import AssemblyState, FaceState
+from fea.contact.assembly_state import FITS, AssemblyState, FaceState
 from fea.judge.bolt import Bolt, BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
@@ -179,10 +179,6 @@ def _by_bolt(state: AssemblyState, assembled: AssemblyState) -> tuple[BoltCaseFi
         )
         for bolt, before in zip(state.bolts, assembled.bolts, strict=True)
     )
-
-
-# The names of fits, by the seat.
-FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
 
 
 def assembly_figures(

@@ -1,31 +1,47 @@
-"""How many hours of a duty a rod lasts, at its worst place."""
+"""How many hours of a duty a rod lasts, at its worst place.
 
-from collections.abc import Iterator, Mapping
+Every node gets the damage of its largest range at each speed. Where one range dominates, that is nearly all:
+by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
+revolutions of a cycle count alike. So every range of the histories is counted at the nodes of the largest
+damage, and the worst of those is the rod's.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fea.analysis.cycle.duty import DutyDamage, DutyEntry, duty_damage
+from fea.analysis.cycle.envelope import carried
+from fea.analysis.cycle.path import path
+from fea.analysis.cycle.screened import extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.figures import DutyFigures, LifeFigures, vector
-from fea.base.material import SCATTER, Material
+from fea.base.material import SCATTER
 from fea.base.note import Note, doubt, omission, remark, warning
-from fea.judge.fatigue import criterion_strength
+from fea.judge.fatigue import criterion_strength, reversed_amplitude
+from fea.judge.life_line import LifeLine, rainflow
+from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
 from fea.study.option_tables import DutyTable
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Ints
 from geometry.mass import MassProperties
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.
 _CYCLES_PER_HOUR = 30.0  # at 1 rpm
 # Standard deviations of the band.
 _BAND = 2
+# Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a
+# cycle has a few ranges of any size.
+COUNTED, LEAST = 16, 0.2
 _NOT_JUDGED = -1.0
 _LIFE = "life"
 _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
 )
+# Weights of the unit solutions over the cycle of each entry of a duty, and its cycles per hour.
+_Entries = Sequence[tuple[Weights, float]]
 
 
 @dataclass(frozen=True)
@@ -44,37 +60,125 @@ class Life:
         return {"damage_per_hour": np.nan_to_num(self.damage, nan=_NOT_JUDGED)}
 
 
+@dataclass(frozen=True)
+class WorstLife:
+    """The place of the largest damage."""
+
+    #: node, part: node on the whole rod; number of its part
+    node: int
+    part: int
+    line: LifeLine  #: its S–N line
+    #: amplitude, rate, entry: (n_cycles,) of the cycles counted there: fully reversed amplitude, MPa, number
+    #: per hour, and entry of the duty
+    amplitude: Floats
+    rate: Floats
+    entry: Ints
+
+    def damage(self, strength: float = 1.0, stress: float = 1.0) -> Floats:
+        """Damage per hour (n_cycles,), with all strengths and all stresses multiplied by factors."""
+        line = self.line.stronger(strength)
+        return np.asarray(line.damage(stress * self.amplitude[:, None], self.rate)[:, 0])
+
+
 def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Life:
     """Return the life of a rod over a duty.
+
+    Parts without an S–N line, or without the strengths that the mean-stress correction needs, are left out.
+    Where nothing is damaged, the worst place is the one nearest to its endurance limit.
 
     Raises
     ------
     InvalidValue
         The S–N line of a material does not fit its endurance limit.
     """
-    unknown = tuple(map(warning, _unknown(analysis)))
-    entries = list(_entries(analysis, mass, duty))
-    damage = duty_damage(analysis, entries)
-    if damage is None:
-        return Life(None, unknown)
-    figures = _figures(analysis, duty.table, damage)
-    known = _limits(duty.table, damage, figures, singular=bool(analysis.masked.any()))
-    return Life(figures, (*unknown, *known, _OMISSION), damage.per_hour)
-
-
-def _entries(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> Iterator[DutyEntry]:
-    """The cycle of every entry at every degree and at its peaks, as `CycleAnalysis.at` takes its extremes."""
-    table = duty.table
+    unknown = tuple(_unknown(analysis))
+    table, entries = duty.table, []
     for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
+        # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.sort(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
-        weights = analysis.weights(cycle, angles)
-        yield DutyEntry(weights, share * rpm * _CYCLES_PER_HOUR)
+        entries.append((analysis.weights(cycle, angles), share * rpm * _CYCLES_PER_HOUR))
+    parts = {
+        number: of_part
+        for number in range(len(analysis.materials))
+        if (of_part := _of_part(analysis, entries, number)) is not None
+    }
+    if not parts:
+        return Life(None, unknown)
+    damage, order, owner = _ranked(analysis, parts)
+    counted = [_counted(analysis, entries, node, int(owner[node])) for node in order]
+    whole = analysis.mesh.mirrored
+    image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
+    for place in counted:
+        damage[image == image[place.node]] = place.damage().sum()
+    worst = max(counted, key=lambda place: float(place.damage().sum()))
+    figures = _figures(analysis, table, worst)
+    known = _limits(table, worst, figures, singular=bool(analysis.masked.any()))
+    return Life(figures, (*unknown, *known, _OMISSION), damage)
 
 
-def _figures(analysis: CycleAnalysis, duty: DutyTable, found: DutyDamage) -> LifeFigures:
-    worst, mesh = found.worst, analysis.mesh.whole
-    damage = worst.damage()
+def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:
+    """Damage per hour (n_nodes,) of all parts, the first nodes by it, and the part (n_nodes,) it is of."""
+    damages, usages = (np.stack(of_parts) for of_parts in zip(*parts.values(), strict=True))
+    total, usage = np.fmax.reduce(damages), np.fmax.reduce(usages)
+    known, whole = ~np.isnan(total), analysis.mesh.mirrored
+    counts = analysis.counts[whole.source] & known
+    counts = counts if counts.any() else known
+    once = np.flatnonzero(counts & (whole.sign[:, 2] > 0))
+    order = once[np.lexsort((-usage[once], -total[once]))][:COUNTED]
+    ranking = np.nan_to_num(np.where(total > 0, damages, usages), nan=-1.0)
+    owner = np.array(list(parts))[ranking.argmax(axis=0)]
+    return total, order[total[order] >= LEAST * total[order[0]]], owner
+
+
+def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[Floats, Floats] | None:
+    """Damage per hour by the largest ranges in a part, and the largest of them over the endurance limit.
+
+    Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
+    """
+    part, units, material = analysis.units.parts[number], analysis.units, analysis.materials[number]
+    line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
+    if line is None or criterion_strength(analysis.fatigue, material) is None:
+        return None
+    amplitudes = []
+    for weights, _ in entries:
+        (sides,) = extremes([part], path(weights, units.joint), units.sides)
+        amplitudes.append(
+            [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
+        )
+    rate, whole = np.array([rate for _, rate in entries]), analysis.mesh.mirrored
+    sides_of = [np.stack(of_side) for of_side in zip(*amplitudes, strict=True)]
+    damage = [line.damage(amplitude, rate).sum(axis=0) for amplitude in sides_of]
+    usage = [(amplitude / line.limit).max(axis=0) for amplitude in sides_of]
+    return carried(part, damage, whole), carried(part, usage, whole)
+
+
+def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int) -> WorstLife:
+    """Count every range of the histories of a node, as of a part."""
+    material, whole = analysis.materials[number], analysis.mesh.mirrored
+    source = whole.source[[node]]
+    line = LifeLine.of(material, analysis.regions.at(source).factors(material))
+    if line is None:
+        raise ValueError("only parts with an S–N line have worst places")
+    amplitudes, rates, numbers = [], [], []
+    for index, (weights, rate) in enumerate(entries):
+        (spot,) = spots([(node, number)], analysis.units, weights, whole)
+        mean, amplitude = rainflow(spot.signed)
+        amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
+        rates.append(np.full(len(mean), rate))
+        numbers.append(np.full(len(mean), index))
+    return WorstLife(
+        node,
+        number,
+        line,
+        amplitude=np.concatenate(amplitudes),
+        rate=np.concatenate(rates),
+        entry=np.concatenate(numbers),
+    )
+
+
+def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> LifeFigures:
+    mesh, damage = analysis.mesh.whole, worst.damage()
     total = float(damage.sum())
     by_entry = np.bincount(worst.entry, damage, len(duty.rpm))
     largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(duty.rpm)))
@@ -114,29 +218,23 @@ def _hours(damage: Floats) -> float | None:
     return 1 / total if total else None
 
 
-def _unknown(analysis: CycleAnalysis) -> Iterator[str]:
+def _unknown(analysis: CycleAnalysis) -> Iterator[Note]:
     """Say so of every part whose life is not judged, and why."""
     for part, material in zip(analysis.mesh.parts, analysis.materials, strict=True):
-        missing = [name for name, known in _needed(analysis, material).items() if not known]
-        if missing:
-            yield (
+        needed = {
+            "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
+            "sn_amplitude_MPa)": material.basquin,
+            "endurance limit (endurance_MPa)": material.endurance_limit,
+            "ultimate strength (ultimate_MPa)": criterion_strength(analysis.fatigue, material),
+        }
+        if missing := [name for name, known in needed.items() if known is None]:
+            yield warning(
                 f"the life of {part} is not judged, only its safety factors: its material has no "
                 f"{' and no '.join(missing)}"
             )
 
 
-def _needed(analysis: CycleAnalysis, material: Material) -> Mapping[str, bool]:
-    strength = criterion_strength(analysis.fatigue, material)
-    return {
-        "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
-        "sn_amplitude_MPa)": material.basquin is not None,
-        "endurance limit (endurance_MPa)": material.endurance_limit is not None,
-        "ultimate strength (ultimate_MPa)": strength is not None,
-    }
-
-
-def _limits(duty: DutyTable, found: DutyDamage, figures: LifeFigures, *, singular: bool) -> Iterator[Note]:
-    worst = found.worst
+def _limits(duty: DutyTable, worst: WorstLife, figures: LifeFigures, *, singular: bool) -> Iterator[Note]:
     if figures.hours is not None:
         more = _hours(worst.damage(stress=1.01)) or 0.0
         text = (

@@ -1,4 +1,11 @@
-"""The surface of a rod over the whole crank cycle: what a report superposes in the browser."""
+"""The surface of a rod over the whole crank cycle: what a report superposes in the browser.
+
+A cycle is a sum of few fields, each times a course over the crank angle. The stress of every instant is U w
+with the unit stresses U and the weights w. Its proper orthogonal decomposition (method of snapshots, Sirovich
+1987, Q. Appl. Math. 45, 561) needs no history of any node: with UᵀU = LᵀL the singular vectors of L w are the
+courses, and each field is U times a fixed combination of weights. Such a combination is itself a load, so
+that every field has a displacement too.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -6,15 +13,79 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.cycle.modes import Modes, modes
+from fea.analysis.cycle.screened import product
 from fea.analysis.cycle.unit_solutions import PartStress
 from fea.analysis.prepare import PreparedRod
+from fea.judge.history import deviator_norm, deviatoric
 from fea.pins.model import Fields, Weights
 from fea.solid.parity import Parity, Split
 from fea.solvers.static import Solution
 from fea.stress.stress import von_mises
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Reals
 from loads.slider_crank import cycle_angles
+
+# Numbers of fields that are tried; the last is beyond what any cycle needs.
+_COUNTS = (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 128, 160, 192, 256, 384, 512)
+# The error is looked at every so many instants, first at every so many nodes; so many nodes at a time.
+_INSTANTS, _SOME, _NODES = 3, 5, 4000
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Fields whose sum, each times its course, is the stress at every instant."""
+
+    stress: Floats  #: (n_nodes, 6, n_modes), MPa, components XX YY ZZ XY YZ XZ
+    courses: Floats  #: (n_modes, n_instants), at most 1 in size
+    loads: Floats  #: (n_units, n_modes) weights of the unit loads that cause each field
+    error: float  #: largest von Mises stress of what is missing at any node and instant looked at, MPa
+
+
+def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
+    """Find as few fields as give the stress of a cycle to a tolerance.
+
+    `units` (n_nodes, 6, n_units) unit stresses; `weights` (n_units, n_instants).
+    """
+    flat = np.asarray(units, np.float32).reshape(-1, units.shape[2])
+    values, vectors = np.linalg.eigh((flat.T @ flat).astype(float))
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+    _, sizes, courses = np.linalg.svd(root @ weights, full_matrices=False)
+    kept = sizes > np.finfo(np.float32).eps * max(float(sizes[0]), np.finfo(float).tiny)
+    sizes, courses = sizes[kept], courses[kept]
+    loads, courses = weights @ (courses.T / sizes), sizes[:, None] * courses
+    count, error = _enough(units, weights, loads, courses, tolerance)
+    size = np.abs(courses[:count]).max(axis=1)
+    own = loads[:, :count] * size
+    stress = np.asarray(product(flat.reshape(units.shape), own), np.float64)
+    return Modes(stress, courses[:count] / size[:, None], own, error)
+
+
+def _enough(
+    units: Reals, weights: Floats, loads: Floats, courses: Floats, tolerance: float
+) -> tuple[int, float]:
+    """The smallest number of fields with an error within the tolerance, and that error.
+
+    It is found by bisection over some of the nodes, and confirmed at all of them.
+    """
+    counts = [*(count for count in _COUNTS if count < len(courses)), len(courses)]
+
+    def error(number: int, nodes: Reals) -> float:
+        count, worst = counts[number], 0.0
+        left = (weights - loads[:, :count] @ courses[:count])[:, ::_INSTANTS]
+        for start in range(0, len(nodes), _NODES):
+            block = deviatoric(np.asarray(nodes[start : start + _NODES], np.float32))
+            worst = max(worst, float(deviator_norm(product(block, left)).max()))
+        return worst
+
+    some, low, high = units[::_SOME], 0, len(counts) - 1
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if error(middle, some) <= tolerance else (middle + 1, high)
+    for number in range(low, len(counts) - 1):
+        left = error(number, units)
+        if left <= tolerance:
+            return counts[number], left
+    return counts[-1], 0.0
+
 
 # Largest error of the stress, relative to the peak of the cycle: a quarter of what a report may err by.
 TOLERANCE = 5e-4
@@ -136,7 +207,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
 def _parts(parts: Sequence[PartStress], rod: PreparedRod, cell: Ints, weights: Weights) -> Ints:
     """The part (n_rows,) whose stress a node shows: where parts meet, the one that is closer to yielding."""
     chosen, usage = np.zeros(len(cell), np.int64), np.full(len(cell), -np.inf)
-    shared = _shared(parts, cell)
+    shared = np.sum([np.isin(cell, own.nodes) for own in parts], axis=0) > 1
     some = weights.at(slice(None, None, _EVERY))
     for number, (own, material) in enumerate(zip(parts, rod.materials, strict=True)):
         mine = np.isin(cell, own.nodes)
@@ -151,11 +222,6 @@ def _parts(parts: Sequence[PartStress], rod: PreparedRod, cell: Ints, weights: W
         better = worst > usage
         chosen[better], usage[better] = number, worst[better]
     return chosen
-
-
-def _shared(parts: Sequence[PartStress], cell: Ints) -> Mask:
-    count = np.sum([np.isin(cell, own.nodes) for own in parts], axis=0)
-    return np.asarray(count > 1)
 
 
 def _gathered(parts: Sequence[PartStress], part: Ints, cell: Ints, parity: Parity) -> Floats:

@@ -1,6 +1,6 @@
 """A run at one speed: from a study to everything found there."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -13,7 +13,6 @@ from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.analysis.forces import force_columns
-from fea.analysis.instants import InstantFields
 from fea.analysis.life import Life
 from fea.analysis.motion import Known, Motion, agreeing, motion
 from fea.analysis.prepare import PreparedRod
@@ -21,9 +20,14 @@ from fea.analysis.speed import SpeedResult
 from fea.analysis.summary import speed_summary
 from fea.base.checks import Check
 from fea.base.material import Material
+from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
+from fea.judge.verdict import safety_factor
+from fea.pins.model import Weights
 from fea.rod.loading import EngineLoading, Loading
+from fea.stress.stress import principal, von_mises
 from fea.study.study import Study
+from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -32,6 +36,66 @@ Array = npt.NDArray[Any]
 Arrays = Mapping[str, Array]
 # Of the names of the surfaces; the big end's first.
 BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
+
+
+# Instants computed together: each takes some 200 bytes per node of the whole rod.
+_BLOCK = 8
+_CYCLE = 720.0
+
+
+@dataclass(frozen=True)
+class InstantFields:
+    """The rod at every so many degrees of a cycle."""
+
+    rod: PreparedRod  #: with its unit solutions
+    rpm: float  #: engine speed
+    step: float  #: degrees from one instant to the next
+
+    @property
+    def degrees(self) -> list[float]:
+        """The crank angles: the last is before the cycle begins anew."""
+        return [self.step * k for k in range(int(np.ceil(_CYCLE / self.step - 1e-9)))]
+
+    def fields(self) -> Iterator[dict[str, Array]]:
+        """Yield the nodal arrays of each instant, named as in a load case, in single precision.
+
+        Displacement is solved for, stress is superposed; where parts meet, it is that of the part that is
+        closer to yielding.
+        """
+        angles = np.array(self.degrees) * DEG
+        weights = self.rod.cycle.weights(self.rod.crank_cycle(self.rpm), angles)
+        for start in range(0, len(angles), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            moved = self.rod.displacement(self.rpm, angles[block])
+            stress, factor = self._stress(weights.at(block))
+            for k in range(moved.shape[-1]):
+                yield _arrays(moved[..., k], stress[..., k], factor[..., k])
+
+    def _stress(self, weights: Weights) -> tuple[Floats, Floats]:
+        """Stress (n_nodes, 6, n_instants) and safety factor (n_nodes, n_instants)."""
+        units, whole = self.rod.cycle.units, self.rod.mesh.mirrored
+        count = weights.even.shape[1]
+        stress = np.full((len(whole.source), 6, count), np.nan)
+        factor = np.full((len(whole.source), count), np.inf)
+        for number, material in enumerate(self.rod.materials):
+            own = units.tensor(number, weights, whole)
+            its = safety_factor(von_mises(np.moveaxis(own, 1, -1)), material.yield_strength)
+            worse = its < factor
+            stress = np.where(worse[:, None], own, stress)
+            factor = np.where(worse, its, factor)
+        return stress, factor
+
+
+def _arrays(moved: Floats, stress: Floats, factor: Floats) -> dict[str, Array]:
+    principals = principal(stress)
+    found = {
+        "displacement": moved,
+        "stress": stress,
+        "von_mises": von_mises(stress),
+        **{f"principal_{k + 1}": principals[:, k] for k in range(3)},
+        "safety_factor": factor,
+    }
+    return {name: np.ascontiguousarray(values, np.float32) for name, values in found.items()}
 
 
 class DrawnBore(NamedTuple):

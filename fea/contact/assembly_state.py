@@ -1,6 +1,6 @@
 """What contact leaves under load: bolt forces, what interfaces do, and where pins touch their bores."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,9 @@ from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
 _ROUNDING = 1e-6
+
+# The names of fits, by the seat.
+FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
 
 Place = tuple[float, float, float]
 
@@ -78,6 +81,11 @@ class AssemblyState:
     def separating(self, assembled: "AssemblyState") -> float:
         """Load on the joint beside its bolts, N: what bolts gain and the joint loses against no load."""
         return self.bolt_force - assembled.bolt_force - (self.joint.force - assembled.joint.force)
+
+
+def bolt_forces(states: Sequence[AssemblyState]) -> Floats:
+    """Forces (n_bolts, n) of the bolts in a sequence of states, N."""
+    return np.array([[bolt.force for bolt in state.bolts] for state in states]).T
 
 
 @dataclass(frozen=True)

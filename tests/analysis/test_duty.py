@@ -8,7 +8,7 @@ from studies import PLAIN
 
 from fea import load_study
 from fea.analysis import adapt
-from fea.analysis.cycle.duty import COUNTED
+from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle

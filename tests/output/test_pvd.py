@@ -7,7 +7,7 @@ import pytest
 import pyvista
 from reports import RPM, reported_rod, solved_at
 
-from fea.analysis.instants import InstantFields
+from fea.analysis.result import InstantFields
 from fea.output.vtu import write_pvd
 from fea.stress.stress import von_mises
 from fea.study.flags import Flags

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from fea.analysis.cycle.assembly_history import assembly_columns
 from fea.analysis.cycle.basis import Basis
 from fea.analysis.cycle.critical import Judges, critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
@@ -15,8 +14,8 @@ from fea.base.checks import LIMITS, Check
 from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.base.note import SINGULAR, Note, warning
-from fea.base.units import DEG
-from fea.contact.assembly_state import AssemblyState, Touch
+from fea.base.units import DEG, UM
+from fea.contact.assembly_state import FITS, AssemblyState, Touch, bolt_forces
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
 from fea.pins.model import UnitLoads, Weights
@@ -83,7 +82,7 @@ class CycleResult:
         return checks
 
     def contact_columns(self) -> dict[str, Floats]:
-        """Return, over the crank angle, the largest contact pressure on each bore, its place and the arc."""
+        """Return, over the crank angle, contact on each bore, bolts, joint and fits."""
         columns = {"crank_deg": self.angles / DEG}
         for surface in self.touches[0]:
             end, own = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
@@ -91,7 +90,23 @@ class CycleResult:
             columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
             columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
             columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
-        return columns | assembly_columns(self.states)
+        if not self.states:  # a rod of one piece
+            return columns
+        joint = [state.joint for state in self.states]
+        columns |= {f"bolt_{number}_N": force for number, force in enumerate(bolt_forces(self.states), 1)}
+        for number, bolt in enumerate(zip(*(state.bolts for state in self.states), strict=True), 1):
+            columns[f"bolt_{number}_bending_MPa"] = np.array([own.bending for own in bolt])
+        columns["joint_clamp_N"] = np.array([own.force for own in joint])
+        columns["joint_shear_N"] = np.array([own.shear for own in joint])
+        columns["joint_open_percent"] = np.array([100 * own.open_share for own in joint])
+        columns["joint_opening_um"] = np.array([own.opening / UM for own in joint])
+        for seat, name in FITS.items():
+            if seat in self.states[0].faces:
+                fit = [state.faces[seat] for state in self.states]
+                columns[f"{name}_mean_MPa"] = np.array([own.mean for own in fit])
+                columns[f"{name}_least_MPa"] = np.array([own.least for own in fit])
+                columns[f"{name}_lifted_percent"] = np.array([100 * own.open_share for own in fit])
+        return columns
 
     def notes(self) -> tuple[Note, ...]:
         """Return the notes about the cycle for the user."""
@@ -219,7 +234,10 @@ class CycleAnalysis:
         multiaxial, factors = worst_multiaxial(
             found, units, weights.at(slice(degrees)), whole, self.materials, counts=counts, regions=regions
         )
-        endurance = _endurance(found.fatigue_part, self.materials, regions)
+        surface = np.stack([regions.factors(material) for material in self.materials])
+        limits = np.array([[material.endurance_limit or np.nan] for material in self.materials])
+        of_part = (surface * limits)[found.fatigue_part, np.arange(len(found.fatigue_part))]
+        endurance = None if (surface == 1).all() else of_part
         return replace(found, crossland_factor=factors, endurance=endurance), multiaxial
 
     def _made_exact(
@@ -285,13 +303,6 @@ class CycleAnalysis:
 def counting(masked: Mask) -> Mask:
     """Nodes that count: those that are not masked; all nodes if none would be left."""
     return np.ones_like(masked) if masked.all() else ~masked
-
-
-def _endurance(part: Ints, materials: Sequence[Material], regions: SurfaceRegions) -> Floats | None:
-    """Endurance limit (n_nodes,) of the part given at each node; None if every surface is as polished."""
-    surface = np.stack([regions.factors(material) for material in materials])
-    limits = np.array([[material.endurance_limit or np.nan] for material in materials])
-    return None if (surface == 1).all() else (surface * limits)[part, np.arange(len(part))]
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.cycle.assembly_history import bolt_forces
 from fea.analysis.cycle.superposition import CycleResult
 from fea.base.units import DEG, KN
-from fea.contact.assembly_state import AssemblyState
+from fea.contact.assembly_state import AssemblyState, bolt_forces
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.output.plots.figure import label_axes, new_figure, save
