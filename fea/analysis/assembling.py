@@ -35,32 +35,6 @@ if TYPE_CHECKING:
 _SECTORS = 24
 
 
-def asked_of_file(table: AssemblyTable) -> Assembly:
-    """What a study says of the parts of a file; lengths of bolts that it does not give are 0."""
-    return Assembly(
-        split=table.split_angle,
-        bushing=table.bushing_touches,
-        shell=table.shell_thickness_mm or 0.0,
-        bolt=BoltSeat(
-            head_diameter=table.bolt_head_mm or 0.0,
-            grip=table.bolt_grip_mm or 0.0,
-            nut_diameter=table.bolt_nut_mm or 0.0,
-            engaged=table.bolt_engaged_mm or 0.0,
-        ),
-    )
-
-
-def found_in_file(table: AssemblyTable, bolt: BoltAxis) -> AssemblyTable:
-    """Return [assembly] with the lengths of a bolt that was found."""
-    return replace(
-        table,
-        bolt_head_mm=2 * bolt.head_radius,
-        bolt_grip_mm=bolt.grip,
-        bolt_nut_mm=2 * bolt.nut_radius or None,
-        bolt_engaged_mm=bolt.engaged or None,
-    )
-
-
 def seats_in_file(bolt: BoltAxis, bores: Bores) -> BoltSeats:
     """Where a bolt that was found sits; the parts around it reach as far as to the bore, and not farther."""
     to_bore = math.hypot(*bolt.point[:2]) - bores.big_radius
@@ -72,12 +46,6 @@ def seats_in_file(bolt: BoltAxis, bores: Bores) -> BoltSeats:
         outer=2 * min(to_bore, bores.big_width / 2, 2 * bolt.hole_radius),
         through=bool(bolt.nut_radius),
     )
-
-
-def joint_angle(bolt: BoltAxis) -> float:
-    """Angle of the normal of the joint from the rod's axis, degrees: bolts are square to the joint."""
-    x, y, _ = bolt.direction
-    return math.degrees(math.atan2(0.0 - y, -x))
 
 
 def radii_in_file(mesh: MeshedRod) -> dict[str, FitRadii]:
@@ -115,7 +83,18 @@ def drawn_assembly(study: Study) -> Assembly | None:
         Bolts and rod do not go together.
     """
     if study.assembly is not None and study.rod.cad is not None:
-        return asked_of_file(study.assembly)
+        table = study.assembly  # lengths of bolts that it does not give are 0
+        return Assembly(
+            split=table.split_angle,
+            bushing=table.bushing_touches,
+            shell=table.shell_thickness_mm or 0.0,
+            bolt=BoltSeat(
+                head_diameter=table.bolt_head_mm or 0.0,
+                grip=table.bolt_grip_mm or 0.0,
+                nut_diameter=table.bolt_nut_mm or 0.0,
+                engaged=table.bolt_engaged_mm or 0.0,
+            ),
+        )
     assembling = Assembling.of(study)
     return None if assembling is None else assembling.geometry
 
@@ -148,13 +127,26 @@ class Assembling:
             seats, radii = seats_of(rod), radii_of(rod, table.shell_thickness_mm or 0.0)
         elif mesh is not None and mesh.bolts:
             first = mesh.bolts[0]
-            seats, split = seats_in_file(first, mesh.bores), joint_angle(first)
-            table, radii = found_in_file(table, first), radii_in_file(mesh)
+            x, y, _ = first.direction  # square to the joint
+            seats, split = seats_in_file(first, mesh.bores), math.degrees(math.atan2(0.0 - y, -x))
+            radii = radii_in_file(mesh)
+            table = replace(
+                table,
+                bolt_head_mm=2 * first.head_radius,
+                bolt_grip_mm=first.grip,
+                bolt_nut_mm=2 * first.nut_radius or None,
+                bolt_engaged_mm=first.engaged or None,
+            )
         else:
             return None
         chosen = choose_bolt(table, seats, study.part_material.get(BOLT), study.material.material())
         bolt = chosen.bolt
-        materials = _materials(study, table)
+        materials = {
+            ROD: study.part_material_table(ROD),
+            BOLT: bolt_material(study.part_material, table.grade),
+        }
+        inner = (BUSHING, table.bushing_touches), (SHELL, table.shell_thickness_mm is not None)
+        materials |= {part: study.part_material_table(part) for part, there in inner if there}
         expansions = Expansions.of(table, materials)
         return cls(
             table=table,
@@ -221,12 +213,3 @@ class Assembling:
             piston_pin=pins[0][0],
             crank_pin=pins[1][0],
         )
-
-
-def _materials(study: Study, table: AssemblyTable) -> dict[str, MaterialTable]:
-    tables = {ROD: study.part_material_table(ROD), BOLT: bolt_material(study.part_material, table.grade)}
-    if table.bushing_touches:
-        tables[BUSHING] = study.part_material_table(BUSHING)
-    if table.shell_thickness_mm is not None:
-        tables[SHELL] = study.part_material_table(SHELL)
-    return tables

@@ -1,7 +1,7 @@
 """From the cases of an assembled rod to its figures."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,38 +48,33 @@ class Onsets:
     def __init__(
         self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
     ) -> None:
-        self._pins, self._cases = pins, cases
+        self._pins, self._cases, self._assembled = pins, cases, states[ASSEMBLY]
         self._states = {name: state for name, state in states.items() if name != ASSEMBLY}
-        self._assembled = states[ASSEMBLY]
         self._limits: dict[str, LoadLimits] = {}
 
-    @cached_property
-    def _possible(self) -> bool:
-        return self._pins.contact.problem.unfolding.size <= MOST_UNKNOWNS
-
-    def opens(self) -> OnsetFigures | None:
-        """When the joint opens at the edge of the bore."""
-        return self._of(self._separating, lambda limits: limits.opens())
-
-    def separates(self) -> OnsetFigures | None:
-        """When rod and cap come apart."""
-        return self._of(self._separating, lambda limits: limits.separates())
+    def of_joint(self, begins: Callable[["LoadLimits"], float | None]) -> OnsetFigures | None:
+        """When something begins at the joint, in the case that pulls it apart most; None where not found."""
+        return self._of(max, lambda state: state.separating(self._assembled), begins)
 
     def lifts_off(self, seat: Surface) -> OnsetFigures | None:
         """When a part begins to lift off its seat, in the case that relieves the seat most."""
-        faces = {name: state.faces[seat] for name, state in self._states.items()}
-        worst = min(faces, key=lambda name: (faces[name].least, -faces[name].open_share))
-        return self._of(worst, lambda limits: limits.lifts_off(seat))
+        return self._of(
+            min,
+            lambda state: (state.faces[seat].least, -state.faces[seat].open_share),
+            lambda limits: limits.lifts_off(seat),
+        )
 
-    @cached_property
-    def _separating(self) -> str:
-        return max(self._states, key=lambda name: self._states[name].separating(self._assembled))
-
-    def _of(self, case: str, begins: Callable[["LoadLimits"], float | None]) -> OnsetFigures | None:
-        if not self._possible:
+    def _of(
+        self,
+        extreme: Callable[..., str],
+        measure: Callable[[AssemblyState], object],
+        begins: Callable[["LoadLimits"], float | None],
+    ) -> OnsetFigures | None:
+        if self._pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
             return None
         from fea.pins.load_limits import LARGEST, LoadLimits  # noqa: PLC0415 - rods of one piece do without
 
+        case = extreme(self._states, key=lambda name: measure(self._states[name]))
         if case not in self._limits:
             self._limits[case] = LoadLimits(self._pins, self._cases[case], self._states[case])
         try:
@@ -232,8 +227,8 @@ def _joint(
     }
     return JointFigures(
         friction=friction,
-        opens=onsets.opens(),
-        separates=onsets.separates(),
+        opens=onsets.of_joint(lambda limits: limits.opens()),
+        separates=onsets.of_joint(lambda limits: limits.separates()),
         by_case=by_case,
         cycle=None if cycle is None else _joint_cycle(cycle),
     )

@@ -20,6 +20,7 @@ from fea.analysis.summary import endurance_figures, load_figures, summary_of
 from fea.base.note import omission
 from fea.base.units import DEG
 from fea.machine.threads import one_blas_thread, side_by_side
+from loads.slider_crank import cycle_angles
 
 # With more speeds than this the fields are written at the worst ones only.
 MOST_FULL_RUNS = 10
@@ -138,7 +139,7 @@ class SpeedSweep:
             min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
             endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
-            instants=self._search.instants,
+            instants=len(cycle_angles()),
         )
 
 

@@ -18,7 +18,7 @@ from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import BoltPull, MatingFaces
-from fea.contact.multipliers import Direction, radial
+from fea.contact.multipliers import radial, uniform
 from fea.machine.threads import one_blas_thread
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import SMOOTH, BoreContact, ContactPins, ContactUnits, acting, of_unit_work
@@ -68,16 +68,15 @@ class AssemblyContact(BoreContact):
 
     def __init__(self, structure: Structure, fits: Fits, specification: AssemblySpecification) -> None:
         mesh, bores, friction = structure.mesh, structure.bores, specification.friction
-        faces = [
-            MatingFaces.of(
-                mesh,
-                sides,
-                _direction(sides[0], bores, specification.normal),
-                interference=specification.interference.get(sides[0], 0.0),
-                friction=friction > 0,
+        faces = []
+        for first, second in mesh.interfaces:
+            x = bores.rod_length if first is Surface.BUSHING_SEAT else 0.0
+            across = uniform(np.array([*specification.normal, 0.0])) if first is Surface.JOINT else radial(x)
+            interference = specification.interference.get(first, 0.0)
+            sides = (first, second)
+            faces.append(
+                MatingFaces.of(mesh, sides, across, interference=interference, friction=friction > 0)
             )
-            for sides in mesh.interfaces
-        ]
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
         pulls = _pulls(mesh, axes, seated, specification.stiffness)
@@ -85,7 +84,9 @@ class AssemblyContact(BoreContact):
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
-        names = [_part_name(mesh, nodes, specification.parts) for nodes in parts]
+        number = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
+        own = [int(number[np.isin(mesh.tets[:, 0], nodes).argmax()]) for nodes in parts]
+        names = [specification.parts[k] if k < len(specification.parts) else "part" for k in own]
         preload = np.full(len(axes), specification.preload)
         warming = _warming(mesh, bores, fits, specification)
         self.growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
@@ -212,19 +213,6 @@ def _key(*acting: Floats) -> bytes:
 
 def _cycle_key(cycle: CrankCycle) -> bytes:
     return _key(cycle.increments.pin, cycle.increments.motions)
-
-
-def _direction(surface: Surface, bores: Bores, normal: tuple[float, float]) -> Direction:
-    """In which pressure on an interface pushes its first side."""
-    if surface is Surface.JOINT:
-        across = np.array([*normal, 0.0])
-        return lambda places: np.broadcast_to(across, places.shape)
-    return radial(bores.rod_length if surface is Surface.BUSHING_SEAT else 0.0)
-
-
-def _part_name(mesh: TetMesh, nodes: Ints, names: Sequence[str]) -> str:
-    number = 0 if mesh.part is None else mesh.part[np.isin(mesh.tets[:, 0], nodes).argmax()]
-    return names[number] if number < len(names) else "part"
 
 
 def _of_cell(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> tuple[BoltAxis, ...]:

@@ -29,14 +29,13 @@ class AssemblyStates:
         self._assembled, self._friction, self._bending = assembled, friction, bending
         problem = assembled.problem
         self._names = [Surface(own.name) for own in problem.faces]
-        self._bolts = _with_images(bolts) if problem.unfolding.both_sides else bolts
+        both = problem.unfolding.both_sides
+        self._bolts = np.concatenate([bolts, bolts * [1.0, -1.0, 1.0]]) if both else bolts
         self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in problem.bolts]
         away = np.hypot(*assembled.vertices.place[:, :2].T)
-        joint = assembled.vertices.face == self._number(Surface.JOINT)
-        self._edge = joint & (np.abs(away - big_radius) < _ON_EDGE * big_radius)
-
-    def _number(self, surface: Surface) -> int:
-        return self._names.index(surface) if surface in self._names else -1
+        joint = self._names.index(Surface.JOINT) if Surface.JOINT in self._names else -1
+        near = np.abs(away - big_radius) < _ON_EDGE * big_radius
+        self._edge = (assembled.vertices.face == joint) & near
 
     def __call__(self, state: ContactState) -> AssemblyState:
         """Sum up one state."""
@@ -81,7 +80,10 @@ class AssemblyStates:
         opened, slipping = state.guess.opened[own], state.guess.slipping[own]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT
-        edge = self._edge[own]
+        edge, at, interface = self._edge[own], vertices.shear[own], self._assembled.interface
+        slipped = state.gap - self._assembled.tightened.gap  # since the parts were put together
+        moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
+        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T)
         return FaceState(
             area=float(area.sum()),
             force=force,
@@ -91,20 +93,11 @@ class AssemblyStates:
             opening=float(gap[widest]),
             opening_at=_place(vertices.place[own[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
-            slip=float(self._slip(own, state).max()),
+            slip=float(np.where(opened, 0.0, slip / area).max()),
             shear=float(np.linalg.norm(self._shear(own, state))) if plane else 0.0,
             friction=self._friction * force,
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,
         )
-
-    def _slip(self, own: Ints, state: ContactState) -> Floats:
-        """Slip (k,) of places that touch since the parts were put together, mm."""
-        vertices, interface = self._assembled.vertices, self._assembled.interface
-        at = vertices.shear[own]
-        slipped = state.gap - self._assembled.tightened.gap
-        moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
-        slip = np.hypot(*np.where(at >= 0, moments, 0.0).T) / vertices.area[own]
-        return np.asarray(np.where(state.guess.opened[own], 0.0, slip))
 
     def _shear(self, own: Ints, state: ContactState) -> Floats:
         """Resultant (2,) along the tangents of a plane interface, N.
@@ -124,10 +117,6 @@ class AssemblyStates:
 def _share(area: Floats, mask: Mask) -> float:
     total = float(area.sum())
     return float(area[mask].sum() / total) if total > 0 else 0.0
-
-
-def _with_images(places: Floats) -> Floats:
-    return np.concatenate([places, places * [1.0, -1.0, 1.0]])
 
 
 def _place(point: Floats) -> Place:

@@ -51,9 +51,8 @@ class BondedBore:
         forces, tractions = np.zeros((2, 2, n_nodes, 3))
         for number, turn in enumerate((y / polar, -x / polar)):
             uniform = np.eye(2)[number] / area
-            there, nodal = (
-                uniform + turn * _across(each - center) for each in (places, bore.corners[..., :2])
-            )
+            away = (each - center for each in (places, bore.corners[..., :2]))
+            there, nodal = (uniform + turn * each[..., ::-1] * [-1.0, 1.0] for each in away)
             spread = np.swapaxes(bore.shape_values, -1, -2) @ (bore.areas[..., None] * there)
             np.add.at(forces[number, :, :2], bore.nodes, spread)
             tractions[number, bore.nodes, :2] = nodal
@@ -66,11 +65,6 @@ class BondedBore:
     def _split(self, units: Floats, force: tuple[float, float]) -> Split:
         along, across = force[0] * units[0], force[1] * units[1]
         return Split(along, across) if self.cut_y else Split(along + across, None)
-
-
-def _across(away: Floats) -> Floats:
-    """e_z × r of vectors (…, 2)."""
-    return np.stack([-away[..., 1], away[..., 0]], axis=-1)
 
 
 class BondedPins(PrescribedPins):

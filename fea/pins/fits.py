@@ -139,11 +139,16 @@ class Fits:
             most = LARGEST_CLEARANCE * bores.small_radius
             relief = bores.small_width / 2, min(bending(piston_pin, largest_force), most)
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
+        crank_pin = None
+        if CRANK_PIN in stiffness:  # solid, held by webs beside the rod
+            half, radius = bores.big_width / 2, bores.big_radius
+            webs = (1.02 * half, 1.02 * half + radius)
+            crank_pin = Pin(radius, 0.0, half, webs, *stiffness[CRANK_PIN])
         return cls(
             small_clearance=small / 2,
             big_clearance=big / 2,
             piston_pin=piston_pin,
-            crank_pin=_crank_pin(bores, stiffness),
+            crank_pin=crank_pin,
             assumed=tuple(assumed),
             relief=relief,
             drawn_relief=drawn and relief is None,
@@ -183,11 +188,3 @@ def _relief(table: ContactTable, bores: Bores) -> tuple[float, float] | None:
     require(length <= half, _RELIEF, [length, depth], rule)
     require(depth <= most, _RELIEF, [length, depth], f"its depth must be at most {most:.3g} mm")
     return length, depth
-
-
-def _crank_pin(bores: Bores, stiffness: Mapping[str, tuple[float, float]]) -> Pin | None:
-    """A solid crank pin held by webs beside the rod, if its material is given; a rigid one otherwise."""
-    if CRANK_PIN not in stiffness:
-        return None
-    half, radius = bores.big_width / 2, bores.big_radius
-    return Pin(radius, 0.0, half, (1.02 * half, 1.02 * half + radius), *stiffness[CRANK_PIN])

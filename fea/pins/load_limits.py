@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from scipy.optimize import brentq
 
-from fea.contact.assembly_state import AssemblyState, FaceState
+from fea.contact.assembly_state import AssemblyState
 from fea.pins.assembly import AssemblyPins
 from geometry.surfaces import Surface
 from loads.instants import Instants
@@ -65,7 +65,9 @@ class LoadLimits:
 
     def lifts_off(self, surface: Surface) -> float | None:
         """When a part begins to lift off its seat; errors as for `opens`."""
-        return self._onset(lambda state: _held(state.faces[surface]))
+        return self._onset(
+            lambda state: 0.0 if state.faces[surface].open_share > 0 else state.faces[surface].least
+        )
 
     def _onset(self, measure: Callable[[AssemblyState], float]) -> float | None:
         lost = _LOST * measure(self._states[0.0])
@@ -77,7 +79,3 @@ class LoadLimits:
             return value if value > 0 else lost
 
         return onset(left)
-
-
-def _held(seat: FaceState) -> float:
-    return seat.least if seat.open_share == 0 else 0.0

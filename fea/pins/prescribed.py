@@ -36,17 +36,6 @@ class LoadedBore:
         return instants.pin if self.surface is Surface.SMALL_END_BORE else instants.crank
 
 
-def loaded_bores(mesh: TetMesh, bores: Bores, support: Support) -> list[LoadedBore]:
-    """Return the bores of a meshed cell; at a clamped big end the crank force is a reaction."""
-    small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
-    measures = (bores.small_radius, bores.small_width, bores.small_taper)
-    loaded = [LoadedBore(Surface.SMALL_END_BORE, small, 1, *measures)]
-    if support is not Support.CLAMPED:
-        big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
-        loaded.append(LoadedBore(Surface.BIG_END_BORE, big, -1, bores.big_radius, bores.big_width))
-    return loaded
-
-
 class PrescribedPins(PinModel):
     """Pins whose load on a bore follows from their force: in proportion to it, unless `span` says otherwise.
 
@@ -57,7 +46,15 @@ class PrescribedPins(PinModel):
         self, mesh: TetMesh, bores: Bores, inertia: Inertia, support: Support, pressure: str = ""
     ) -> None:
         self.n_nodes, self.pressure, self.inertia = len(mesh.points), pressure, inertia
-        self.bores = loaded_bores(mesh, bores, support)
+        small = bore_facets(mesh, Surface.SMALL_END_BORE, bores.rod_length)
+        measures = (bores.small_radius, bores.small_width, bores.small_taper)
+        self.bores = [LoadedBore(Surface.SMALL_END_BORE, small, 1, *measures)]
+        if support is not Support.CLAMPED:
+            big, measures = (
+                bore_facets(mesh, Surface.BIG_END_BORE, 0.0),
+                (bores.big_radius, bores.big_width, 0.0),
+            )
+            self.bores.append(LoadedBore(Surface.BIG_END_BORE, big, -1, *measures))
         self.tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
         self._rod_length = bores.rod_length
 
@@ -65,13 +62,8 @@ class PrescribedPins(PinModel):
     def of(cls, structure: Structure) -> Self:
         """Prepare the model for a rod."""
         with structure.clock("loads"):
-            return cls(
-                structure.mesh,
-                structure.bores,
-                structure.inertia,
-                structure.support,
-                structure.pressure,
-            )
+            rod = structure
+            return cls(rod.mesh, rod.bores, rod.inertia, rod.support, rod.pressure)
 
     @abstractmethod
     def load(self, bore: LoadedBore, force: tuple[float, float]) -> BoreLoad:
@@ -89,8 +81,13 @@ class PrescribedPins(PinModel):
         parts = [load.forces for load in loads.values()]
         if instant.motions.any():
             parts.append(self.inertia.forces(instant))
-        largest = float(instant.largest_force)
-        forces, tilt = self._upright(total(parts), largest)
+        forces, tilt, largest = total(parts), None, float(instant.largest_force)
+        # A mesh that can tilt is not cut at z = 0 and hence not at y = 0: the forces have one part only.
+        if self.tilt is not None:
+            force, *moments = self.tilt.out_of_plane(forces.symmetric)
+            length = self._rod_length
+            tilt = float(max(abs(force) * length, *map(abs, moments)) / (largest * length))
+            forces = Split(self.tilt.balanced(forces.symmetric), None)
         return Response(
             forces=forces,
             traction={surface: load.traction for surface, load in loads.items()},
@@ -98,18 +95,6 @@ class PrescribedPins(PinModel):
             largest=largest,
             tilt=tilt,
         )
-
-    def _upright(self, forces: Split, largest: float) -> tuple[Split, float | None]:
-        """Forces without their out-of-plane part, and the relative moment that was removed.
-
-        A mesh that can tilt is not cut at z = 0 and hence not at y = 0: the forces have one part only.
-        """
-        if self.tilt is None:
-            return forces, None
-        force, *moments = self.tilt.out_of_plane(forces.symmetric)
-        length = self._rod_length
-        tilt = max(abs(force) * length, *map(abs, moments)) / (largest * length)
-        return Split(self.tilt.balanced(forces.symmetric), None), float(tilt)
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return forces along x and y on each bore, and inertia: they span every instant."""

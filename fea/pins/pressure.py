@@ -51,17 +51,8 @@ def series(arc: Arc, highest: int | None = None) -> Series:
 
 
 @cache
-def skewed(arc: Arc, share: float) -> Series:
-    """Expand s(ψ) sin ψ, which has at most the weight `share`: a smaller weight needs fewer terms."""
-    return _enough(arc, np.sin, share)
-
-
-def coefficients(arc: Arc, orders: Ints) -> tuple[Floats, Floats]:
-    """Return c_n of s(ψ) and d_n of s(ψ) sin ψ, each (n_terms,)."""
-    return _coefficients(arc, orders, np.cos), _coefficients(arc, orders, np.sin)
-
-
 def _enough(arc: Arc, wave: Wave, share: float) -> Series:
+    """Expand s(ψ) or s(ψ) sin ψ with the weight `share`: a smaller weight needs fewer terms."""
     candidates = (_truncated(arc, order, wave) for order in range(8, HIGHEST + 1, 4))
     fit = (each for each in candidates if share * each.error <= TOLERANCE)
     return next(fit, _truncated(arc, HIGHEST, wave))
@@ -164,7 +155,11 @@ class PressedBore:
 
     @cached_property
     def _coefficients(self) -> list[tuple[Floats, Floats]]:
-        return [coefficients(arc, self.orders) for arc in self.arcs]
+        """Per arc c_n of s(ψ) and d_n of s(ψ) sin ψ, each (n_terms,)."""
+        return [
+            (_coefficients(arc, self.orders, np.cos), _coefficients(arc, self.orders, np.sin))
+            for arc in self.arcs
+        ]
 
 
 class Harmonics(UnitLoads):
@@ -214,7 +209,7 @@ class Harmonics(UnitLoads):
 def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
     """Orders plus those of s(ψ) sin ψ, if a bore needs more of it than its mesh irregularity causes."""
     shares = {arc: _skewness(facets, arc) for arc in arcs}
-    more = [skewed(arc, share).orders for arc, share in shares.items() if share > SKEWED]
+    more = [_enough(arc, np.sin, share).orders for arc, share in shares.items() if share > SKEWED]
     return reduce(np.union1d, more, orders)
 
 
@@ -223,12 +218,11 @@ def _skewness(facets: BoreFacets, arc: Arc) -> float:
     angle, area = facets.angle.ravel(), facets.areas.ravel()
     if facets.cut_y:
         angle, area = np.append(angle, -angle), np.append(area, area)
-    return max(_skewed_by(wrapped(angle - direction), area, arc) for direction in _DIRECTIONS)
-
-
-def _skewed_by(psi: Floats, area: Floats, arc: Arc) -> float:
-    """|b / a| in one direction; 0 if no facet lies within the arc."""
-    within = np.abs(psi) < arc.angle / 2
-    across = np.sin(psi[within])
-    pressed = arc.unbounded(psi[within]) * area[within] * across
-    return float(abs(pressed.sum()) / max(pressed @ across, np.finfo(float).tiny))
+    most = 0.0  # in a direction without a facet within the arc, too
+    for direction in _DIRECTIONS:
+        psi = wrapped(angle - direction)
+        within = np.abs(psi) < arc.angle / 2
+        across = np.sin(psi[within])
+        pressed = arc.unbounded(psi[within]) * area[within] * across
+        most = max(most, float(abs(pressed.sum()) / max(pressed @ across, np.finfo(float).tiny)))
+    return most

@@ -96,11 +96,6 @@ class SpeedSearch:
         along = path(self._weights[0], analysis.units.joint)
         self._starts = along.ends[first_chords(along)]
 
-    @property
-    def instants(self) -> int:
-        """How many instants of the cycle are looked at."""
-        return len(self._degrees)
-
     def at(self, rpm: float) -> Worst:
         """Find the worst places at a speed between the first and the last, rpm."""
         cases = peak_cases(self._cycles(rpm)).cases
@@ -152,7 +147,13 @@ class SpeedSearch:
 
     def _worst(self, cycle: EstimatedCycle, at_peaks: list[Floats], mode: Mode) -> Place:
         """The place of the smallest factor."""
-        least = self._least(cycle, at_peaks, mode)
+        error, bounds = np.maximum.reduceat(cycle.degrees.error, self._starts), []
+        for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
+            away: Floats | float = 0.0
+            if cycle.estimated:
+                away = part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))
+            bounds.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
+        least = np.concatenate(bounds)  # lower bounds of the factors of the rows of all parts
         order = np.argsort(least)
         best, at = np.inf, int(order[0])
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
@@ -161,27 +162,10 @@ class SpeedSearch:
             if not chosen.size:
                 break
             best, at = self._least_of(chosen, cycle, mode, (best, at))
-        return self._place(best, *self._row(at), cycle)
-
-    def _least(self, cycle: EstimatedCycle, at_peaks: list[Floats], mode: Mode) -> Floats:
-        """Lower bounds of the factors of the rows of all parts, one after another."""
-        error, least = np.maximum.reduceat(cycle.degrees.error, self._starts), []
-        for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
-            away = (
-                part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))
-                if cycle.estimated
-                else 0.0
-            )
-            least.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
-        return np.concatenate(least)
-
-    def _row(self, place: int) -> tuple[PartRows, int]:
-        """Return the part of a place, numbered over all parts, and its row there."""
-        for part in self._parts:
-            if place < len(part.points):
-                break
-            place -= len(part.points)
-        return part, place
+        ends = np.cumsum([len(part.points) for part in self._parts])
+        number = int(np.searchsorted(ends, at, side="right"))
+        part = self._parts[number]
+        return self._place(best, part, at - int(ends[number]) + len(part.points), cycle)
 
     def _least_of(
         self, places: Ints, cycle: EstimatedCycle, mode: Mode, known: tuple[float, int]
@@ -226,19 +210,19 @@ class SpeedSearch:
             equivalent = deviator_norm(stress[..., None])[:, 0]
             largest, least = (sign * _largest_principal(sign * stress, equivalent) for sign in (1, -1))
             row = int(equivalent.argmax())
-            peak = CaseFigures(
-                max_von_mises_MPa=float(equivalent[row]),
-                at_mm=vector(part.points[row]),
-                max_principal_MPa=largest,
-                min_principal_MPa=least,
-                max_displacement_mm=None,
-                min_safety_factor=float(
-                    safety_factor(equivalent[row : row + 1], part.material.yield_strength)[0]
-                ),
-                error_percent=None,
-                verdict=None,
+            factor = safety_factor(equivalent[row : row + 1], part.material.yield_strength)
+            peaks.append(
+                CaseFigures(
+                    max_von_mises_MPa=float(equivalent[row]),
+                    at_mm=vector(part.points[row]),
+                    max_principal_MPa=largest,
+                    min_principal_MPa=least,
+                    max_displacement_mm=None,
+                    min_safety_factor=float(factor[0]),
+                    error_percent=None,
+                    verdict=None,
+                )
             )
-            peaks.append(peak)
         return dataclasses.replace(
             max(peaks, key=lambda peak: peak.max_von_mises_MPa),
             max_principal_MPa=max(peak.max_principal_MPa for peak in peaks),

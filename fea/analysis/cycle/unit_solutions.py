@@ -238,15 +238,14 @@ def spots(
     places: Iterable[tuple[int, int]], units: UnitSolutions, weights: Weights, whole: MirroredMesh
 ) -> tuple[Spot, ...]:
     """Return the histories of some nodes of the whole rod, each given with the number of its part."""
-    return tuple(_spot(node, units, weights, whole, part) for node, part in places)
-
-
-def _spot(node: int, units: UnitSolutions, weights: Weights, whole: MirroredMesh, number: int) -> Spot:
-    part = units.parts[number]
-    row = np.searchsorted(part.nodes, whole.source[node])[None]
-    x, y, z = whole.sign[node]
-    side = int(y) if len(units.sides) > 1 else 1
-    (history,) = part.histories(weights, (side,), row)
-    stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
-    signed = signed_equivalent(history)[0]
-    return Spot(node, number, whole.mesh.points[node], stress, signed)
+    found = []
+    for node, number in places:
+        part = units.parts[number]
+        row = np.searchsorted(part.nodes, whole.source[node])[None]
+        x, y, z = whole.sign[node]
+        side = int(y) if len(units.sides) > 1 else 1
+        (history,) = part.histories(weights, (side,), row)
+        stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
+        signed = signed_equivalent(history)[0]
+        found.append(Spot(node, number, whole.mesh.points[node], stress, signed))
+    return tuple(found)
