@@ -63,7 +63,11 @@ class PressureEstimator:
         pressure = np.maximum(pressure, 0.0)
         left = self._C @ pressure + gap
         left -= self._R @ self._least(pressure, self._R.T @ (pressure * left))
-        return pressure, np.where(admissible, self._bound(pressure, left), np.inf)
+        opened = np.where(pressure <= _LITTLE * pressure.max(axis=0), np.maximum(left, 0.0), 0.0)
+        rest = solve_triangular(self._root, left - opened, lower=True, check_finite=False)
+        rest -= self._free @ (self._free.T @ rest)
+        a, b = np.linalg.norm(rest, axis=0), np.einsum("ik,ik->k", opened, pressure)
+        return pressure, np.where(admissible, (a + np.sqrt(a**2 + 4 * b)) / 2, np.inf)
 
     def _least(self, weight: Floats, side: Floats) -> Floats:
         """Motions y (m, k) with Rᵀ diag(weight) R y = side, the least ones where there are several."""
@@ -71,11 +75,3 @@ class PressureEstimator:
         matrices = (self._pairs.T @ weight).T.reshape(-1, m, m)
         inverse = np.linalg.pinv(matrices, rcond=_UNRESISTED, hermitian=True)
         return np.asarray((inverse @ side.T[..., None])[..., 0].T)
-
-    def _bound(self, pressure: Floats, left: Floats) -> Floats:
-        """Bound (k,) of ‖e‖."""
-        opened = np.where(pressure <= _LITTLE * pressure.max(axis=0), np.maximum(left, 0.0), 0.0)
-        rest = solve_triangular(self._root, left - opened, lower=True, check_finite=False)
-        rest -= self._free @ (self._free.T @ rest)
-        a, b = np.linalg.norm(rest, axis=0), np.einsum("ik,ik->k", opened, pressure)
-        return np.asarray((a + np.sqrt(a**2 + 4 * b)) / 2)

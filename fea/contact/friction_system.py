@@ -162,7 +162,27 @@ class Steps:
         coupled = self._system.coupled
         trials, changes = self._settled(coupled if rubbing else coupled.sticking, offsets, guess)
         self._trials.update(trials)
-        return self._state(trials, changes, load, offsets.gap, guess)
+        condensed, whole = self._system.condensed, self._system.whole
+        pressure, stress = np.zeros(len(condensed.pins)), np.zeros(len(condensed.interface))
+        gap, motion = offsets.gap.copy(), np.zeros(len(self._system.scale))
+        parts = [(whole.pins, whole.sites, guess)]
+        for number, trial in trials.items():
+            block = self._system.coupled.blocks[number]
+            pressure[block.pins], stress[block.interface] = trial.solution.pressure, trial.solution.stress
+            gap[block.interface], motion[block.motions] = trial.gap, trial.solution.motion
+            parts.append((block.pins, block.sites, trial.guess))
+        values = np.zeros(len(load.gap))
+        values[condensed.pins], values[condensed.interface] = np.maximum(pressure, 0.0), stress
+        return ContactState(
+            load=load,
+            values=values,
+            gap=gap,
+            guess=Guess.together(len(condensed.pins), whole.places.size, parts),
+            loose=(motion / self._system.scale)[len(load.pins) :],
+            residual=max(trial.residual for trial in trials.values()),
+            imbalance=max(trial.imbalance for trial in trials.values()),
+            changes=changes,
+        )
 
     def _settled(self, coupled: Blocks, offsets: Offsets, guess: Guess) -> tuple[Trials, int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
@@ -235,30 +255,6 @@ class Steps:
         forces = np.concatenate([pins, self._system.loose @ parts]) / self._system.scale[:, None]
         columns = (np.ascontiguousarray(columns_of.T) for columns_of in (stress, pin_gap, forces, begin))
         return [Offsets(*instant) for instant in zip(*columns, strict=True)]
-
-    def _state(self, trials: Trials, changes: int, load: Load, before: Floats, guess: Guess) -> ContactState:
-        """State of some blocks; the others keep their gaps (n_J,), and what is guessed of them."""
-        condensed, whole = self._system.condensed, self._system.whole
-        pressure, stress = np.zeros(len(condensed.pins)), np.zeros(len(condensed.interface))
-        gap, motion = before.copy(), np.zeros(len(self._system.scale))
-        parts = [(whole.pins, whole.sites, guess)]
-        for number, trial in trials.items():
-            block = self._system.coupled.blocks[number]
-            pressure[block.pins], stress[block.interface] = trial.solution.pressure, trial.solution.stress
-            gap[block.interface], motion[block.motions] = trial.gap, trial.solution.motion
-            parts.append((block.pins, block.sites, trial.guess))
-        values = np.zeros(len(load.gap))
-        values[condensed.pins], values[condensed.interface] = np.maximum(pressure, 0.0), stress
-        return ContactState(
-            load=load,
-            values=values,
-            gap=gap,
-            guess=Guess.together(len(condensed.pins), whole.places.size, parts),
-            loose=(motion / self._system.scale)[len(load.pins) :],
-            residual=max(trial.residual for trial in trials.values()),
-            imbalance=max(trial.imbalance for trial in trials.values()),
-            changes=changes,
-        )
 
     def between(
         self, loads: Sequence[Load], increments: tuple[ContactState, ContactState], shares: Sequence[float]

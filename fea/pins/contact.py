@@ -215,16 +215,6 @@ def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
     return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
 
 
-def _widening(structure: Structure) -> float:
-    """By how much the radius of the small end's bore grows from its middle third towards its ends, mm."""
-    mesh = structure.mesh
-    x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
-    radius = np.hypot(x - structure.bores.rod_length, y)
-    middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
-    off = np.abs(z - middle) / np.abs(z - middle).max()
-    return float(radius[off > 0.9].mean() - radius[off < 1 / 3].mean())
-
-
 # Least part of the normal beside the end of a bore that points to its axis, where a round or chamfer begins.
 _LEADING_IN = 0.2
 
@@ -257,12 +247,18 @@ class ContactPins(PinModel):
 
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
+        mesh = structure.mesh
+        # The small end's bore may widen from its middle third towards its ends.
+        x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
+        radius = np.hypot(x - structure.bores.rod_length, y)
+        middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
+        off = np.abs(z - middle) / np.abs(z - middle).max()
         self.fits = Fits.of(
             structure.contact,
             structure.bores,
             structure.pin_stiffness,
             structure.largest_pin_force(),
-            _widening(structure),
+            float(radius[off > 0.9].mean() - radius[off < 1 / 3].mean()),
         )
         led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
         self.singular_surfaces = (*self.fits.sharp, *led_in)

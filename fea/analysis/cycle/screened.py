@@ -110,8 +110,10 @@ class Block:
         """Find the extremes of every row, including principal stresses."""
         largest, instant, worst = self._largest()
         highest, lowest = self._signed(largest[0], worst)
-        radius = np.minimum(self._radius(worst), largest[0])
-        tension = np.minimum(self._tension(), largest[1])
+        distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
+        radius = (_at_either_end(distance) + self._strays[0]).max(axis=1)
+        strays = self._strays[1] - 2 / 3 * self._strays[0]
+        tension = (_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1)
         return Reach(
             von_mises=largest[0],
             instant=instant,
@@ -119,19 +121,9 @@ class Block:
             principal_3=-largest[2],
             highest=highest,
             lowest=lowest,
-            radius=radius,
-            tension=tension,
+            radius=np.minimum(radius, largest[0]),
+            tension=np.minimum(tension, largest[1]),
         )
-
-    def _radius(self, worst: Reals) -> Reals:
-        """Radius (n_rows,) of a ball that encloses each path, from chord ends and deviations from chords."""
-        distance = distances_from_middle(self._at_ends[:, :5], worst[:, :5])
-        return np.asarray((_at_either_end(distance) + self._strays[0]).max(axis=1))
-
-    def _tension(self) -> Reals:
-        """Upper bound of the largest mean stress (n_rows,)."""
-        strays = self._strays[1] - 2 / 3 * self._strays[0]
-        return np.asarray((_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1))
 
     def signed(self) -> tuple[Any, Any]:
         """Find the highest and the lowest signed equivalent stress of every row."""
@@ -139,7 +131,19 @@ class Block:
         return self._signed(largest[0], worst)
 
     def _signed(self, largest: Reals, worst: Reals) -> tuple[Any, Any]:
-        least = self._least(largest, worst)
+        # The least von Mises stress is negative where the stress points against the worst. It is at least the
+        # component of q along the worst q, whose deviation from its chord has the same bound.
+        direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
+        along = (direction @ self._at_ends[:, :5])[:, 0]
+        equivalent = deviator_norm(self._at_ends)
+        against = -np.copysign(equivalent, along).min(axis=1)
+        straight = _at_either_end(-along) + self._strays[0]
+        upper = np.where(straight < 0, straight, _at_either_end(equivalent) + self._strays[0])
+        for rows, _, stress in self._inside(upper[None], against[None]):
+            along = (direction[rows] @ stress[:, :5])[:, 0]
+            signed = np.copysign(deviator_norm(stress), along)
+            against[rows] = np.maximum(against[rows], -signed.min(axis=1))
+        least = -against
         compressed = worst[:, 5] < -NO_SIGN * largest
         return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
 
@@ -158,24 +162,6 @@ class Block:
             worst[rows[more]] = stress[more, :, best[more]]
             largest[:, rows] = np.maximum(largest[:, rows], highest)
         return largest, instant, worst
-
-    def _least(self, largest: Reals, worst: Reals) -> Reals:
-        """Least von Mises stress (n_rows,), negative where the stress points against the worst.
-
-        It is at least the component of q along the worst q, whose deviation from its chord has the same
-        bound.
-        """
-        direction = worst[:, None, :5] / np.maximum(largest, _TINY)[:, None, None]
-        along = (direction @ self._at_ends[:, :5])[:, 0]
-        equivalent = deviator_norm(self._at_ends)
-        against = -np.copysign(equivalent, along).min(axis=1)
-        straight = _at_either_end(-along) + self._strays[0]
-        upper = np.where(straight < 0, straight, _at_either_end(equivalent) + self._strays[0])
-        for rows, _, stress in self._inside(upper[None], against[None]):
-            along = (direction[rows] @ stress[:, :5])[:, 0]
-            signed = np.copysign(deviator_norm(stress), along)
-            against[rows] = np.maximum(against[rows], -signed.min(axis=1))
-        return np.asarray(-against)
 
     def _inside(self, upper: Reals, reached: Reals) -> Iterator[tuple[Ints, int, Reals]]:
         """Yield rows, first instant and stress (m, 6, n) inside chords that may exceed known maxima.
