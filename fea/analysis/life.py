@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.cycle.envelope import carried
-from fea.analysis.cycle.path import path
-from fea.analysis.cycle.screened import extremes
+from fea.analysis.cycle.screened import extremes, path
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.figures import DutyFigures, LifeFigures, vector

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from fea.analysis.assembling import Assembling
-from fea.analysis.cycle.basis import Basis, FullBasis
+from fea.analysis.cycle.basis import Basis, FullBasis, spanned
 from fea.analysis.cycle.superposition import CycleAnalysis, counting
 from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
@@ -218,8 +218,6 @@ class PreparedRod:
         """A small basis where pins are in contact, else all unit solutions."""
         if not self.options.in_contact:
             return self.full_cycle
-        from fea.analysis.cycle.small_basis import spanned  # noqa: PLC0415 - prescribed pressures do without
-
         counts, solve = counting(self.fields.errors.masked), partial(self.solved_units, single=True)
         return self._cycle(lambda loads, cycles: spanned(loads, solve, counts, cycles))
 

@@ -54,7 +54,7 @@ def size_ratio(
 
     `tolerance_percent`: of the smallest factor of the cases, or with `all_cases` of the largest von Mises
     stress and the smallest factor of each; `again`: whether the mesh has been refined for this tolerance
-    already; `fatigue`: further fields whose peaks must be as well known (`fea.judge.fatigue_fields`).
+    already; `fatigue`: further fields whose peaks must be as well known (`fea.analysis.adapt`).
     """
     masked, governing = cases[0].error.masked, Governing.of(cases)
     peaks = [(judged, tolerance_percent) for judged in fatigue]

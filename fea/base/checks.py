@@ -60,7 +60,7 @@ LIMITS = {
     # What the heat balance leaves of the film's temperature, K: 2 % of the viscosity.
     "film_heat": 1.0,
     # Superposed against directly solved peak cases, and the error that a small basis states
-    # (`fea.analysis.cycle.small_basis`), which grows until it is below: a tenth of a 5 % mesh error.
+    # (`fea.analysis.cycle.basis`), which grows until it is below: a tenth of a 5 % mesh error.
     "superposition": 5e-3,
     # The same of each part of an assembly, relative to its own stress: a third of what the increments of a
     # cycle with friction leave of single pressures.

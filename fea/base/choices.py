@@ -59,7 +59,7 @@ class Assembly(StrEnum):
 
 
 class CycleAccuracy(StrEnum):
-    """How exactly the cycle of a rod in contact is superposed (`fea.analysis.cycle.small_basis`)."""
+    """How exactly the cycle of a rod in contact is superposed (`fea.analysis.cycle.basis`)."""
 
     CERTIFIED = "certified"
     EXACT = "exact"

@@ -7,8 +7,7 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-from fea.contact.active_set import Contact, ContactSystem
-from fea.contact.estimate import PressureEstimator
+from fea.contact.active_set import Contact, ContactSystem, PressureEstimator
 from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
 from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity

@@ -21,9 +21,10 @@ from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial, uniform
 from fea.machine.threads import one_blas_thread
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
-from fea.pins.contact import SMOOTH, BoreContact, ContactPins, ContactUnits, acting, of_unit_work
+from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
 from fea.pins.fits import Fits
 from fea.pins.model import (
+    SMOOTH,
     AssemblySpecification,
     Contacts,
     JointBounds,

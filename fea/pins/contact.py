@@ -16,9 +16,8 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
-from fea.contact.active_set import Contact
+from fea.contact.active_set import Contact, interpolated
 from fea.contact.assembly_state import Touch
-from fea.contact.estimate import interpolated
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
@@ -26,6 +25,7 @@ from fea.contact.problem import ContactProblem
 from fea.machine.threads import one_blas_thread
 from fea.pins.fits import Fits, led_in_notes
 from fea.pins.model import (
+    SMOOTH,
     Contacts,
     JointBounds,
     PinModel,
@@ -49,8 +49,6 @@ from loads.instants import Instants
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 # Every so many instants of a sampled cycle are solved at first.
 KNOTS = 10
-# Patterns of either parity that are bounded each by itself.
-SMOOTH = 10
 # Of the resultants of the patterns: below it, they have none.
 _RESULTANT = 1e-9
 # Of the largest pressure of an instant: what rounding leaves where nothing touches.

@@ -151,6 +151,8 @@ class JointBounds(NamedTuple):
     odd: slice
 
 
+# Of patterns of unit loads, the smooth ones of either parity that are bounded each by itself.
+SMOOTH = 10
 NOT_JOINT = JointBounds(slice(0, 0), slice(0, 0))
 
 

@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 
 from fea.analysis import adapt
-from fea.analysis.adapt import adapt_mesh
+from fea.analysis.adapt import adapt_mesh, amplitude
 from fea.analysis.meshing import mesh_study
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
 from fea.judge.case_result import bore_ends
-from fea.judge.fatigue_fields import amplitude
 from fea.judge.governing import Governing
 from fea.machine.clock import Clock
 from fea.study.option_tables import AnalysisTable, MeshTable

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
-from fea.analysis.assembly_report import assembly_figures
+from fea.analysis.assembly_report import LARGEST, WITHIN, LoadLimits, assembly_figures, onset
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.survival import factors, survival
 from fea.apps.report_run import prepared_again
@@ -23,7 +23,6 @@ from fea.base.choices import Symmetry
 from fea.output.json_file import read_summary
 from fea.output.stored_run import StoredRun
 from fea.output.terminal.assembly import assembly_lines
-from fea.pins.load_limits import LARGEST, WITHIN, LoadLimits, onset
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fea.analysis.cycle import screened
-from fea.analysis.cycle.path import path
-from fea.analysis.cycle.screened import Reach, extremes
+from fea.analysis.cycle.screened import Reach, extremes, path
 from fea.analysis.cycle.unit_solutions import PartStress
 from fea.judge.fatigue import enclosing_balls
 from fea.judge.history import Extremes, deviatoric, extreme_principals

@@ -12,8 +12,8 @@ from facets import WrittenSeats, integral
 from studies import plain_study
 
 from fea import analyse
-from fea.analysis.cycle import small_basis
-from fea.analysis.cycle.small_basis import ACCURACY
+from fea.analysis.cycle import basis as bases
+from fea.analysis.cycle.basis import ACCURACY
 from fea.analysis.prepare import _pins, prepare
 from fea.analysis.speed import solve_speed
 from fea.base.choices import CONTACT, Support
@@ -127,11 +127,11 @@ def known(rod, exact):
 def test_the_smallest_factors_of_a_small_basis_are_exact(rod, exact, known, monkeypatch, coarse):
     """Also where bores govern, and from a basis whose fields are much too coarse."""
     if coarse:
-        monkeypatch.setattr(small_basis, "ACCURACY", 0.05)
+        monkeypatch.setattr(bases, "ACCURACY", 0.05)
     masked, known = known
     loads, cycle = rod.full_cycle.loads, rod.crank_cycle(6000.0)
     solve = partial(rod.solved_units, single=True)
-    basis = small_basis.SmallBasis(loads, solve, ~masked, [cycle])
+    basis = bases.SmallBasis(loads, solve, ~masked, [cycle])
     units = basis.units.count
     small = dataclasses.replace(rod.full_cycle, basis=basis, masked=masked).at(cycle, ())
     assert units < 0.9 * exact.units.count

@@ -2,8 +2,8 @@
 
 import pytest
 
+from fea.verify.converge.converge import print_comparison
 from fea.verify.converge.measurement import Computation, ConvergenceRow, Measured
-from fea.verify.converge.report import print_comparison
 from fea.verify.reproduce.report import print_reproduction, reproduce
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")

@@ -1,13 +1,37 @@
-"""Unit loads with their solutions: what spans the crank cycles of a rod."""
+"""Unit loads with their solutions: what spans the crank cycles of a rod.
+
+Where pins are in contact, few sums of the unit loads stand for all of them. The pressures of every instant
+are known before any stress is, as the solution of the contact problems alone. A small basis contains the
+inertia, the forces of the pins, and the principal patterns of these pressures in the norm of their work
+(method of snapshots, Sirovich 1987, Q. Appl. Math. 45, 561), where instants that are represented badly count
+more. So what it leaves out of the pressures is known at every place and instant. That part is balanced on
+each bore and changes sign over short distances: it acts in its neighbourhood alone, and the stress that it
+causes is of its own size.
+
+How large this stress is is measured: what is left out at the worst instants is solved directly. The largest
+stress per pressure found there, times the pressures that are still left out elsewhere, is the error that is
+stated. It is an estimate from a sample and no bound, which would need the very solutions that are saved.
+Singular places do not count: neither the pressure that is left out there, nor its stress.
+"""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from fea.analysis.cycle.unit_solutions import UnitSolutions
-from fea.pins.model import Contacts, Fields, UnitLoads, Weights
+from fea.judge.history import deviator_norm
+from fea.machine.threads import one_blas_thread
+from fea.pins.model import SMOOTH, Contacts, Fields, JointBounds, UnitLoads, Weights
+from fea.solid.parity import Parity
+from geometry.arrays import Floats, Ints, Mask
+from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
+
+if TYPE_CHECKING:
+    from fea.pins.contact import ContactUnits
 
 # Solves even and odd unit loads and recovers their stress.
 Solve = Callable[[tuple[Fields, Fields]], UnitSolutions]
@@ -29,7 +53,6 @@ class Basis(ABC):
     loads: UnitLoads
     units: UnitSolutions
     error: float = 0.0
-    small: ClassVar[bool] = False  #: whether it is a `SmallBasis`
 
     @abstractmethod
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
@@ -62,3 +85,270 @@ class FullBasis(Basis):
     def contacts(self, cycle: CrankCycle) -> Contacts:
         """Contact at every degree of a cycle."""
         return self.loads.contacts(self.weights(cycle.degrees, cycle), cycle.degrees, cycle)
+
+
+# Largest error at any place and instant, relative to the largest stress of the cycle.
+ACCURACY = 5e-3
+# Stress per pressure that is left out, at least, as a few instants do not show the largest: of pins alone,
+# and where parts rub against each other too.
+_PRESSED, _RUBBED = 0.75, 1.0
+# Patterns of either parity with which the largest stress is worked out, and those that are added at a time.
+_FIRST, _MORE = 16, 4
+# The largest stress is looked for at every so many instants.
+_EVERY = 15
+# At how many instants the error is measured, and how many instants lie between them at least.
+_MEASURED, _APART = 4, 15
+# What is nothing beside the largest weights, and how often a subspace is iterated.
+_NOTHING, _ITERATIONS = 1e-9, 3
+# Cycles whose states are remembered.
+_REMEMBERED = 5
+
+
+def spanned(loads: UnitLoads, solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]) -> Basis:
+    """Return a small basis where pins are in contact, and else all unit loads; see `SmallBasis`."""
+    from fea.pins.contact import ContactUnits  # noqa: PLC0415 - prescribed pressures do without
+
+    if isinstance(loads, ContactUnits):
+        return SmallBasis(loads, solve, counts, cycles)
+    return FullBasis(loads, solve)
+
+
+class _States(NamedTuple):
+    """Weights of the full unit loads over a cycle, and its largest von Mises stress, MPa."""
+
+    degrees: Weights  #: at every degree
+    every: Weights  #: and in its peak cases
+    largest: float
+
+
+class SmallBasis(Basis):
+    """Sums of the unit loads of pins in contact.
+
+    It grows where another cycle is asked for, or where instants shall be exact. New sums follow those before
+    them, so that earlier weights remain valid.
+
+    Parameters
+    ----------
+    solve
+        Solves unit loads and recovers their stress.
+    counts
+        (n,) nodes of the cell that count: those away from singular places.
+    cycles
+        The cycles that are spanned from the beginning, one at least.
+
+    Attributes
+    ----------
+    sensitivity
+        Per part, (2, n_sides, n): the largest von Mises and mean stress found per pressure that was left out.
+    """
+
+    loads: "ContactUnits"
+
+    def __init__(
+        self, loads: "ContactUnits", solve: Solve, counts: Mask, cycles: Sequence[CrankCycle]
+    ) -> None:
+        self.loads, self._solve, self._counts = loads, solve, counts
+        self._full = loads.fields()
+        self._pressing = [loads.contact.pressing(counts)[:, None] * own.patterns for own in self._full]
+        self._kept = [min(loads.kept, own.count) for own in self._full]
+        self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
+        self._remembered: dict[bytes, _States] = {}
+        self._columns = [self._exact(parity) for parity in Parity]
+        states = [self._states(cycle) for cycle in cycles]
+        every = _joined(*(own.every for own in states))
+        with one_blas_thread():
+            first = [_leading(own, _FIRST, self._nothing(every)) for own in self.left(every)]
+        self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
+        self.units = self._solved(self._columns)
+        self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
+        for cycle, own in zip(cycles, states, strict=True):
+            self._span(cycle, own)
+
+    def _exact(self, parity: Parity) -> Floats:
+        """Columns (n, k) of what is exact at every instant: the loads kept, and the forces of the pins."""
+        number = list(Parity).index(parity)
+        fields, kept = self._full[number], self._kept[number]
+        forces = self.loads.pin_forces(parity, fields.patterns).T
+        forces[fields.count - kept :] = 0.0
+        nothing = _NOTHING * float(np.linalg.norm(forces, axis=0).max(initial=0.0))
+        alone = np.eye(fields.count)[:, fields.count - kept :]
+        return np.hstack([alone, _orthonormal(forces, alone, nothing)])
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the sums: see `Basis.weights`."""
+        return self.projected(self.full(instants, cycle))
+
+    def projected(self, full: Weights) -> Weights:
+        """Weights of the sums, from those of the full unit loads."""
+        return Weights(*(own.T @ w for own, w in zip(self._columns, full, strict=True)))
+
+    def fields(self) -> tuple[Fields, Fields]:
+        """Return the even and the odd sums."""
+        return self._combined(self._columns)
+
+    def contacts(self, cycle: CrankCycle) -> Contacts:
+        """Contact at every degree of a cycle."""
+        return self.loads.contacts(self.full(cycle.degrees, cycle), cycle.degrees, cycle)
+
+    def full(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of the full unit loads; the basis grows until it spans the cycle that is given."""
+        if cycle is None:
+            return self.loads.weights(instants)
+        key = _key(cycle.degrees)
+        if key not in self._remembered:
+            self._span(cycle, self._states(cycle))
+        known, count = self._remembered[key].degrees, len(cycle.degrees)
+        if _key(instants[:count]) != key:
+            return self.loads.weights(instants, cycle)
+        if len(instants) == count:
+            return known
+        return _joined(known, self.loads.weights(instants[count:], cycle))
+
+    def left(self, full: Weights) -> Weights:
+        """What the basis leaves out, as weights of the full unit loads; exactly zero where it is rounding."""
+        left = [w - own @ (own.T @ w) for own, w in zip(self._columns, full, strict=True)]
+        some = np.linalg.norm(np.vstack(left), axis=0) > self._nothing(full)
+        return Weights(left[0] * some, left[1] * some)
+
+    def _nothing(self, full: Weights) -> float:
+        """Length of weights that is nothing beside those of the patterns at any instant."""
+        patterns = np.vstack([own[: len(own) - kept] for own, kept in zip(full, self._kept, strict=True)])
+        return _NOTHING * float(np.linalg.norm(patterns, axis=0).max(initial=0.0))
+
+    def pressure(self, full: Weights) -> Floats:
+        """Largest pressure (n_instants,) at places that count, MPa, of weights of the full unit loads."""
+        even, odd = (np.abs(own @ w) for own, w in zip(self._pressing, full, strict=True))
+        return np.asarray((even + odd).max(axis=0))
+
+    def largest(self, cycle: CrankCycle) -> float:
+        """Largest von Mises stress of a cycle, MPa, to a few per cent."""
+        self.full(cycle.degrees, cycle)
+        return self._remembered[_key(cycle.degrees)].largest
+
+    def influence(self, number: int, rows: Ints) -> Floats:
+        """Stress per pressure left out, at some nodes of a part: (n_sides, 2, n), von Mises and mean.
+
+        It is twice the largest that was found at the node; where pins or parts press, at least the largest
+        of any node.
+        """
+        own = self.sensitivity[number]
+        most = own.max(axis=(1, 2), keepdims=True)
+        pressed = np.isin(self.units.parts[number].nodes[rows], self._pressed)
+        return np.moveaxis(np.maximum(2 * own[..., rows], np.where(pressed, most, 0.0)), 0, 1)
+
+    def include(self, full: Weights) -> None:
+        """Make instants exact at every node: what is left out of them is solved and joins the basis."""
+        self._extend([own[:, :0] for own in self._columns], self.left(full), self._nothing(full))
+
+    def _states(self, cycle: CrankCycle) -> _States:
+        cases = peak_cases(cycle).cases
+        degrees, own = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
+        more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
+        return _States(degrees, _joined(degrees, own, *more), np.nan)
+
+    def _span(self, cycle: CrankCycle, states: _States) -> None:
+        """Grow until the error over a cycle is small enough."""
+        every, largest = states.every, self._largest(states.every)
+        stress, error = _RUBBED if self.loads.path_dependent else _PRESSED, np.inf
+        while error > ACCURACY * largest:
+            grown, left = self._grown(every, ACCURACY * largest / stress)
+            self._extend(grown, left.at(_worst(self.pressure(left))), self._nothing(every))
+            stress = max(stress, *(float(own[0].max(initial=0.0)) for own in self.sensitivity))
+            error = stress * float(self.pressure(self.left(every)).max())
+        self.error = max(self.error, error / max(largest, np.finfo(float).tiny))
+        if len(self._remembered) == _REMEMBERED:
+            del self._remembered[next(iter(self._remembered))]
+        self._remembered[_key(cycle.degrees)] = states._replace(largest=largest)
+
+    def _largest(self, full: Weights) -> float:
+        """Largest von Mises stress (MPa) of the nodes that count at some of the instants."""
+        some, largest = self.projected(full.at(slice(None, None, _EVERY))), 0.0
+        for part in self.units.parts:
+            rows = np.flatnonzero(self._counts[part.nodes])
+            for history in part.histories(some, self.units.sides, rows):
+                largest = max(largest, float(deviator_norm(history).max(initial=0.0)))
+        return largest
+
+    def _grown(self, full: Weights, allowed: float) -> tuple[list[Floats], Weights]:
+        """Patterns with which no more than a pressure is left out, and what is left out then."""
+        left, grown, nothing = self.left(full), [own[:, :0] for own in self._columns], self._nothing(full)
+        with one_blas_thread():
+            while (pressure := self.pressure(left)).max() > allowed:
+                worse = (pressure / pressure.max()) ** 3  # of the powers tried, it needs the fewest
+                more = [_leading(own * worse, _MORE, nothing) for own in left]
+                if not any(own.shape[1] for own in more):
+                    break
+                grown = [np.hstack(own) for own in zip(grown, more, strict=True)]
+                left = Weights(*(w - own @ (own.T @ w) for own, w in zip(more, left, strict=True)))
+        return grown, left
+
+    def _extend(self, grown: list[Floats], left: Weights, nothing: float) -> None:
+        """Solve more sums, and what is left out at some instants beside them: see how much stress it is."""
+        pressure = self.pressure(left)
+        left, pressure = left.at(pressure > 0), pressure[pressure > 0]
+        known = [np.hstack(own) for own in zip(self._columns, grown, strict=True)]
+        rest = [_orthonormal(*own, nothing) for own in zip(left, known, strict=True)]
+        more = [np.hstack(own) for own in zip(grown, rest, strict=True)]
+        if not any(own.shape[1] for own in more):
+            return
+        units = self._solved(more)
+        self._columns = [np.hstack(own) for own in zip(self._columns, more, strict=True)]
+        causing = Weights(*(own.T @ w for own, w in zip(more, left, strict=True)))
+        for stress, part in zip(self.sensitivity, units.parts, strict=True):
+            for side, own in enumerate(part.histories(causing, units.sides, slice(None))):
+                found = np.stack([deviator_norm(own), np.abs(own[:, 5])]) / pressure
+                most = np.where(self._counts[part.nodes], found.max(axis=2, initial=0.0), 0.0)
+                stress[:, side] = np.fmax(stress[:, side], most)
+        ends = (own.shape[1] for own in self._columns)
+        joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
+        self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
+
+    def _solved(self, columns: list[Floats]) -> UnitSolutions:
+        return self._solve(self._combined(columns))
+
+    def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
+        even, odd = (of.combined(own) for of, own in zip(self._full, columns, strict=True))
+        return even, odd
+
+
+def _joined(*weights: Weights) -> Weights:
+    return Weights(*map(np.hstack, zip(*weights, strict=True)))
+
+
+def _key(instants: Instants) -> bytes:
+    return b"".join((0.0 + acting).tobytes() for acting in (instants.pin, instants.crank, instants.motions))
+
+
+def _worst(pressure: Floats) -> Ints:
+    """Numbers of the instants at which most is left out, some way from each other."""
+    chosen, left = list[int](), pressure.copy()
+    while len(chosen) < _MEASURED and left.max() > 0:
+        chosen.append(int(left.argmax()))
+        left[max(chosen[-1] - _APART, 0) : chosen[-1] + _APART + 1] = 0.0
+    return np.array(chosen, dtype=np.int64)
+
+
+def _leading(states: Floats, count: int, nothing: float) -> Floats:
+    """Left singular vectors (n, k) of the largest singular values of states (n, n_states), if not `nothing`.
+
+    By iteration of a random subspace:
+    Halko, Martinsson & Tropp 2011, SIAM Review 53, 217, algorithm 4.4.
+    """
+    start = np.random.default_rng(0).normal(size=(states.shape[1], min(2 * count, *states.shape)))
+    basis = np.linalg.qr(states @ start)[0]
+    for _ in range(_ITERATIONS):
+        basis = np.linalg.qr(states @ np.linalg.qr(states.T @ basis)[0])[0]
+    vectors, sizes, _ = np.linalg.svd(basis.T @ states, full_matrices=False)
+    return np.asarray(basis @ vectors[:, :count][:, sizes[:count] > nothing])
+
+
+def _orthonormal(states: Floats, known: Floats, nothing: float) -> Floats:
+    """Orthonormal vectors (n, k) that span states (n, n_states) together with known ones (n, m)."""
+    found = known
+    for state in states.T:
+        rest = state - found @ (found.T @ state)
+        if np.linalg.norm(rest) > nothing:
+            rest /= np.linalg.norm(rest)
+            rest -= found @ (found.T @ rest)
+            found = np.column_stack([found, rest / np.linalg.norm(rest)])
+    return found[:, known.shape[1] :]

@@ -9,10 +9,11 @@ is left.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.envelope import Envelope
 from fea.base.choices import Fatigue
 from fea.base.material import Material
@@ -23,9 +24,6 @@ from fea.pins.model import Weights
 from fea.rod.surface_regions import SurfaceRegions
 from geometry.arrays import Floats, Ints, Mask
 from mesh.mirror import MirroredMesh
-
-if TYPE_CHECKING:
-    from fea.analysis.cycle.small_basis import SmallBasis
 
 # How exactly the smallest factors are found.
 WITHIN = 1e-4
@@ -117,7 +115,7 @@ def critical_places(found: Envelope, whole: MirroredMesh, counts: Mask, error: f
     return places
 
 
-def make_exact(basis: "SmallBasis", full: Weights, places: Mapping[str, Ints], judges: Judges) -> bool:
+def make_exact(basis: SmallBasis, full: Weights, places: Mapping[str, Ints], judges: Judges) -> bool:
     """Let the basis grow until the smallest factor of each criterion is exact; whether it became so.
 
     `full`: weights of the full unit loads at the instants of the cycle; `places`: as of `critical_places`.
@@ -137,7 +135,7 @@ def make_exact(basis: "SmallBasis", full: Weights, places: Mapping[str, Ints], j
 
 
 def _judged(
-    basis: "SmallBasis", weights: Weights, pressure: Floats, nodes: Ints, judge: _Judge
+    basis: SmallBasis, weights: Weights, pressure: Floats, nodes: Ints, judge: _Judge
 ) -> Iterator[_Judged]:
     """Judge both sides of the nodes of each part."""
     for number, part in enumerate(basis.units.parts):

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.cycle.path import path
-from fea.analysis.cycle.screened import Reach, extremes
+from fea.analysis.cycle.screened import Reach, extremes, path
 from fea.analysis.cycle.unit_solutions import PartStress, Spot, UnitSolutions, spots
 from fea.base.choices import Fatigue
 from fea.base.material import Material

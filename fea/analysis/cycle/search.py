@@ -7,16 +7,16 @@ von Mises stress is convex and positively homogeneous, a norm of the deviator. S
     σ_vM(ω, t) ≤ (1 − s) M₀ + s M₁ + Σ_k max_t |δ_k| σ_vM,k
 
 at every instant t, where M is an upper bound of the stress at the anchor (by the chords of
-`fea.analysis.cycle.path`) and σ_vM,k is the equivalent stress of unit load k. The factor against yielding is
-at least the yield strength over this bound. With |mean| + amplitude ≤ max σ_vM, the utilisation a/S_e + m/S
-by Goodman or Soderberg is at most max(1/S_e, 1/S) times the bound, and so is that by Gerber, which is convex
-in (a, m) and not larger at either end of that segment. S_e is that of the place: it depends on the finish of
-the surface there.
+`fea.analysis.cycle.screened`) and σ_vM,k is the equivalent stress of unit load k. The factor against yielding
+is at least the yield strength over this bound. With |mean| + amplitude ≤ max σ_vM, the utilisation a/S_e +
+m/S by Goodman or Soderberg is at most max(1/S_e, 1/S) times the bound, and so is that by Gerber, which is
+convex in (a, m) and not larger at either end of that segment. S_e is that of the place: it depends on the
+finish of the surface there.
 
 Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
 worst place found: the places left out cannot be the worst.
 
-Where contact makes weights dear, most are estimated: see `fea.analysis.cycle.estimated`.
+Where contact makes weights dear, most are estimated: see `fea.analysis.cycle.rows`.
 """
 
 import dataclasses
@@ -26,9 +26,17 @@ from itertools import pairwise
 
 import numpy as np
 
-from fea.analysis.cycle.estimated import EstimatedCycle, judged, settled
-from fea.analysis.cycle.path import path, sizes
-from fea.analysis.cycle.rows import FATIGUE, YIELDING, Mode, PartRows, first_chords
+from fea.analysis.cycle.rows import (
+    FATIGUE,
+    YIELDING,
+    EstimatedCycle,
+    Mode,
+    PartRows,
+    first_chords,
+    judged,
+    settled,
+)
+from fea.analysis.cycle.screened import path, sizes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.figures import CaseFigures, PlaceFigures, vector
 from fea.judge.fatigue import crossland_factors

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from fea.analysis.cycle.basis import Basis
+from fea.analysis.cycle.basis import Basis, SmallBasis
 from fea.analysis.cycle.critical import Judges, critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
@@ -27,9 +26,6 @@ from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
-
-if TYPE_CHECKING:
-    from fea.analysis.cycle.small_basis import SmallBasis
 
 # Limit of the check ``superposition`` if the pressure jumps, where the series does not converge: the error
 # that counts as mesh-converged.
@@ -174,12 +170,13 @@ class CycleAnalysis:
         if self.loads.path_dependent and peaks:  # they were solved without what came before
             at_peaks = self.case_weights(of_peaks)
         # An error of a small basis is stated relative to the largest stress of all instants.
-        top = cast("SmallBasis", self.basis).largest(cycle) if self.basis.small else None
+        small = self.basis if isinstance(self.basis, SmallBasis) else None
+        top = None if small is None else small.largest(cycle)
         superposition = max(self._difference(at_peaks, solved, top), self.basis.error)
         extremes, multiaxial = self._extremes(self.units, every, instants, count, counts)
         certain = True
-        if self.basis.small:
-            nodes, certain = self._made_exact(cycle, instants, extremes, counts)
+        if small is not None:
+            nodes, certain = self._made_exact(small, cycle, instants, extremes, counts)
             every = self.basis.weights(instants, cycle)
             exact, multiaxial = self._extremes(self.units.of(nodes), every, instants, count, counts)
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
@@ -241,7 +238,7 @@ class CycleAnalysis:
         return replace(found, crossland_factor=factors, endurance=endurance), multiaxial
 
     def _made_exact(
-        self, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
+        self, basis: SmallBasis, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
     ) -> tuple[Ints, bool]:
         """Let a small basis grow until the smallest factors are exact.
 
@@ -250,7 +247,7 @@ class CycleAnalysis:
         nodes, certain
             Nodes of the cell whose extremes are exact now; False if it took all instants.
         """
-        basis, whole = cast("SmallBasis", self.basis), self.mesh.mirrored
+        whole = self.mesh.mirrored
         places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
         judges = Judges(self.materials, self.fatigue, self.regions)
         certain = make_exact(basis, basis.full(instants, cycle), places, judges)
