@@ -152,6 +152,10 @@ class Run(Protocol):
         """The columns of ``contact.csv``; None where there is no contact over the cycle."""
 
     @property
+    def film(self) -> Mapping[str, npt.ArrayLike] | None:
+        """The columns of ``film.csv``; None where no oil film was computed."""
+
+    @property
     def bores(self) -> tuple[DrawnBore, ...]:
         """The two bores, the big end's first; empty where they were not found."""
 
@@ -225,6 +229,11 @@ class RunResult:
         if not isinstance(self.loading, EngineLoading) or self.rpm is None:
             return None
         return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
+
+    @property
+    def film(self) -> Mapping[str, npt.ArrayLike] | None:
+        """The oil film over the crank cycle."""
+        return None if self.speed is None or self.speed.film is None else self.speed.film.columns
 
     @cached_property
     def contact(self) -> Arrays | None:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.analysis.result import RunResult
+from fea.film.cycle import FilmCycle
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT
@@ -116,10 +117,44 @@ def _study(run: RunResult) -> Iterator[RunFiles]:
 
 def _columns(run: RunResult) -> Iterator[RunFiles]:
     """What is known at every degree of the cycle."""
-    film = None if run.speed is None or run.speed.film is None else run.speed.film.columns
-    for name, columns in {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": film}.items():
+    columns_of = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film}
+    for name, columns in columns_of.items():
         if columns is not None:
             yield _one(name, partial(write_columns, columns=columns))
+
+
+def _films(run: RunResult) -> Iterator[RunFiles]:
+    if run.speed is not None and run.speed.film is not None:
+        cycle = run.speed.film.cycle
+        for name, number in (("h_min", cycle.thinnest.argmin()), ("p_max", cycle.highest.argmax())):
+            yield _one(f"film_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number)))
+
+
+def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
+    """Write the bore with pressure, MPa, and thickness, mm, of its film at an instant."""
+    state, grid = cycle.states[number], cycle.bearing.reynolds.grid
+    half = range(grid.n_width)
+    columns, z = [*half], grid.z
+    if grid.halved:
+        columns, z = [*reversed(half), *half], np.append(-z[::-1], z)
+    around = np.stack([np.cos(grid.angle), np.sin(grid.angle)], axis=1) * grid.radius
+    points = np.column_stack([np.repeat(around, len(z), axis=0), np.tile(z, len(around))])
+    corner = np.arange(len(points)).reshape(-1, len(z))
+    first, second = (each[:, :-1].ravel() for each in (corner, np.roll(corner, -1, axis=0)))
+    halves = ([first, second, first + 1], [second, second + 1, first + 1])
+    triangles = np.concatenate([np.stack(each, axis=1) for each in halves])
+    values = {"film_pressure": state.pressure, "film_thickness": state.gap}
+    write_cells(
+        path, points, triangles, {name: each[:, columns].ravel() for name, each in values.items()}, {}
+    )
+
+
+def _film_picture(run: RunResult) -> Iterator[RunFiles]:
+    if run.speed is not None and run.speed.film is not None:
+        from fea.output.plots.film import plot_film  # noqa: PLC0415 - only a plot needs it
+
+        film = run.speed.film
+        yield _one("film.png", lambda path: plot_film(path, film, run.summary.title))
 
 
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
@@ -176,8 +211,10 @@ WRITERS = (
     Writer("write", _instants),
     Writer("write", _study),
     Writer("write", _columns),
+    Writer("write", _films),
     Writer("write", _envelope_and_buckling),
     Writer("plot", _stress_history),
+    Writer("plot", _film_picture),
     Writer("plot", _bores),
     Writer("plot", _joint),
     Writer("picture", _pictures),

@@ -89,6 +89,11 @@ class StoredRun:
         return self._columns("loads.csv")
 
     @cached_property
+    def film(self) -> Arrays | None:
+        """The columns of ``film.csv``."""
+        return self._columns("film.csv")
+
+    @cached_property
     def contact(self) -> Arrays | None:
         """The columns of ``contact.csv``."""
         return self._columns("contact.csv")

@@ -11,6 +11,7 @@ from fea.__main__ import call
 from fea.analysis.film import Regime
 from fea.analysis.prepare import prepare
 from fea.film.grid import FilmGrid
+from fea.output.stored_run import read_vtu
 from fea.output.text import read_columns
 from fea.pins import lubrication
 from fea.pins.film import YieldingBore
@@ -32,7 +33,8 @@ HEAD = '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n'
 def test_a_run_with_its_film(coarse, tmp_path, capsys):
     out, study = tmp_path / "run", tmp_path / "study.toml"
     study.write_text(f"{HEAD}[speed]\nrpm = 6000\n[film]\nviscosity_mPas = 8.0\nlining_MPa = 60.0\n", "utf-8")
-    assert call(["run", str(study), "--size", "14", "--pressure", "bonded", "--out", str(out)]) == 0
+    asked = ["--size", "14", "--pressure", "bonded", "--report", "--out", str(out)]
+    assert call(["run", str(study), *asked]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Oil film, big end: hydrodynamic, at the thinnest 1." in said
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
@@ -49,6 +51,13 @@ def test_a_run_with_its_film(coarse, tmp_path, capsys):
     assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force", "film_heat"}
     assert found["lining_factor"] == pytest.approx(60.0 / found["specific_load_MPa"], rel=1e-5)
     assert all(check["pass"] for check in checks.values())
+    assert {"film.png", "film_h_min.vtu", "film_p_max.vtu"} <= set(summary["files"])
+    at = {name: read_vtu(out / f"film_{name}.vtu").point for name in ("h_min", "p_max")}
+    assert 1e3 * at["h_min"]["film_thickness"].min() == pytest.approx(found["h_min_um"], rel=1e-5)
+    assert at["p_max"]["film_pressure"].max() == pytest.approx(found["p_max_MPa"], rel=1e-5)
+    report = (out / "report.html").read_text(encoding="utf-8")
+    assert "Oil film of the big end" in report
+    assert "chart-h_min_um" in report
     columns = read_columns(out / "film.csv")
     assert list(columns) == [
         "crank_deg", "h_min_um", "p_max_MPa", "eccentricity_x", "eccentricity_y", "power_W",

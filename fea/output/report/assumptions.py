@@ -9,7 +9,7 @@ from fea.base.material import Material
 from fea.output.report.tables import figure
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
-from fea.study.pin_models import pin_model
+from fea.study.pin_models import FILM, pin_model
 from loads.bearing import Arc, BorePressure, Shape
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}
@@ -180,7 +180,9 @@ def limits(run: Run) -> Iterator[str]:
         residual += " (shot peening enters through the factor of the surface alone)"
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
-    if not pin_model(run.summary.model.pressure).in_contact:
+    if run.summary.model.pressure == FILM:
+        yield "The bending and ovalisation of the pins, and contact or an oil film at the small end."
+    elif not pin_model(run.summary.model.pressure).in_contact:
         yield (
             "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "
             "in the bores."

@@ -24,11 +24,12 @@ from fea.output.report.tables import (
     cycle_table,
     endurance_table,
     figure,
+    film_table,
     load_table,
     named,
     shown,
 )
-from fea.output.terminal.run_lines import buckling_lines, factor, life_lines, sharp_edge_lines
+from fea.output.terminal.run_lines import buckling_lines, factor, film_lines, life_lines, sharp_edge_lines
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.presets import ORIGINS, PRESETS
@@ -223,6 +224,28 @@ def _cycle(run: Run) -> Iterator[Section]:
     yield _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 
 
+def _film(run: Run) -> Iterator[Section]:
+    if run.film is None or not run.summary.film:
+        return
+    columns = {name: np.asarray(values, float) for name, values in run.film.items()}
+    degrees = np.linspace(0.0, 720.0, 721)
+    drawn = [
+        chart(Heading(f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(run.summary))
+        for column, title, unit in _FILM_CHARTS
+        for over_cycle in [np.interp(degrees, columns["crank_deg"], columns[column], period=720.0)]
+    ]
+    tables = [film_table(film) for film in run.summary.film.values()]
+    yield _tables("film", "Oil film of the big end", tables, film_lines(run.summary), drawn)
+
+
+_FILM_CHARTS = (
+    ("h_min_um", "Smallest film", "µm"),
+    ("p_max_MPa", "Highest pressure", "MPa"),
+    ("power_W", "Friction power", "W"),
+    ("filled_percent", "Share of the gap that is full of oil", "%"),
+)
+
+
 def _buckling(run: Run) -> Iterator[Section]:
     tables = buckling_tables(run.summary)
     if tables:
@@ -256,7 +279,7 @@ def _repeat(run: Run) -> Iterator[Section]:
 
 
 SECTIONS: tuple[Callable[[Run], Iterator[Section]], ...] = (
-    _assumed, _left_out, _inputs, _loads, _results, _assembly, _cycle, _buckling, _convergence,
+    _assumed, _left_out, _inputs, _loads, _results, _assembly, _cycle, _film, _buckling, _convergence,
     _checks, _repeat,
 )  # fmt: skip
 

@@ -2,9 +2,16 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
-from fea.analysis.figures import AssemblyFigures, CycleFigures, EnvelopeFigures, PlaneFigures, Summary
+from fea.analysis.figures import (
+    AssemblyFigures,
+    CycleFigures,
+    EnvelopeFigures,
+    FilmFigures,
+    PlaneFigures,
+    Summary,
+)
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
@@ -76,6 +83,18 @@ _CHECKS = {
     "contact_gap": "Overlap of pin and bore, or gap under pressure",
     "contact_balance": "Contact pressures against the forces of the pins",
     "buckling": "Residual of the buckling modes",
+}
+_FILM = {
+    "h min": "smallest film",
+    "h min error": "its error bar",
+    "p max": "highest pressure",
+    "p max error": "its error bar",
+    "power W": "friction power, W",
+    "friction mep": "friction mean effective pressure",
+    "flow l min": "oil flow, l/min",
+    "lambda min": "smallest film over roughness",
+    "asperity": "largest share that asperities carry",
+    "filled": "share of the gap that is full of oil",
 }
 _QUANTITY = ("quantity", "value")
 
@@ -166,6 +185,18 @@ def check_table(summary: Summary) -> Table:
         )
     caption = "Checks: each value must not exceed its limit; relative, unless it is a count or a ratio"
     return Table(caption, ("check", "value", "limit", "verdict"), tuple(rows), tuple(marked), (0, 3))
+
+
+def film_table(film: FilmFigures) -> Table:
+    """Return the figures of an oil film."""
+    rows = []
+    for field in fields(film):
+        value, (words, unit) = getattr(film, field.name), named(field.name)
+        heading = "at crank angle" if unit == "°" else _FILM.get(words, words)
+        if value is not None:
+            text = value if isinstance(value, str) else figure(value)
+            rows.append((f"{heading}, {unit}" if unit else heading, text))
+    return Table("The film over the crank cycle", _QUANTITY, tuple(rows))
 
 
 def convergence_tables(summary: Summary) -> list[Table]:
