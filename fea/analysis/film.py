@@ -153,7 +153,7 @@ class FilmResult:
             text = "the film is thinner than the surfaces are rough: they touch, and wear or seize"
             notes.append(doubt(text, TOPIC))
         elif self.verdict == Regime.MIXED:
-            text = "asperities touch where the film is thinnest"
+            text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, TOPIC))
         if not self.cycle.repeats and self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
             text = (

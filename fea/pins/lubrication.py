@@ -34,9 +34,10 @@ MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
 TOPIC = "oil film"
 # What says how thick the oil is, the first of them first.
 _VISCOSITIES = ("viscosity_mPas", "viscosity_100C_mPas", "oil")
-# σβη and σ/β, by which asperities are stiff: usual of machined steel are 0.03 to 0.07 and 1e-4 to 1e-2,
-# figures that could not be checked against a paper.
-_CROWDING, _SLOPE = 0.05, 1e-3
+# σβη and σ/β, by which asperities are stiff: of an engine's big end after running-in, where the factor before
+# E* F_5/2 is 1e-3 (Sander, Allmaier, Priebsch, Witt & Skiadas, Simulation of journal bearing friction in
+# severe mixed lubrication; read as the input of a public program that repeats it, not in the paper).
+_CROWDING, _SLOPE = 0.05, 7.1e-3
 
 
 @dataclass(frozen=True)

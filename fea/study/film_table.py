@@ -11,13 +11,14 @@ from geometry.errors import InvalidValue, require, require_positive
 from geometry.plausible import Plausible
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
-# crank pin that leads the crank arm, run-in surfaces.
+# crank pin that leads the crank arm; roughness (Rq 0.20 and 0.34 µm) and friction of asperities of a bearing
+# that is run in (Sander et al., see `fea.pins.lubrication`).
 OIL, PIEZOVISCOSITY_1_GPA, INLET_C = "5W-30", 13.0, 110.0
 INLET_BAR, HOLE_DEG, HOLE_MM, ROUGHNESS_UM = 4.0, 30.0, 5.0, 0.4
 # Of the friction power, the oil that leaves carries away this share, and rod and crank the rest: a choice.
 HEAT_PERCENT = 80.0
 DENSITY_15_KG_M3 = 860.0  # engine oils have 840 to 890; only the heat balance takes it
-BOUNDARY_FRICTION = 0.1
+BOUNDARY_FRICTION = 0.02
 _THIN = Plausible(1.0, 200.0, "engine oils have 2 (hot) to 100 mPa·s (cold)")
 _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
@@ -72,7 +73,7 @@ class FilmTable(
         "0.4", "of both surfaces together: the root of the sum of the squares of their Rq", not_negative
     )
     boundary_friction: float | None = key(
-        "0.1", "coefficient of friction where the surfaces touch", within(0, 1)
+        "0.02", "coefficient of friction where the surfaces touch", within(0, 1)
     )
     lining_MPa: float | None = key(
         "70.0",

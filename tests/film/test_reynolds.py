@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from fea.film.asperities import Asperities
 from fea.film.cycle import JournalLoads, integrate
@@ -174,6 +175,27 @@ def test_rough_surfaces_carry_what_the_film_cannot():
     pressed = state.touching.sum() * rough.reynolds.grid.area * 2
     assert force == pytest.approx(0.1 * pressed, rel=1e-3)
     assert power == pytest.approx(force * SPEED / 1e6, rel=1e-2)
+
+
+def test_a_film_without_viscosity_is_dry_contact():
+    """The journal tends to where asperities carry it, at first order in the viscosity, on three grids."""
+    rough, force = Asperities(8e-4, 42.0, 0.0), 2000.0
+    angle = 2 * math.pi * np.arange(2000) / 2000
+
+    def carried(eccentricity):
+        pressure, _ = rough.pressure(C * (1 - eccentricity * np.cos(angle)))
+        return (pressure * np.cos(angle)).mean() * 2 * math.pi * R * 25.0
+
+    dry = np.array([brentq(lambda e: carried(e) - force, 0.5, 1.5), 0.0])
+    for n in (24, 36, 48):
+        film, off = replace(bearing(n, 4), asperities=rough), []
+        state, supply = film.start(), Supply(film.reynolds.grid.groove(math.pi, 0.3), 1e-7)
+        for viscosity in (1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13):
+            thin = film.with_oil(Oil(viscosity))
+            state = thin.solve(state, Conditions(SPEED, supply), load=np.array([force, 0.0]))
+            off.append(np.linalg.norm(state.position / C - dry))
+        assert math.log10(off[-3] / off[-2]) == pytest.approx(1.0, abs=0.05)
+        assert off[-1] < 2e-4
 
 
 def test_a_film_that_cannot_carry_the_load_is_an_error():

@@ -111,6 +111,7 @@ def film_lines(summary: Summary) -> list[str]:
         f"{film.power_W:.0f} W, oil {film.flow_l_min:.2g} l/min"
         f"{'' if film.temperature_C is None else f' at {film.temperature_C:.0f} °C'}."
         f"{'' if film.asperity_percent < 1 else f' Asperities carry up to {film.asperity_percent:.0f} %.'}"
+        f"{'' if film.lining_factor is None else f' Lining: factor {factor(film.lining_factor)}.'}"
         for end, film in (summary.film or {}).items()
     ]
 
