@@ -1,6 +1,7 @@
 """`fea studio`."""
 
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 from fea.cli.options import FILE_FLAGS, StudyName, Threads, takes
@@ -36,6 +37,8 @@ def studio(
     asked = flags.applied(load_study(study))
     asked.require_loading()
 
+    if find_spec("websockets") is None:
+        raise ImportError("fea studio needs websockets, not installed here: pip install websockets")
     from fea.apps.studio.run_studio import run_studio
 
     def opened(address: str) -> None:

@@ -49,16 +49,15 @@ class Access:
         return self._response(HTTPStatus.NOT_FOUND, "There is nothing here.\n")
 
     def _response(self, status: HTTPStatus, body: str, kind: str = "text/plain") -> Response:
-        socket = f"ws://{self.host}{SOCKET}"
-        data = body.encode()
+        policy = self.policy.format(socket=f"ws://{self.host}{SOCKET}")
         headers = {
             "Content-Type": f"{kind}; charset=utf-8",
-            "Content-Length": str(len(data)),
-            "Content-Security-Policy": f"{self.policy.format(socket=socket)}; frame-ancestors 'none'",
+            "Content-Length": str(len(body.encode())),
+            "Content-Security-Policy": f"{policy}; frame-ancestors 'none'",
             "Cache-Control": "no-store",
             "Referrer-Policy": "no-referrer",
             "X-Content-Type-Options": "nosniff",
             "Cross-Origin-Resource-Policy": "same-origin",
             "Connection": "close",
         }
-        return Response(status.value, status.phrase, Headers(headers), data)
+        return Response(status.value, status.phrase, Headers(headers), body.encode())

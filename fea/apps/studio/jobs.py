@@ -6,29 +6,27 @@ import json
 import re
 import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
+from itertools import chain, count
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
 from fea.analysis.result import Array
-from fea.apps.studio.frame import Frame
+from fea.apps.studio.frame import BUCKLING, FATIGUE, YIELDING, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
 from fea.machine.isolated import say
-from fea.output.json_file import json_text
+from fea.output.pictures.shown import VON_MISES
 from fea.output.report.legends import case_fields
 from fea.output.text import write_text
 from fea.study.study import Study
 
 MODEL = "fea.apps.studio.live_rod"
 # What can be written at once, and what takes a process of its own.
-QUICK = ("study", "table")
-EXPORTS = (*QUICK, "step", "report")
+QUICK, SLOW = ("study", "table"), ("step", "report")
 # Of the end of the legend: a peak above this share keeps it, so that colours mean the same while one drags.
 _KEEPS_LEGEND = 0.6
-# Of a dimension: how far its slider goes at least.
-_LEAST_WAY = (0.7, 1.3)
 
 
 class _Inside:
@@ -49,12 +47,6 @@ class Answer(NamedTuple):
     numbers: bytes
     triangles: bytes
 
-    @property
-    def state(self) -> State:
-        """The design that it is of."""
-        state: State = self.header["state"]
-        return state
-
 
 def open_worker(study: Study, model: str) -> None:
     """Begin: the model is a module with `LiveRod` and `fresh`."""
@@ -70,15 +62,10 @@ def open_live(study: Study, model: str) -> None:
 def describe() -> dict[str, Any]:
     """Return what the page needs to lay itself out."""
     study, live = _Inside.study, _Inside.live
-    ranges = live.ranges(dict(live.base_design))
-    dimensions = []
-    for each in live.dimensions:
-        least, most = (share * each.value for share in _LEAST_WAY)
-        way = {"low": min(least, ranges[each.name].low), "high": max(most, ranges[each.name].high)}
-        dimensions.append({"key": each.name} | _plain(each) | way)
     return {
         "title": study.name,
-        "dimensions": dimensions,
+        "dimensions": [{"key": each.name} | _plain(each) for each in live.dimensions],
+        "ranges": ranges({"design": live.base_design}),
         "controls": [_plain(control) for control in controls(study)],
         "required": study.analysis.min_safety or 1.0,
     }
@@ -123,96 +110,63 @@ def _applied(state: State) -> Study:
 
 
 def _plain(value: Any) -> dict[str, Any]:
-    """A dataclass as JSON has it: without infinite numbers."""
-    plain: dict[str, Any] = json.loads(json_text(value))
+    """A dataclass as JSON has it: what is not finite is None."""
+    text = json.dumps(asdict(value), default=float)
+    plain: dict[str, Any] = json.loads(text, parse_constant=lambda _: None)
     return plain
 
 
 def _answer(serial: int, state: State, found: Frame) -> Answer:
     """Pack a frame; its mesh is known by its triangles."""
-    header: dict[str, Any] = {
-        "kind": "frame",
-        "serial": serial,
-        "state": state,
-        "label": str(found.label),
-        "pins": found.pins,
-        "new_mesh": found.new_mesh,
-        "operation": found.operation.values,
-        "figures": None,
-    }
+    header = {"kind": "frame", "serial": serial, "state": state, "operation": found.operation.values}
+    header |= {"label": str(found.label), "pins": found.pins, "new_mesh": found.new_mesh, "figures": None}
     if found.points is None or found.values is None or found.figures is None:
         return Answer(header, b"", b"")
     checks = found.figures.checks or {}
-    figures = _plain(found.figures) | {
-        "governs": found.figures.governs,
-        "failed": [name.replace("_", " ") for name, check in checks.items() if not check.passed],
-    }
+    failed = [name.replace("_", " ") for name, check in checks.items() if not check.passed]
     if found.triangles is not None or found.base != _Inside.mesh[0]:
         triangles = _Inside.live.triangles if found.triangles is None else found.triangles
         packed = triangles.astype("<u4").tobytes()
         _Inside.mesh = (found.base, zlib.crc32(packed), packed)
-    peak = max(case["peak_MPa"] for case in figures["cases"])
-    header |= {
-        "figures": figures,
-        "mesh": _Inside.mesh[1],
-        "nodes": len(found.points),
-        "field": _legend(found.values, peak),
-    }
+    header["figures"] = _plain(found.figures) | {"governs": found.figures.governs, "failed": failed}
+    peak = max(case.peak_MPa for case in found.figures.cases)
+    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": _legend(found.values, peak)}
     numbers = found.points.astype("<f4").tobytes() + found.values.astype("<f4").tobytes()
     return Answer(header, numbers, _Inside.mesh[2])
 
 
 def _legend(values: Array, peak: float) -> dict[str, Any]:
     if not _KEEPS_LEGEND * _Inside.top <= peak <= _Inside.top:
-        _Inside.top = peak
-        (field,) = case_fields({"von_mises": values}, peak)
-        _Inside.top = float(field["limits"][-1])
-    return case_fields({"von_mises": values}, _Inside.top)[0]
-
-
-@dataclass(frozen=True)
-class Written:
-    """A file that was written, and its content where the page may offer a copy."""
-
-    path: str
-    text: str | None = None
+        _Inside.top = float(case_fields({VON_MISES: values}, peak)[0]["limits"][-1])
+    return case_fields({VON_MISES: values}, _Inside.top)[0]
 
 
 def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> dict[str, Any]:
-    """Write a study, a solid, a report, or the table of variants into a folder; return path and text."""
-    stem = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-") or "study"
-    study, place = _applied(state), Path(folder)
-    if what == "study":
-        text = study.text()
-    elif what == "table":
-        stem, text = "variants", _table(variants)
-    else:
-        path = _unused(place, stem, ".step" if what == "step" else "")
-        (_write_step if what == "step" else _write_report)(study, path)
-        return asdict(Written(str(path if what == "step" else path / "report.html")))
-    path = _unused(place, stem, ".toml" if what == "study" else ".csv")
-    write_text(path, text)
-    return asdict(Written(str(path), text))
+    """Write a study, a solid, a report, or the table of variants into a folder.
 
+    Return the path, and the text where the page may offer a copy.
+    """
+    study, suffix = _applied(state), {"study": ".toml", "table": ".csv", "step": ".step", "report": ""}[what]
+    stem = "variants" if what == "table" else re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-") or "study"
+    # study.toml, study-2.toml, …
+    tries = (f"{stem}{number}{suffix}" for number in chain(("",), count(-2, -1)))
+    path = next(place for place in map(Path(folder).joinpath, tries) if not place.exists())
+    if what in QUICK:
+        text = study.text() if what == "study" else _table(variants)
+        write_text(path, text)
+        return {"path": str(path), "text": text}
+    if what == "step":
+        from geometry.cad.formats import export_step  # noqa: PLC0415 - gmsh is loaded for it
+        from geometry.session import session  # noqa: PLC0415
 
-def _unused(folder: Path, stem: str, suffix: str) -> Path:
-    names = (f"{stem}{suffix}", *(f"{stem}-{number}{suffix}" for number in range(2, 10_000)))
-    return next(folder / name for name in names if not (folder / name).exists())
-
-
-def _write_step(study: Study, path: Path) -> None:
-    from geometry.cad.formats import export_step  # noqa: PLC0415 - gmsh is loaded for it
-    from geometry.session import session  # noqa: PLC0415
-
-    with session():
-        export_step(study.rod.solid(), path)
-
-
-def _write_report(study: Study, path: Path) -> None:
+        with session():
+            export_step(study.rod.solid(), path)
+        return {"path": str(path)}
     from fea.apps.run_study import run_study  # noqa: PLC0415 - what solves and draws
 
     output = replace(study.output, directory=str(path.resolve()), report=True, screenshot=False)
     run_study(replace(study, output=output))
+    return {"path": str(path / "report.html")}
 
 
 def _table(variants: Mapping[str, Any]) -> str:
@@ -220,20 +174,19 @@ def _table(variants: Mapping[str, Any]) -> str:
     rows = []
     for name, variant in variants.items():
         row = {"variant": name, **variant["state"]["design"], **variant["state"]["operation"]}
-        answer = variant["answer"]
-        if answer and answer["figures"]:
+        if answer := variant["answer"]:
             figures = answer["figures"]
-            row |= {"answer": answer["label"], "mass_kg": figures["mass_kg"], "governs": figures["governs"]}
-            for mode in ("yielding", "fatigue", "buckling"):
-                own = figures[mode] or {"factor": None, "bar_percent": None}
-                row |= {mode: own["factor"], f"{mode}_bar_percent": own["bar_percent"]}
+            row |= {key: answer[key] for key in ("label", "pins")}
+            row |= {key: figures[key] for key in ("mass_kg", "governs")}
+            for mode in (YIELDING, FATIGUE, BUCKLING):
+                factor = figures[mode] or {}
+                row |= {mode: factor.get("factor"), f"{mode}_bar_percent": factor.get("bar_percent")}
         rows.append(row)
+    columns = dict.fromkeys(key for row in rows for key in row)
     text = io.StringIO()
-    writer = csv.DictWriter(
-        text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n"
+    csv.writer(text, lineterminator="\n").writerows(
+        [columns, *([row.get(key) for key in columns] for row in rows)]
     )
-    writer.writeheader()
-    writer.writerows(rows)
     return text.getvalue()
 
 
@@ -246,16 +199,10 @@ def lighten(state: State) -> dict[str, Any]:
 
     free = variables(search_study(_applied(state)))
 
-    def told(design: Design, count: int = 0, _now: int = 0) -> dict[str, Any]:
-        return {
-            "state": {**state, "design": {**state["design"], **free.dimensions(design.x)}},
-            "mass_kg": design.mass_kg,
-            "margin": design.margin,
-            "governs": design.governing.name,
-            "count": count,
-            "most": USUAL,
-        }
+    def told(design: Design, done: int = 0, _now: int = 0) -> dict[str, Any]:
+        changed = {**state, "design": {**state["design"], **free.dimensions(design.x)}}
+        figures = {"mass_kg": design.mass_kg, "margin": design.margin, "governs": design.governing.name}
+        return {"state": changed, "count": done, "most": USUAL, **figures}
 
-    designs = Designs(free, lambda *said: say(json.dumps(told(*said))))
-    found = search(designs, free.start, USUAL)
-    return told(found.best, found.count) | {"ended": found.ended, "holds": found.holds}
+    found = search(Designs(free, lambda *tried: say(json.dumps(told(*tried)))), free.start, USUAL)
+    return told(found.best)

@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable
 from pathlib import Path
 
+from fea.apps.studio.access import Access
 from fea.apps.studio.jobs import MODEL, open_live, open_worker
 from fea.apps.studio.server import Studio, serve_studio
 from fea.apps.studio.session import State, session
@@ -31,4 +32,5 @@ def run_studio(
     first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed
     with saying(said), session(study, first, folder) as kept:
         live, fresh = Worker(open_live, study, model), Worker(open_worker, study, model)
-        asyncio.run(serve_studio(Studio(kept, folder, live, fresh), page, policy, port, opened))
+        served = Studio(kept, folder, live, fresh)
+        asyncio.run(serve_studio(served, Access(port, page, policy), opened))

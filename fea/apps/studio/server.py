@@ -30,7 +30,8 @@ _LONGEST_MESSAGE = 2**16  # bytes, from the page
 _LONGEST_NAME = 60
 _MESHES = 4  # that are kept for a page that is loaded again
 _REPLACED = 4000  # why a socket is closed (of the range for applications)
-_CONVERGING = "converge"
+_TOUCH, _EXACT, _CONVERGE = "touch", "exact", "converge"
+Job = Callable[[], Awaitable[None]]
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,13 @@ class Studio:
         self._sent: set[int] = set()  # meshes that the page has
         self._newest = Asked(0, session.state)
         self._waiting: Asked | None = self._newest
-        self._steps = ""  # what the live process is in the middle of: "touch" or "exact"
-        self._anchored: tuple[str, State] | None = None
+        self._steps = ""  # what the live process is in the middle of
+        self._anchored: Asked | None = None  # where its anchors are
         self._converging: Asked | None = None
-        self._jobs: list[tuple[str, Callable[[], Awaitable[None]]]] = []
-        self._quick: list[Callable[[], Awaitable[None]]] = []  # jobs of the live process
-        self._doing = ""  # by the fresh process
-        self._lightest: dict[str, Any] | None = None
+        self._quick: list[Job] = []  # for the live process
+        self._jobs: list[tuple[str, Job]] = []  # for the fresh one
+        self._doing = ""  # by the fresh one
+        self._telling: set[asyncio.Task[None]] = set()
         self._crashes = 0
         self._live_work, self._fresh_work = asyncio.Event(), asyncio.Event()
 
@@ -82,8 +83,7 @@ class Studio:
         if before is not None:
             await before.close(_REPLACED, "opened in another tab")
         with suppress(ConnectionClosed):
-            await self._tell("hello", serial=self._newest.serial, layout=self._layout, doing=self._doing)
-            await self._tell_session()
+            await self._greet()
             if self._last is not None:
                 await self._show(self._last)
             async for message in page:
@@ -105,80 +105,75 @@ class Studio:
         self, serial: int, state: State, *, rests: bool, touched: str = "", field: str = "von_mises"
     ) -> None:
         """A design, while it is changed or once it rests."""
-        asked = Asked(int(serial), _checked(state), bool(rests), str(touched), str(field))
+        numbers = (value for value in state["operation"].values() if not isinstance(value, str))
+        if not all(map(isfinite, (*state["design"].values(), *numbers))):
+            raise ValueError(state)
         if rests:
-            self._session.change("commit", state=asked.state)
-            await self._tell_session()
-        self._ask(asked)
+            await self._change("commit", state=state)
+        self._ask(Asked(int(serial), state, bool(rests), str(touched), str(field)))
 
     async def _on_move(self, serial: int, by: int) -> None:
         """Undo or redo."""
-        self._session.change("move", by=int(by))
-        await self._go(serial)
+        await self._change("move", serial, by=int(by))
 
     async def _on_go(self, serial: int, name: str) -> None:
         """Return to a variant."""
-        self._session.change("commit", state=self._session.variants[name]["state"])
-        await self._go(serial)
+        await self._change("commit", serial, state=self._session.variants[name]["state"])
 
-    async def _go(self, serial: int) -> None:
-        await self._tell_session(serial=serial)
-        self._ask(Asked(int(serial), self._session.state))
-
-    async def _on_keep(self, name: str) -> None:
-        """Keep the design at hand as a variant."""
-        await self._keep(name, self._session.state)
-
-    async def _keep(self, name: str, state: State) -> None:
+    async def _on_keep(self, name: str, state: State | None = None) -> None:
+        """Keep the design at hand, or another, as a variant."""
         name = " ".join(str(name).split())[:_LONGEST_NAME] or f"variant {len(self._session.variants) + 1}"
-        self._session.change("keep", name=name, state=state, answer=self._known(state))
-        await self._tell_session()
+        state = state or self._session.state
+        await self._change("keep", name=name, state=state, answer=self._known(state))
 
     async def _on_remove(self, name: str) -> None:
-        self._session.change("remove", name=name)
-        await self._tell_session()
+        await self._change("remove", name=name)
+
+    async def _change(self, kind: str, serial: int | None = None, **what: Any) -> None:
+        """Change the session; with a serial, the design at hand is another now, which is asked about."""
+        self._session.change(kind, **what)
+        await self._tell("session", **self._session.told(), serial=serial)
+        if serial is not None:
+            self._ask(Asked(int(serial), self._session.state))
 
     async def _on_export(self, what: str, name: str = "") -> None:
         """Write a study, a solid, a report or the table of variants beside the session."""
-        if what not in jobs.EXPORTS:
-            raise ValueError(what)
         now = {"state": self._session.state, "answer": self._known(self._session.state)}
         variants = {"now": now, **self._session.variants}
-        state = variants[name or "now"]["state"]
+        order = (jobs.export, what, variants[name or "now"]["state"], variants, str(self._folder), name)
 
-        async def export() -> None:
-            worker = self._live if what in jobs.QUICK else self._fresh
-            written = await worker.run(jobs.export, what, state, variants, str(self._folder), name)
-            await self._tell("written", **written)
+        async def export(worker: Worker) -> None:
+            await self._tell("written", **await worker.run(*order))
 
         if what in jobs.QUICK:
-            self._quick.append(export)
+            self._quick.append(partial(export, self._live))
             self._live_work.set()
+        elif what in jobs.SLOW:
+            self._queue(what, partial(export, self._fresh))
         else:
-            self._queue(what, export)
+            raise ValueError(what)
 
     async def _on_lighten(self) -> None:
         """Look for the lightest rod from the design at hand, which becomes a variant."""
-        state, self._lightest = self._session.state, None
+        state, best = self._session.state, list[dict[str, Any]]()
 
         def tried(line: str) -> None:
             design = json.loads(line)
-            if (
-                design["margin"] >= 0
-                and design["mass_kg"] < (self._lightest or design | {"mass_kg": 1e9})["mass_kg"]
-            ):
-                self._lightest = design
-            self._background(self._tell("tried", design=design))
+            if design["margin"] >= 0 and (not best or design["mass_kg"] < best[-1]["mass_kg"]):
+                best.append(design)
+            task = asyncio.ensure_future(self._tell("tried", design=design))
+            self._telling.add(task)
+            task.add_done_callback(self._telling.discard)
 
         async def lighten() -> None:
+            text = "No rod was found that holds."
             try:
                 found = await self._fresh.run(jobs.lighten, state, listener=tried)
-                self._lightest = found if found["holds"] else None
-            finally:
-                text = "No rod was found that holds."
-                if self._lightest is not None:
-                    await self._keep("lightest", self._lightest["state"])
-                    grams = 1000 * self._lightest["mass_kg"]
+                best[:] = [found] if found["margin"] >= 0 else []
+            finally:  # also where it was stopped
+                if best:
+                    await self._on_keep("lightest", best[-1]["state"])
+                    grams = 1000 * best[-1]["mass_kg"]
                     text = f"The lightest rod that holds weighs {grams:.4g} g: see the variant “lightest”."
                 await self._note(text, bad=False)
 
@@ -186,8 +181,7 @@ class Studio:
 
     async def _on_stop(self) -> None:
         """End what the fresh process does."""
-        self._jobs, self._converging = [], None
-        self._doing = ""
+        self._jobs, self._doing = [], ""
         self._fresh.stop()
 
     # What the page is told.
@@ -200,14 +194,15 @@ class Studio:
     async def _note(self, text: str, *, bad: bool = True) -> None:
         await self._tell("note", text=text, bad=bad)
 
-    async def _tell_session(self, **more: Any) -> None:
-        await self._tell("session", **self._session.told(), **more)
+    async def _greet(self) -> None:
+        await self._tell("hello", serial=self._newest.serial, layout=self._layout, doing=self._doing)
+        await self._tell("session", **self._session.told())
 
     async def _show(self, answer: jobs.Answer) -> None:
         """Send a frame, and before it its mesh where the page does not have it."""
+        mesh = answer.header.get("mesh")
         if self._page is None:
             return
-        mesh = answer.header.get("mesh")
         with suppress(ConnectionClosed):
             if mesh is not None and mesh not in self._sent:
                 await self._page.send(_packed({"kind": "mesh", "mesh": mesh}, self._meshes[mesh]))
@@ -216,28 +211,31 @@ class Studio:
 
     async def _answered(self, answer: jobs.Answer) -> None:
         """Send a frame of a worker, and let variants of its design have its figures."""
-        if "mesh" in answer.header:
-            self._meshes.pop(answer.header["mesh"], None)
-            self._meshes[answer.header["mesh"]] = answer.triangles
+        mesh, state = answer.header.get("mesh"), answer.header["state"]
+        if mesh is not None:
+            self._meshes = {
+                **{key: self._meshes[key] for key in self._meshes if key != mesh},
+                mesh: answer.triangles,
+            }
             for old in list(self._meshes)[:-_MESHES]:
                 del self._meshes[old]
                 self._sent.discard(old)
-        self._last = answer._replace(triangles=b"")
-        await self._show(self._last)
-        known = self._known(answer.header["state"])
-        if known is not None and self._session.answered(answer.header["state"], known):
-            await self._tell_session()
+        self._last = answer
+        await self._show(answer)
+        known = self._known(state)
+        if known is not None and self._session.answered(state, known):
+            await self._tell("session", **self._session.told())
 
     def _known(self, state: State) -> dict[str, Any] | None:
-        """Return label and figures of a design, if they are those of the last frame and not interpolated."""
+        """Return what is known of a design, if the last frame is of it and not interpolated."""
         header = {} if self._last is None else self._last.header
         if header.get("state") != state or header["figures"] is None or header["label"] not in KNOWN:
             return None
         return {key: header[key] for key in ("label", "pins", "figures")}
 
-    def _background(self, coroutine: Any) -> None:
-        task = asyncio.ensure_future(coroutine)
-        self._tasks = {task, *(other for other in getattr(self, "_tasks", ()) if not other.done())}
+    async def _refuse(self, asked: Asked, error: Exception) -> None:
+        text = " ".join(str(error).split()) or type(error).__name__
+        await self._tell("refused", serial=asked.serial, text=text)
 
     # The processes.
 
@@ -253,7 +251,7 @@ class Studio:
         """Let a request replace those before it."""
         self._newest = self._waiting = asked
         self._converging, self._crashes = None, 0
-        if self._doing == _CONVERGING:
+        if self._doing == _CONVERGE:
             self._fresh.stop()
         self._live_work.set()
 
@@ -263,8 +261,7 @@ class Studio:
         try:
             if not self._layout:
                 self._layout = await self._live.run(jobs.describe)
-                await self._tell("hello", serial=self._newest.serial, layout=self._layout)
-                await self._tell_session()
+                await self._greet()
             if asked is not None:
                 await self._answer(asked)
             elif self._quick:
@@ -286,39 +283,45 @@ class Studio:
 
     async def _answer(self, asked: Asked) -> None:
         """Give the answer that is there at once, and begin what takes longer."""
-        live, state = self._live, asked.state
-        if asked.touched and asked.touched != (self._anchored and self._anchored[0]):
-            self._anchored, self._steps = (asked.touched, state), "touch"
-            await self._tell_ranges(asked)
-            await live.run(jobs.begin, "touch", state, asked.touched)
         if asked.rests:
-            self._anchored, self._steps = None, "exact"
-            await live.run(jobs.begin, "exact", state, asked.field)
-        else:
-            await self._answered(await live.run(jobs.frame, asked.serial, state, asked.field))
+            await self._begin(_EXACT, asked, asked.field)
+            return
+        if asked.touched and (self._anchored is None or self._anchored.touched != asked.touched):
+            await self._begin(_TOUCH, asked, asked.touched)
+        answer = await self._live.run(jobs.frame, asked.serial, asked.state, asked.field)
+        await self._answered(answer)
+        # Beyond the anchors others are solved, from where the hand is now.
+        known = answer.header["figures"] is not None or self._steps
+        if asked.touched and not known and self._anchored and self._anchored.state != asked.state:
+            await self._begin(_TOUCH, asked, asked.touched)
+
+    async def _begin(self, what: str, asked: Asked, of: str) -> None:
+        self._steps, self._anchored = what, asked if what == _TOUCH else None
+        await self._live.run(jobs.begin, what, asked.state, of)
+        await self._tell_ranges(asked)
 
     async def _go_on(self, asked: Asked) -> None:
         """Solve one more anchor, or the next exact answer."""
         found = await self._live.run(jobs.step, asked.serial, asked.state)
         if isinstance(found, jobs.Answer):
             await self._answered(found)
-            await self._tell_ranges(asked)
-        elif found is None and self._steps == "exact":
-            self._steps, self._converging = "", asked
-            self._fresh_work.set()
-        elif found is None:
-            self._steps = ""
-        else:
+        elif found is not None:
             await self._tell("anchors", share=found)
-            if self._waiting is None and not asked.rests:
-                self._waiting = asked
+            self._waiting = self._waiting or self._newest
+        else:
+            if self._steps == _EXACT:
+                self._converging = asked
+                self._fresh_work.set()
+            self._steps = ""
+            await self._tell_ranges(asked)
 
     async def _tell_ranges(self, asked: Asked) -> None:
         await self._tell("ranges", serial=asked.serial, ranges=await self._live.run(jobs.ranges, asked.state))
 
-    def _queue(self, what: str, job: Callable[[], Awaitable[None]]) -> None:
+    def _queue(self, what: str, job: Job) -> None:
         self._jobs.append((what, job))
-        if self._doing == _CONVERGING:
+        if self._doing == _CONVERGE:
+            self._converging = self._newest
             self._fresh.stop()
         self._fresh_work.set()
 
@@ -328,7 +331,7 @@ class Studio:
         if self._jobs:
             self._doing, job = self._jobs.pop(0)
         elif asked is not None:
-            self._doing, job, self._converging = _CONVERGING, partial(self._converge, asked), None
+            self._doing, job, self._converging = _CONVERGE, partial(self._converge, asked), None
         else:
             return False
         doing = self._doing
@@ -336,11 +339,9 @@ class Studio:
         try:
             await job()
         except (CrashError, MemoryError) as error:
-            interrupted = doing == _CONVERGING and (asked is not self._newest or self._jobs)
-            if self._doing and not interrupted:
+            ended = doing == _CONVERGE and (asked is not self._newest or self._jobs)  # by this server
+            if self._doing and not ended:
                 await self._note(f"The process that meshes has ended: {error}. The next job starts another.")
-            elif self._jobs and asked is self._newest:
-                self._converging = asked
         except Exception as error:  # noqa: BLE001 - what is wrong with a design is said on the page
             await self._refuse(self._newest, error)
         self._doing = ""
@@ -352,19 +353,6 @@ class Studio:
         if asked is self._newest:
             await self._answered(answer)
 
-    async def _refuse(self, asked: Asked, error: Exception) -> None:
-        text = " ".join(str(error).split()) or type(error).__name__
-        await self._tell("refused", serial=asked.serial, text=text)
-
-
-def _checked(state: Any) -> State:
-    """Return a design that the page sent, if it is one: numbers by name, and numbers or names by name."""
-    design, operation = dict(state["design"]), dict(state["operation"])
-    for value in (*design.values(), *(each for each in operation.values() if not isinstance(each, str))):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-            raise ValueError(f"{value!r} is not a number")
-    return {"design": design, "operation": operation}
-
 
 def _packed(header: Mapping[str, Any], numbers: bytes) -> bytes:
     """One message: the length of the header, the header, padded to whole words, and the numbers."""
@@ -373,9 +361,7 @@ def _packed(header: Mapping[str, Any], numbers: bytes) -> bytes:
     return len(text).to_bytes(4, "little") + text + numbers
 
 
-async def serve_studio(
-    studio: Studio, page: str, policy: str, port: int, opened: Callable[[str], None]
-) -> None:
+async def serve_studio(studio: Studio, access: Access, opened: Callable[[str], None]) -> None:
     """Serve the page on this machine until this is cancelled; `opened` is told its address.
 
     Raises
@@ -384,15 +370,14 @@ async def serve_studio(
         The port is taken.
     """
     logging.getLogger("websockets").addHandler(logging.NullHandler())
-    access = Access(port, page, policy)
     async with serve(
         studio.meet,
         "127.0.0.1",
-        port,
+        access.port,
         process_request=access,
         compression=None,
-        max_size=_LONGEST_MESSAGE,
         server_header=None,
+        max_size=_LONGEST_MESSAGE,
     ) as server:
         access.port = next(iter(server.sockets)).getsockname()[1]
         opened(access.address)

@@ -42,19 +42,28 @@ class Session:
         return self.states[self.at]
 
     def change(self, kind: str, **what: Any) -> None:
-        """Make a change, by the name of a method, and keep it in the journal."""
-        getattr(self, f"_{kind}")(**what)
+        """Make a change, and keep it in the journal.
+
+        "commit" a state, "move" by steps back or forth, "keep" a state and its answer as a variant of a name,
+        or "remove" that.
+        """
+        if kind == "commit" and what["state"] != self.state:
+            self.states = [*self.states[: self.at + 1], what["state"]][-_MOST:]
+            self.at = len(self.states) - 1
+        elif kind == "move":
+            self.at = min(max(self.at + what["by"], 0), len(self.states) - 1)
+        elif kind == "keep":
+            self.variants[what["name"]] = {"state": what["state"], "answer": what["answer"]}
+        elif kind == "remove":
+            self.variants.pop(what["name"], None)
         if self.journal is not None:
             self.journal.write(json.dumps({"kind": kind, **what}).encode() + b"\n")
             self.journal.flush()
 
     def answered(self, state: State, answer: Answer) -> bool:
-        """Give variants of a state an answer that is more exact than theirs; whether there are such."""
-        better = [
-            name
-            for name, variant in self.variants.items()
-            if variant["state"] == state and rank(variant["answer"]) <= rank(answer)
-        ]
+        """Give variants of a state an answer that is as exact as theirs or more; whether there are such."""
+        alike = {name: variant for name, variant in self.variants.items() if variant["state"] == state}
+        better = [name for name in alike if rank(alike[name]["answer"]) <= rank(answer)]
         for name in better:
             self.change("keep", name=name, state=state, answer=answer)
         return bool(better)
@@ -64,10 +73,9 @@ class Session:
         end = 0
         for line in journal.splitlines(keepends=True):
             try:
-                what = json.loads(line)
+                self.change(**json.loads(line))
             except ValueError:  # the program ended while it was written
                 break
-            getattr(self, f"_{what.pop('kind')}")(**what)
             end += len(line)
         return end
 
@@ -75,20 +83,6 @@ class Session:
         """What the page shows of the session."""
         undo, redo = self.at > 0, self.at < len(self.states) - 1
         return {**self.state, "undo": undo, "redo": redo, "variants": self.variants}
-
-    def _commit(self, state: State) -> None:
-        if state != self.state:
-            self.states = [*self.states[: self.at + 1], state][-_MOST:]
-            self.at = len(self.states) - 1
-
-    def _move(self, by: int) -> None:
-        self.at = min(max(self.at + by, 0), len(self.states) - 1)
-
-    def _keep(self, name: str, state: State, answer: Answer | None) -> None:
-        self.variants[name] = {"state": state, "answer": answer}
-
-    def _remove(self, name: str) -> None:
-        self.variants.pop(name, None)
 
 
 @contextmanager

@@ -23,7 +23,7 @@ class Sliders {
     Object.assign(this, { root, changed, touched, items: new Map() });
   }
 
-  lay({ dimensions, controls }) {
+  lay({ dimensions, controls, ranges }) {
     this.items.clear();
     const groups = new Map();
     const add = (part, own) => {
@@ -34,11 +34,13 @@ class Sliders {
       groups.get(own.group).push(item.choices?.length ? this.choice(item) : this.slider(item));
     };
     controls.filter(({ group }) => group === "operation").forEach((own) => add("operation", own));
-    dimensions.forEach((own) => add("design", own));
+    dimensions.forEach((own) => add("design", { ...own, low: Math.min(0.7 * own.value, ranges[own.key].low),
+      high: Math.max(1.3 * own.value, ranges[own.key].high) }));
     controls.filter(({ group }) => group !== "operation").sort((a, b) => b.choices.length - a.choices.length)
       .forEach((own) => add("operation", own));
     this.root.replaceChildren(...Array.from(groups, ([name, rows]) =>
       element("details", { open: "", class: "group" }, element("summary", {}, upper(name)), ...rows)));
+    this.ranges(ranges);
   }
 
   choice(item) {
