@@ -36,7 +36,6 @@ class _Inside:
     model: Any
     live: Any = None
     steps: Iterator[Any] = iter(())
-    top = 0.0
     mesh: tuple[int, int, bytes] = (-1, 0, b"")  # number of the base, and what is packed of its triangles
 
 
@@ -76,9 +75,9 @@ def ranges(state: State) -> dict[str, Any]:
     return {name: _plain(each) for name, each in _Inside.live.ranges(dict(state["design"])).items()}
 
 
-def frame(serial: int, state: State, field: str) -> Answer:
-    """Return what is known of a design at once."""
-    return _answer(serial, state, _Inside.live.frame(dict(state["design"]), _operation(state), field))
+def frame(serial: int, state: State, top: float, field: str) -> Answer:
+    """Return what is known of a design at once; `top` is the end of the legend before."""
+    return _answer(serial, state, top, _Inside.live.frame(dict(state["design"]), _operation(state), field))
 
 
 def begin(kind: str, state: State, what: str) -> None:
@@ -90,15 +89,15 @@ def begin(kind: str, state: State, what: str) -> None:
         _Inside.steps = _Inside.live.exact(design, operation, what)
 
 
-def step(serial: int, state: State) -> Answer | float | None:
+def step(serial: int, state: State, top: float) -> Answer | float | None:
     """Take the next step; return a frame, the progress of anchors, or None at the end."""
     found = next(_Inside.steps, None)
-    return _answer(serial, state, found) if isinstance(found, Frame) else found
+    return _answer(serial, state, top, found) if isinstance(found, Frame) else found
 
 
-def converge(serial: int, state: State) -> Answer:
+def converge(serial: int, state: State, top: float) -> Answer:
     """Solve a design on a mesh of its own, refined, with the pins that its study asks for."""
-    return _answer(serial, state, _Inside.model.fresh(_applied(state)))
+    return _answer(serial, state, top, _Inside.model.fresh(_applied(state)))
 
 
 def _operation(state: State) -> Operation:
@@ -116,7 +115,7 @@ def _plain(value: Any) -> dict[str, Any]:
     return plain
 
 
-def _answer(serial: int, state: State, found: Frame) -> Answer:
+def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
     """Pack a frame; its mesh is known by its triangles."""
     header = {"kind": "frame", "serial": serial, "state": state, "operation": found.operation.values}
     header |= {"label": str(found.label), "pins": found.pins, "new_mesh": found.new_mesh, "figures": None}
@@ -130,15 +129,14 @@ def _answer(serial: int, state: State, found: Frame) -> Answer:
         _Inside.mesh = (found.base, zlib.crc32(packed), packed)
     header["figures"] = _plain(found.figures) | {"governs": found.figures.governs, "failed": failed}
     peak = max(case.peak_MPa for case in found.figures.cases)
-    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": _legend(found.values, peak)}
+    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": _legend(found.values, peak, top)}
     numbers = found.points.astype("<f4").tobytes() + found.values.astype("<f4").tobytes()
     return Answer(header, numbers, _Inside.mesh[2])
 
 
-def _legend(values: Array, peak: float) -> dict[str, Any]:
-    if not _KEEPS_LEGEND * _Inside.top <= peak <= _Inside.top:
-        _Inside.top = float(case_fields({VON_MISES: values}, peak)[0]["limits"][-1])
-    return case_fields({VON_MISES: values}, _Inside.top)[0]
+def _legend(values: Array, peak: float, top: float) -> dict[str, Any]:
+    kept = top if _KEEPS_LEGEND * top <= peak <= top else peak
+    return case_fields({VON_MISES: values}, kept)[0]
 
 
 def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> dict[str, Any]:

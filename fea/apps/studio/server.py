@@ -55,6 +55,7 @@ class Studio:
         self._last: jobs.Answer | None = None
         self._meshes: dict[int, bytes] = {}
         self._sent: set[int] = set()  # meshes that the page has
+        self._top = 0.0  # end of the legend, which is kept while peaks are like before
         self._newest = Asked(0, session.state)
         self._waiting: Asked | None = self._newest
         self._steps = ""  # what the live process is in the middle of
@@ -213,6 +214,7 @@ class Studio:
         """Send a frame of a worker, and let variants of its design have its figures."""
         mesh, state = answer.header.get("mesh"), answer.header["state"]
         if mesh is not None:
+            self._top = answer.header["field"]["limits"][-1]
             self._meshes = {
                 **{key: self._meshes[key] for key in self._meshes if key != mesh},
                 mesh: answer.triangles,
@@ -288,7 +290,7 @@ class Studio:
             return
         if asked.touched and (self._anchored is None or self._anchored.touched != asked.touched):
             await self._begin(_TOUCH, asked, asked.touched)
-        answer = await self._live.run(jobs.frame, asked.serial, asked.state, asked.field)
+        answer = await self._live.run(jobs.frame, asked.serial, asked.state, self._top, asked.field)
         await self._answered(answer)
         # Beyond the anchors others are solved, from where the hand is now.
         known = answer.header["figures"] is not None or self._steps
@@ -302,7 +304,7 @@ class Studio:
 
     async def _go_on(self, asked: Asked) -> None:
         """Solve one more anchor, or the next exact answer."""
-        found = await self._live.run(jobs.step, asked.serial, asked.state)
+        found = await self._live.run(jobs.step, asked.serial, asked.state, self._top)
         if isinstance(found, jobs.Answer):
             await self._answered(found)
         elif found is not None:
@@ -349,7 +351,7 @@ class Studio:
         return True
 
     async def _converge(self, asked: Asked) -> None:
-        answer = await self._fresh.run(jobs.converge, asked.serial, asked.state)
+        answer = await self._fresh.run(jobs.converge, asked.serial, asked.state, self._top)
         if asked is self._newest:
             await self._answered(answer)
 

@@ -32,11 +32,9 @@ class AnswerPanel {
     this.now = JSON.stringify(header.state);
     this.label.textContent = this.labelled(header);
     this.label.dataset.label = figures ? header.label : "none";
+    // The figures of the last design stay, with that design, until there are others.
+    if (!figures) return;
     this.of.textContent = design;
-    if (!figures) {
-      this.governs.textContent = "This design lies beyond what the solved ones cover: let go, and it is solved.";
-      return;
-    }
     if (this.since?.state === JSON.stringify(header.state)) this.since.figures[header.pins] = figures;
     const before = this.since?.figures[header.pins] ?? {};
     this.root.replaceChildren(this.mass(figures, before),

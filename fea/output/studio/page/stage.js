@@ -117,11 +117,11 @@ class Stage {
     this.note.style.top = `${100 * Math.max(0.08, share[1])}%`;
   }
 
-  // Over a rod that is not that of the sliders, say so.
+  // Where rod and figures are not those of the sliders, say so.
   cover(text) {
     this.veil.hidden = !text;
     this.veil.textContent = text;
-    this.canvas.classList.toggle("old", Boolean(text));
+    document.body.classList.toggle("old", Boolean(text));
   }
 }
 

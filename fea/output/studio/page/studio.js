@@ -1,7 +1,7 @@
 // The page: it asks, and shows what comes back with the design that it is of.
 
 const RANK = { interpolated: 0, "exact on a moved mesh": 1, converged: 2 };
-const LATE = 700; // ms after which a picture of an earlier design is covered
+const LATE = 700; // ms without a new picture after which the one that is there is marked as an earlier one
 
 class StudioPage {
   constructor() {
@@ -89,8 +89,7 @@ class StudioPage {
     this.asking = null;
     const told = { serial: ++this.serial, state: this.state, rests, field: this.get("field").value };
     this.say("ask", { ...told, touched: rests ? "" : this.touched });
-    this.late ??= setTimeout(() => this.stage.cover("computing …"), LATE);
-    this.get("veil").dataset.why = "";
+    this.expect();
   }
 
   on_hello({ serial, layout, doing }) {
@@ -111,6 +110,7 @@ class StudioPage {
     this.get("undo").disabled = !session.undo;
     this.get("redo").disabled = !session.redo;
     this.get("variant-name").placeholder = `variant ${Object.keys(session.variants).length + 1}`;
+    if (serial === this.serial) this.expect();
     if (this.fresh || serial === this.serial) {
       this.state = { design: session.design, operation: session.operation };
       if (this.layout) this.sliders.set(this.state, this.shown?.operation);
@@ -154,13 +154,27 @@ class StudioPage {
       if (!this.panel.since) this.panel.from("the first design", header.state);
     }
     this.panel.show(header, this.described(header.state));
+    if (fields) this.uncover();
     if (this.current) {
-      clearTimeout(this.late);
-      this.late = null;
-      this.stage.cover(fields ? "" : "beyond what is solved: let go");
-      if (RANK[header.label] || !fields) this.sliders.set(this.state, header.operation);
-      if (RANK[header.label]) this.compare();
+      if (!fields) this.stage.cover("an earlier design: let go, and this one is solved");
+      if (RANK[header.label]) {
+        this.sliders.set(this.state, header.operation);
+        this.compare();
+      }
+    } else if (fields) {
+      this.expect();
     }
+  }
+
+  // A design is asked about: where no picture comes soon, the one that is there is marked as an earlier one.
+  expect() {
+    this.late ??= setTimeout(() => this.stage.cover("an earlier design: this one is being solved"), LATE);
+  }
+
+  uncover() {
+    clearTimeout(this.late);
+    this.late = null;
+    this.stage.cover("");
   }
 
   // What a design changes in the study, in words.
@@ -190,9 +204,8 @@ class StudioPage {
 
   on_refused({ serial, text }) {
     if (serial !== this.serial) return;
-    clearTimeout(this.late);
-    this.late = null;
-    this.stage.cover("this design cannot be solved");
+    this.uncover();
+    this.stage.cover("an earlier design: this one cannot be solved");
     this.note(text, true);
   }
 

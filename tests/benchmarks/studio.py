@@ -1,0 +1,113 @@
+"""What `fea studio` costs, and a picture of it: `python tests/benchmarks/studio.py [--minutes M] [results]`.
+
+Chromium draws in software, by the processor that also solves. Wall times are those of the machine as it is;
+beside them stands the processor time of the processes.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from browser import browser
+from studios import served
+
+KEY = "web_thickness_mm"
+# Move a slider to and fro for so many seconds; how many events, frames and pictures that were a second.
+DRAG = """(async (key, seconds) => {
+  const own = document.getElementById(`in-${key}`), item = feaStudio.sliders.items.get(key);
+  const begin = performance.now(), painted = feaStudio.stage.painted;
+  const hear = feaStudio.on_frame.bind(feaStudio);
+  let events = 0, frames = 0, grey = 0;
+  feaStudio.on_frame = (message) => {
+    frames++;
+    if (!message.header.figures) grey++;
+    hear(message);
+  };
+  const share = () => (performance.now() - begin) / 1000 / seconds;
+  while (share() < 1) {
+    own.value = item.value * (1 + 0.05 * Math.sin((2 * Math.PI * share() * seconds) / 6));
+    own.dispatchEvent(new Event("input"));
+    events++;
+    await new Promise((done) => requestAnimationFrame(done));
+  }
+  delete feaStudio.on_frame;
+  const each = (count) => Math.round((10 * count) / seconds) / 10;
+  const pictures = feaStudio.stage.painted - painted;
+  return { events: each(events), frames: each(frames), grey: each(grey), pictures: each(pictures) };
+})"""
+
+
+def processor(pid):
+    """Processor time of a process, s."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def memory(pid):
+    """Memory of a process, MiB."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return next(int(line.split()[1]) // 1024 for line in lines if line.startswith("VmRSS"))
+
+
+def main():
+    asked = argparse.ArgumentParser()
+    asked.add_argument("target", nargs="?", type=Path)
+    asked.add_argument("--minutes", type=float, default=0.5)
+    asked.add_argument("--study", default="leon-2001")
+    options = asked.parse_args()
+    began = time.monotonic()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        served(folder, options.study, "--no-browser", "--tolerance", "5") as studio,
+        browser("chromium") as shown,
+    ):
+
+        def wait(condition):
+            while not shown.run(f"Boolean({condition})"):
+                time.sleep(0.05)
+
+        def said(what, since):
+            pids = [studio.process.pid, *studio.workers()]
+            print(
+                f"{what}: {time.monotonic() - since:.1f} s; server and workers: processor "
+                f"{', '.join(f'{processor(pid):.1f}' for pid in pids)} s, memory "
+                f"{', '.join(str(memory(pid)) for pid in pids)} MiB",
+                flush=True,
+            )
+
+        def rest(what):
+            since = time.monotonic()
+            wait("feaStudio.current && feaStudio.shown.label !== 'interpolated'")
+            said(f"{what}, exact", since)
+            wait("feaStudio.current && feaStudio.shown.label === 'converged'")
+            said(f"{what}, converged", since)
+
+        def keep(name):
+            shown.run(f"document.getElementById('variant-name').value = '{name}'")
+            shown.run("document.querySelector('#keep button').click()")
+
+        shown.open(studio.address, 1400, 950)
+        wait("feaStudio.shown?.figures")
+        said("first picture", began)
+        rest("first design")
+        keep("as published")
+        shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new PointerEvent('pointerdown'))")
+        shown.run(f"{DRAG}('{KEY}', 1)")
+        wait("!document.getElementById('label').textContent.startsWith('Solving')")
+        since = time.monotonic()
+        while time.monotonic() - since < 60 * options.minutes:
+            print("a second:", shown.run(f"{DRAG}('{KEY}', 20)"))
+            said("dragging", since)
+        shown.run(f"feaStudio.sliders.items.get('{KEY}').range.value = 5.4")
+        shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new Event('change'))")
+        rest("another design")
+        if options.target:
+            shown.screenshot(options.target / "studio.png")
+
+
+main()
