@@ -96,9 +96,10 @@ def main():
         said("first picture", began)
         rest("first design")
         keep("as published")
-        shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new PointerEvent('pointerdown'))")
+        since = time.monotonic()
         shown.run(f"{DRAG}('{KEY}', 1)")
-        wait("!document.getElementById('label').textContent.startsWith('Solving')")
+        wait("feaStudio.anchors === 1")
+        said("anchors", since)
         since = time.monotonic()
         while time.monotonic() - since < 60 * options.minutes:
             print("a second:", shown.run(f"{DRAG}('{KEY}', 20)"))
@@ -106,7 +107,9 @@ def main():
         shown.run(f"feaStudio.sliders.items.get('{KEY}').range.value = 5.4")
         shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new Event('change'))")
         rest("another design")
+        keep("web of 5.4 mm")
         if options.target:
+            shown.run("scrollTo(0, 0)")
             shown.screenshot(options.target / "studio.png")
 
 

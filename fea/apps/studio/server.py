@@ -101,6 +101,8 @@ class Studio:
             await getattr(self, f"_on_{told.pop('do')}")(**told)
         except (ValueError, LookupError, TypeError, AttributeError) as error:
             await self._note(f"The page asked for what cannot be: {error}")
+        except OSError as error:
+            await self._note(f"The session could not be kept on disk: {error.strerror}")
 
     async def _on_ask(
         self, serial: int, state: State, *, rests: bool, touched: str = "", field: str = "von_mises"

@@ -18,9 +18,9 @@ function element(name, attributes = {}, ...children) {
 const across = (share) => `calc(${THUMB / 2}px + ${Math.min(1, Math.max(0, share))} * (100% - ${THUMB}px))`;
 
 class Sliders {
-  // `changed` is called with part, key, value and whether the hand rests; `touched` with a dimension.
-  constructor(root, { changed, touched }) {
-    Object.assign(this, { root, changed, touched, items: new Map() });
+  // `changed` is called with an item, its value and whether the hand rests.
+  constructor(root, changed) {
+    Object.assign(this, { root, changed, items: new Map() });
   }
 
   lay({ dimensions, controls, ranges }) {
@@ -69,17 +69,12 @@ class Sliders {
       this.write(item, within);
       this.changed(item, within, rests);
     };
-    item.range.addEventListener("pointerdown", () => this.touch(item));
-    item.range.addEventListener("input", () => {
-      this.touch(item);
-      take(Math.round(item.range.value / step) * step, false);
-    });
+    item.range.addEventListener("input", () => take(Math.round(item.range.value / step) * step, false));
     item.range.addEventListener("change", () => take(Math.round(item.range.value / step) * step, true));
     item.range.addEventListener("keydown", (event) => {
       const by = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
       if (!by) return;
       event.preventDefault();
-      this.touch(item);
       take(item.now + by * step, false);
       clearTimeout(item.pause);
       item.pause = setTimeout(() => take(item.now, true), 400);
@@ -88,10 +83,6 @@ class Sliders {
     this.write(item, item.value);
     this.mark(item);
     return item.row;
-  }
-
-  touch(item) {
-    if (item.part === "design") this.touched(item.key);
   }
 
   // The nearest value that can be had, of numbers that are as round as the slider's steps.

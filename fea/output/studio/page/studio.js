@@ -10,10 +10,7 @@ class StudioPage {
     this.state = { design: {}, operation: {} };
     this.session = { variants: {} };
     Object.assign(this, { serial: 0, shown: null, touched: "", asking: null, meshes: new Map(), drawn: null, dropped: 0 });
-    this.sliders = new Sliders(get("groups"), {
-      changed: (item, value, rests) => this.change(item, value, rests),
-      touched: (key) => (this.touched = key),
-    });
+    this.sliders = new Sliders(get("groups"), (item, value, rests) => this.change(item, value, rests));
     this.panel = new AnswerPanel();
     this.variants = new Variants(get("compare"), {
       go: (name) => this.say("go", { name, serial: ++this.serial }),
@@ -79,6 +76,7 @@ class StudioPage {
     const own = this.state[item.part];
     own[item.key] = value;
     if (value === "" || (value === item.value && !item.select)) delete own[item.key];
+    this.touched = item.part === "design" ? item.key : "";
     if (item.key === "material") for (const other of this.sliders.items.values()) if (other.group === "material" && other.range) delete own[other.key];
     if (rests) this.ask(true);
     else this.asking ??= requestAnimationFrame(() => this.ask(false));
@@ -199,6 +197,7 @@ class StudioPage {
   }
 
   on_anchors({ share }) {
+    this.anchors = share;
     this.get("label").textContent = share < 1 ? `Solving around this design: ${Math.round(100 * share)} %` : this.panel.labelled(this.shown ?? {});
   }
 
