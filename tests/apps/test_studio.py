@@ -129,8 +129,8 @@ def test_what_is_saved_is_the_design(page, tmp_path):
     page.say("keep", name="b")
     page.say("export", what="table")
     header, *rows = page.until("written")["text"].splitlines()
-    assert header.startswith("variant,web_thickness_mm,rpm,")
-    assert any(row.startswith("b,4.25,6500.0,") for row in rows)
+    assert header.split(",")[:3] == ["variant", "web_thickness_mm", "rpm"]
+    assert any(row.startswith("b,4.25,6500.0") for row in rows)
 
 
 def test_nonsense_from_a_page_is_refused(page):

@@ -4,9 +4,10 @@ import time
 from urllib.parse import urlsplit
 
 import pytest
-from browser import PATIENCE, browser, missing
+from browser import browser, missing
 from studios import end, served
 
+PATIENCE = 120  # seconds: several processes start
 ANSWERED = "feaStudio.current && feaStudio.shown.label === 'converged'"
 SLIDER = """((box) => [box.left + 8, box.width - 16, box.top + box.height / 2])(
   (document.getElementById("in-web_thickness_mm").scrollIntoView({ block: "center" }),
