@@ -118,6 +118,7 @@ def run(fea: Program, folder: Path, chosen: list[str]) -> None:
     codes = {}
     for name in chosen:
         flags = [] if name == "sweep" else ["--threads", "1", "--quiet"]
+        flags += ["--no-screenshot"] if CASES[name].startswith("run ") else []
         codes[name] = fea(CASES[name], *flags, "--out", str(folder / name))
         print(f"{name}: exit code {codes[name]}", flush=True)
     (folder / EXIT_CODES).write_text(json.dumps(codes))
