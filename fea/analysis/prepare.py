@@ -327,7 +327,14 @@ def prepare(
     clock = clock or Clock()
     mesh = mesh_loaded(study, clock) if mesh is None else mesh
     materials = study.materials(mesh.parts)
-    loading, duty = _loading(study, mesh, materials)
+    duty: DutyLoads | None = None
+    if study.forces is not None:
+        loading: Loading = GivenForces(study.forces.pin())
+    else:
+        loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
+        if study.duty is not None:
+            duty = DutyLoads.of(study.duty, loading)
+            require_lines(materials)
     assembling = Assembling.of(study, mesh)
     structure = _structure(
         study, mesh, materials, loading, assembling=assembling, clock=clock, symbolic=symbolic
@@ -350,19 +357,6 @@ def prepare(
             *of_assembly,
         ),
     )
-
-
-def _loading(
-    study: Study, mesh: MeshedRod, materials: tuple[Material, ...]
-) -> tuple[Loading, DutyLoads | None]:
-    if study.forces is not None:
-        return GivenForces(study.forces.pin()), None
-    loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
-    if study.duty is None:
-        return loading, None
-    duty = DutyLoads.of(study.duty, loading)
-    require_lines(materials)
-    return loading, duty
 
 
 def _structure(

@@ -109,15 +109,14 @@ class DrawnBore(NamedTuple):
 
 def drawn_bores(mesh: TetMesh, rod_length: float) -> tuple[DrawnBore, ...]:
     """Measure the bores of a mesh with named surfaces; none if it has no names."""
-    if any(surface not in mesh.facets for surface in BORES):
-        return ()
-    return tuple(_drawn_bore(mesh, surface, x) for surface, x in zip(BORES, (0.0, rod_length), strict=True))
-
-
-def _drawn_bore(mesh: TetMesh, surface: Surface, x: float) -> DrawnBore:
-    points = mesh.points[np.unique(mesh.facets[surface])]
-    radius = float(np.hypot(points[:, 0] - x, points[:, 1]).mean())
-    return DrawnBore(x, radius, float(points[:, 2].min()), float(points[:, 2].max()))
+    bores = []
+    for surface, x in zip(BORES, (0.0, rod_length), strict=True):
+        if surface not in mesh.facets:
+            return ()
+        points = mesh.points[np.unique(mesh.facets[surface])]
+        radius = float(np.hypot(points[:, 0] - x, points[:, 1]).mean())
+        bores.append(DrawnBore(x, radius, float(points[:, 2].min()), float(points[:, 2].max())))
+    return tuple(bores)
 
 
 class Run(Protocol):
@@ -282,9 +281,11 @@ def gathered_result(
     speed: SpeedResult | None = None,
     buckling: BucklingReport | None = None,
 ) -> RunResult:
-    """Gather what was found at one speed."""
+    """Gather what was found at one speed: its study runs again without replacing what it is part of."""
+    rpm, output = summary.rpm, replace(study.output, directory=None, animate=None)
+    at_speed = study.speed if rpm is None else replace(study.speed, rpm=rpm)
     return RunResult(
-        study=at_speed(study, summary.rpm),
+        study=replace(study, speed=at_speed, output=output),
         summary=summary,
         mesh=rod.mesh.whole,
         materials=rod.materials,
@@ -294,10 +295,3 @@ def gathered_result(
         buckling=buckling,
         life=rod.life,
     )
-
-
-def at_speed(study: Study, rpm: float | None) -> Study:
-    """Return the study of one speed alone, which runs again without replacing what it is part of."""
-    output = replace(study.output, directory=None, animate=None)
-    speed = study.speed if rpm is None else replace(study.speed, rpm=rpm)
-    return replace(study, speed=speed, output=output)

@@ -14,7 +14,7 @@ from fea.base.note import Note, assumption
 from fea.base.units import KG, KG_M2
 from fea.judge.column import Plane
 from fea.rod.given import found_assembly
-from fea.rod.meshed_rod import Bores, MeshedRod
+from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import inertia
 from fea.study.rod_table import MASS_KEYS, RodTable, dimension_of
 from fea.study.study import Study
@@ -130,32 +130,28 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
             size_mm=mesh.meshing.size,
             mass_error=mesh.mass_error(rod.mass, materials),
         ),
-        bores=_bores(mesh),
-        unit=None if mesh.imported is None else mesh.imported.unit,
-        solids=None
-        if mesh.imported is None
-        else tuple(
-            figures(SolidFigures, solid, mass_kg=materials[0].density * solid.volume / KG)
-            for solid in mesh.imported.solids
+        bores=tuple(
+            RodBoreFigures(diameter_mm=2 * radius, width_mm=width)
+            for radius, width in (
+                (mesh.bores.big_radius, mesh.bores.big_width),
+                (mesh.bores.small_radius, mesh.bores.small_width),
+            )
         ),
-        assumed=(
-            *study.unusual_notes(mesh.bores.lengths),
-            *study.material_notes,
-            *map(assumption, () if mesh.imported is None else mesh.imported.assumed),
-        ),
-        assembly=() if mesh.imported is None else found_assembly(study.rod, mesh.imported),
+        assumed=(*study.unusual_notes(mesh.bores.lengths), *study.material_notes),
     )
+    if (read := mesh.imported) is not None:
+        report = dataclasses.replace(
+            report,
+            bores=tuple(figures(RodBoreFigures, bore, at_mm=bore.center) for bore in read.bores),
+            unit=read.unit,
+            solids=tuple(
+                figures(SolidFigures, solid, mass_kg=materials[0].density * solid.volume / KG)
+                for solid in read.solids
+            ),
+            assumed=(*report.assumed, *map(assumption, read.assumed)),
+            assembly=found_assembly(study.rod, read),
+        )
     return report, mesh.whole
-
-
-def _bores(mesh: MeshedRod) -> tuple[RodBoreFigures, ...]:
-    if mesh.imported is not None:
-        return tuple(figures(RodBoreFigures, bore, at_mm=bore.center) for bore in mesh.imported.bores)
-    bores = mesh.bores
-    return (
-        RodBoreFigures(diameter_mm=2 * bores.big_radius, width_mm=bores.big_width),
-        RodBoreFigures(diameter_mm=2 * bores.small_radius, width_mm=bores.small_width),
-    )
 
 
 def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:

@@ -144,9 +144,9 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
     """Work out the whole crank cycle at a speed whose load cases are solved."""
     analysis, cycle = rod.cycle, rod.crank_cycle(static.rpm or 0.0)
     with rod.clock("cycle"):
-        history = analysis.at(cycle, tuple(static.cases.values()))
-    checks, notes = {**static.checks, **history.checks()}, (*static.notes, *history.notes())
-    return replace(static, checks=checks, notes=notes, cycle=history)
+        found = analysis.at(cycle, tuple(static.cases.values()))
+    checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
+    return replace(static, checks=checks, notes=notes, cycle=found)
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:

@@ -45,7 +45,7 @@ def _everywhere(rod, rpm):
     cases = peak_cases(rod.crank_cycle(rpm)).cases
     degrees, of_cases = (
         cycle.weights(rod.crank_cycle(rpm), cycle_angles()),
-        cycle.case_weights(cases),
+        cycle.basis.weights(cases),
     )
     moving = cases.in_cycle
     (own,) = cycle.units.parts

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from fea.solvers.ritz import largest, orthonormal
+from fea.solvers.buckling import largest, orthonormal
 
 SIZE, COUNT = 150, 3
 

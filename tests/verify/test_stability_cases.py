@@ -5,7 +5,6 @@ import pytest
 
 from fea.solid.traction import traction_forces
 from fea.verify.stability import materials
-from fea.verify.stability.lattice import lattice
 from fea.verify.stability.shapes import (
     BALL,
     BALL_SIZE,
@@ -13,6 +12,7 @@ from fea.verify.stability.shapes import (
     RING_PRESSURE,
     beam,
     graded_sphere,
+    lattice,
     ring_peak,
     with_sliver,
 )

@@ -107,9 +107,9 @@ class SpeedSearch:
     def at(self, rpm: float) -> Worst:
         """Find the worst places at a speed between the first and the last, rpm."""
         cases = peak_cases(self._cycles(rpm)).cases
-        of_cases = self._analysis.case_weights(cases)
-        cyclic = cases.in_cycle
-        cycle = self._cycle(rpm, cases[cyclic], of_cases.at(cyclic))
+        of_cases, cyclic = self._analysis.basis.weights(cases), cases.in_cycle
+        sampled, peaks = self._sampled.get(rpm) or self._sample(rpm), cases[cyclic]
+        cycle = EstimatedCycle(rpm, self._degrees, sampled, peaks.crank_angle, of_cases.at(cyclic))
         at_cases = [part.every(of_cases) for part in self._parts]
         at_peaks = [deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0) for stress in at_cases]
         allowed = 0.0
@@ -117,12 +117,8 @@ class SpeedSearch:
             allowed = cycle.allowed
             yielding, fatigue = (self._worst(cycle, at_peaks, mode) for mode in (YIELDING, FATIGUE))
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
-        peaks = tuple(self._peak([stress[..., k] for stress in at_cases]) for k in range(len(cases)))
-        return Worst(tuple(cases), peaks, yielding, fatigue if np.isfinite(fatigue.factor) else None)
-
-    def _cycle(self, rpm: float, peaks: Instants, of_peaks: Weights) -> EstimatedCycle:
-        sampled = self._sampled.get(rpm) or self._sample(rpm)
-        return EstimatedCycle(rpm, self._degrees, sampled, peaks.crank_angle, of_peaks)
+        worst = tuple(self._peak([stress[..., k] for stress in at_cases]) for k in range(len(cases)))
+        return Worst(tuple(cases), worst, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def _sample(self, rpm: float) -> SampledWeights:
         cycle = self._cycles(rpm)

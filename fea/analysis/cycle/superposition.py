@@ -149,10 +149,6 @@ class CycleAnalysis:
         """Weights of the unit solutions at crank angles (n_instants,), rad."""
         return self.basis.weights(cycle.at(angles), cycle)
 
-    def case_weights(self, cases: Instants) -> Weights:
-        """Weights (n_units, n_cases) of load cases."""
-        return self.basis.weights(cases)
-
     def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed.
 
@@ -168,7 +164,7 @@ class CycleAnalysis:
         every = self.basis.weights(instants, cycle)
         at_peaks, solved = every.at(slice(count, None)), [case.part_von_mises for case in peaks]
         if self.loads.path_dependent and peaks:  # they were solved without what came before
-            at_peaks = self.case_weights(of_peaks)
+            at_peaks = self.basis.weights(of_peaks)
         # An error of a small basis is stated relative to the largest stress of all instants.
         small = self.basis if isinstance(self.basis, SmallBasis) else None
         top = None if small is None else small.largest(cycle)

@@ -18,8 +18,8 @@ from fea.verify.cases.nafems import (
     cook_mesh,
     cook_rise,
 )
-from fea.verify.stability.lattice import lattice
 from fea.verify.stability.outcome import ExtremeRow, Place, Solved, beyond, percent, solved, solved_by
+from fea.verify.stability.shapes import lattice
 from geometry.arrays import Floats
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
