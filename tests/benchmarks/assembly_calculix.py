@@ -8,7 +8,6 @@ loaded with locked bolts: by the axial parts of the forces at two crank angles. 
 inertia are given to it as nodal forces; what it finds are bolt forces and stresses.
 """
 
-import argparse
 import dataclasses
 import sys
 import tempfile
@@ -16,6 +15,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from scripts import command, publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -134,18 +134,16 @@ def report(size):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--size", type=float, default=14.0)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    command = " ".join(["python tests/benchmarks/assembly_calculix.py", *sys.argv[1:]])
     rod, lines = report(arguments.size)
     unknowns = rod.pins.contact.problem.unfolding.size
     text = "\n".join(
         [
             "# An assembled rod against CalculiX",
             "",
-            f"Made by `{command}`: León's rod with cap, bolts, bushing and",
+            f"Made by `{command()}`: León's rod with cap, bolts, bushing and",
             "shells under the axial loads of 6000 rpm, without friction; a quarter of it,",
             f"{len(rod.mesh.cell.points)} nodes, {unknowns} unknowns of contact here.",
             "",
@@ -155,9 +153,7 @@ def main():
             "",
         ]
     )
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

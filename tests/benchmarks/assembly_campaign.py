@@ -7,10 +7,8 @@ some of them too much for it. It is drawn, meshed and put together, and its five
 that state; or it is refused with a reason.
 """
 
-import argparse
 import collections
 import dataclasses
-import multiprocessing
 import statistics
 import sys
 import time
@@ -18,6 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scripts import campaign, command, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -124,7 +123,7 @@ def outcome(seed: int) -> Outcome | None:
     )
 
 
-def report_text(found: list[Outcome], endless: list[int], command: str) -> str:
+def report_text(found: list[Outcome], endless: list[int]) -> str:
     """The report."""
     solved = [each for each in found if not each.refused]
     refused = [each for each in found if each.refused]
@@ -143,13 +142,11 @@ def report_text(found: list[Outcome], endless: list[int], command: str) -> str:
     lines = [
         "# Random assembled rods",
         "",
-        f"Made by `{command}`: {len(found) + len(endless)} random rods with cap and bolts,",
+        f"Made by `{command()}`: {len(found) + len(endless)} random rods with cap and bolts,",
         f"of which {len(solved)} were put together and solved in five load cases,",
         f"and {len(refused)} refused.",
         "",
-        "| over all rods | |",
-        "| --- | ---: |",
-        *(f"| {name} | {value} |" for name, value in rows.items()),
+        *table(("over all rods", ":"), rows.items()),
         "",
         "Reasons of the refusals:",
         "",
@@ -162,34 +159,14 @@ def report_text(found: list[Outcome], endless: list[int], command: str) -> str:
 
 def main() -> None:
     """Solve all rods and print the report."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--rods", type=int, default=300)
     parser.add_argument("--first", type=int, default=190000)
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    command = " ".join(["python tests/benchmarks/assembly_campaign.py", *sys.argv[1:]])
-    found: list[Outcome] = []
-    endless: list[int] = []
-    with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
-        seeds = range(arguments.first, arguments.first + 100 * arguments.rods)
-        outcomes = pool.imap(outcome, seeds)
-        for seed in seeds:
-            try:
-                each = outcomes.next(timeout=PATIENCE)
-            except multiprocessing.TimeoutError:
-                endless.append(seed)
-                break
-            if each is not None:
-                found.append(each)
-                print(len(found), each, file=sys.stderr, flush=True)
-            if len(found) == arguments.rods:
-                break
-        pool.terminate()
-    text = report_text(found, endless, command)
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    seeds = range(arguments.first, arguments.first + 100 * arguments.rods)
+    found, endless = campaign(outcome, seeds, arguments.rods, arguments.processes, PATIENCE)
+    publish(report_text(found, endless), arguments.report)
 
 
 if __name__ == "__main__":

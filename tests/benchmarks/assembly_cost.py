@@ -9,7 +9,6 @@ assembly with all its parts, grown together where they touch; *one piece* is the
 elements of the same size.
 """
 
-import argparse
 import dataclasses
 import json
 import statistics
@@ -20,7 +19,7 @@ from typing import cast
 from unittest.mock import patch
 
 import numpy as np
-from own_process import measured, spread
+from scripts import command, measured, publish, reporting, spread
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -72,20 +71,18 @@ def work(mode: str, size: float | None) -> dict[str, float]:
 
 def main() -> None:
     """Measure every mode against the static run."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--worker")
     parser.add_argument("--size", type=float)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     if arguments.worker:
         print(json.dumps(work(arguments.worker, arguments.size)))
         return
-    command = " ".join(["python tests/benchmarks/assembly_cost.py", *sys.argv[1:]])
     lines = [
         "# What a rod in parts costs",
         "",
-        f"Made by `{command}`: León's rod with cap, bolts, bushing and shells.",
+        f"Made by `{command()}`: León's rod with cap, bolts, bushing and shells.",
         "Ratios to the static run of the same mesh, grown together where parts touch, and of the rod in one",
         f"piece: median (least … largest) of {arguments.rounds} rounds of runs that took turns.",
         "",
@@ -103,9 +100,7 @@ def main() -> None:
                 measure: [other[measure] / one[measure] for one, other in pairs]
                 for measure in ("seconds", "processor", "MiB")
             }
-            time_ratio, processor_ratio, memory_ratio = (
-                spread(of_pairs, statistics.median(of_pairs)) for of_pairs in ratios.values()
-            )
+            time_ratio, processor_ratio, memory_ratio = (spread(of_pairs) for of_pairs in ratios.values())
             seconds = statistics.median(one["seconds"] for one, _ in pairs)
             one, other = pairs[0]
             lines.append(
@@ -115,9 +110,7 @@ def main() -> None:
             )
             print(lines[-1], file=sys.stderr, flush=True)
     text = "\n".join([*lines, ""])
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

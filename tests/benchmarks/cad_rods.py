@@ -7,7 +7,6 @@ the files by the names in `CAD_RODS` of `first_answers.py` and below; those that
 Seconds of wall time depend on what else the machine does: those of the processors stand beside them.
 """
 
-import argparse
 import json
 import os
 import subprocess
@@ -19,6 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from first_answers import CAD_RODS, CadRod, cad_study
+from scripts import command, reporting
 
 MORE_RODS = (
     CadRod(
@@ -121,22 +121,20 @@ def studies(folder: Path, written: Path) -> Iterator[tuple[str, str]]:
 
 def main() -> None:
     """Run everything and write the table as far as it has come after each study."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--cad", type=Path, default=Path("cad"))
     parser.add_argument("--before", type=Path, help="another checkout, which runs each study as well")
     parser.add_argument("--only", nargs="+", help="names of studies")
     parser.add_argument("--seconds", type=float, default=600.0, help="wall time after which a run is ended")
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     here = Path(__file__).parents[2]
     checkouts = [*([arguments.before.resolve()] if arguments.before else []), here]
     kinds = [*(["before"] if arguments.before else []), "after"]
-    command = " ".join(["python tests/benchmarks/cad_rods.py", *sys.argv[1:]])
     heads = [f"{kind}: {head}" for kind in kinds for head in ("draft s", "end s", "nodes", "factor ± bar")]
     lines = [
         "# What a default run costs on rods that other people drew",
         "",
-        f"Made by `{command}`. {_TOLD}",
+        f"Made by `{command()}`. {_TOLD}",
         "",
     ]
     lines += [f"| rod | {' | '.join(heads)} |", f"|{' --- |' * (len(heads) + 1)}"]

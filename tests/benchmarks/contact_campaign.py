@@ -7,9 +7,7 @@ press fit to 0.2 mm. At each of 721 crank angles the contact is solved; a rod is
 or refused with a reason.
 """
 
-import argparse
 import dataclasses
-import multiprocessing
 import statistics
 import sys
 import time
@@ -17,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple, cast
 
 import numpy as np
+from scripts import campaign, command, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -96,7 +95,7 @@ def outcome(seed: int) -> Outcome | None:
     )
 
 
-def report_text(found: list[Outcome], command: str) -> str:
+def report_text(found: list[Outcome]) -> str:
     """The report."""
     solved = [each for each in found if not each.refused]
     refused = [f"- rod {each.seed}: {each.refused}" for each in found if each.refused]
@@ -112,7 +111,7 @@ def report_text(found: list[Outcome], command: str) -> str:
         "mean time per angle, ms, median and longest": f"{statistics.median(times):.2f}, {max(times):.2f}",
     }
     head = (
-        f"Made by `{command}`: {len(found)} random rods, of which {len(solved)} were solved at each of 721 "
+        f"Made by `{command()}`: {len(found)} random rods, of which {len(solved)} were solved at each of 721 "
         f"crank angles and {len(refused)} refused."
     )
     lines = [
@@ -120,36 +119,21 @@ def report_text(found: list[Outcome], command: str) -> str:
         "",
         head,
         "",
-        "| over all angles of all rods | |",
-        "| --- | ---: |",
+        *table(("over all angles of all rods", ":"), rows.items()),
     ]
-    lines += [f"| {name} | {value} |" for name, value in rows.items()]
     return "\n".join([*lines, *(["", "Refused:", "", *refused] if refused else []), ""])
 
 
 def main() -> None:
     """Solve all rods and print the report."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--rods", type=int, default=300)
     parser.add_argument("--first", type=int, default=120000)
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    command = " ".join(["python tests/benchmarks/contact_campaign.py", *sys.argv[1:]])
-    found: list[Outcome] = []
-    with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
-        seeds = range(arguments.first, arguments.first + 4 * arguments.rods)
-        for each in pool.imap(outcome, seeds):
-            if each is not None:
-                found.append(each)
-                print(len(found), each, file=sys.stderr, flush=True)
-            if len(found) == arguments.rods:
-                pool.terminate()
-                break
-    text = report_text(found, command)
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    seeds = range(arguments.first, arguments.first + 4 * arguments.rods)
+    found, _ = campaign(outcome, seeds, arguments.rods, arguments.processes)
+    publish(report_text(found), arguments.report)
 
 
 if __name__ == "__main__":

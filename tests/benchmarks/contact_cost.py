@@ -6,16 +6,14 @@ Every run is a process of its own that draws, meshes, solves and recovers; runs 
 and the medians are of their ratios. *Static* has five load cases with half-cosine pressures.
 """
 
-import argparse
 import dataclasses
 import json
 import statistics
 import sys
 import time
-from pathlib import Path
 from typing import cast
 
-from own_process import measured, spread
+from scripts import command, measured, publish, reporting, spread
 
 STUDY, RPM, MAP = "leon-2001", 6000.0, (2000.0, 7940.0, 60.0)
 DEFAULT, FINE = None, 3.0
@@ -75,20 +73,18 @@ def work(mode: str, size: float | None) -> dict[str, float]:
 
 def main() -> None:
     """Measure every mode against the static run."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--worker")
     parser.add_argument("--size", type=float)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     if arguments.worker:
         print(json.dumps(work(arguments.worker, arguments.size)))
         return
-    command = " ".join(["python tests/benchmarks/contact_cost.py", *sys.argv[1:]])
     lines = [
         "# What contact costs",
         "",
-        f"Made by `{command}`. Ratios to the static run on the same mesh, median (least … largest) of",
+        f"Made by `{command()}`. Ratios to the static run on the same mesh, median (least … largest) of",
         f"{arguments.rounds} pairs that took turns, or of one at {FINE:g} mm and for the map; rod: {STUDY}",
         f"at {RPM:g} rpm.",
         "",
@@ -101,15 +97,13 @@ def main() -> None:
         cells = [name]
         for measure, goal in zip(MEASURED, goals, strict=True):
             ratios = [other[measure] / one[measure] for one, other in pairs]
-            cells += [spread(ratios, statistics.median(ratios)), "–" if goal is None else f"{goal:g}"]
+            cells += [spread(ratios), "–" if goal is None else f"{goal:g}"]
         seconds = statistics.median(one["seconds"] for one, _ in pairs)
         cells += [f"{seconds:.2f}", *(str(pairs[0][1][count]) for count in ("nodes", "unknowns"))]
         lines.append(f"| {' | '.join(cells)} |")
         print(lines[-1], file=sys.stderr, flush=True)
     text = "\n".join([*lines, ""])
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,6 @@ The three shipped rods at their highest speed, and three random rods with cap bo
 file. All models of a rod are solved on elements of the same size.
 """
 
-import argparse
 import dataclasses
 import gc
 import sys
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scripts import publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -152,8 +152,7 @@ def row(name: str, each: Found) -> str:
 
 def main() -> None:
     """Solve every rod under every model."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--report", type=Path)
+    parser = reporting(__doc__)
     report = parser.parse_args().report
     lines, ratios = [], {name: [] for name in PRESCRIBED}
     with tempfile.TemporaryDirectory() as scratch:
@@ -166,9 +165,7 @@ def main() -> None:
                 ratios[name].append((table[name], assumed))
             print("\n".join(lines[-9:]), file=sys.stderr, flush=True)
     text = TEXT.format(tables="\n".join(lines), summary="\n".join(summary(ratios)))
-    print(text)
-    if report:
-        report.write_text(text, encoding="utf-8")
+    publish(text, report)
 
 
 def summary(ratios: dict[str, list[tuple[Found, Found]]]) -> Iterator[str]:

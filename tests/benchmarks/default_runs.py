@@ -8,7 +8,6 @@ are in contact and the mesh is refined as `fea run` does it. The peaks of the fi
 own bar only, and a peak is decided where that of the reference is at most half of the one that is tested.
 """
 
-import argparse
 import json
 import multiprocessing
 import os
@@ -19,6 +18,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
+
+from scripts import command, publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -108,13 +109,12 @@ def report_text(kept: dict[str, Row], command: str) -> str:
 
 def main() -> None:
     """Run the rods that are not in the file of outcomes yet, and print the report."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--rods", type=int, default=300)
     parser.add_argument("--first", type=int, default=FIRST)
     parser.add_argument("--references", type=int, default=24)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     kept: dict[str, Row] = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
     last = arguments.first + 20 * arguments.rods
@@ -135,10 +135,8 @@ def main() -> None:
                 kept |= {str(seed): {"outcome": "crashed", "by": "the process died"} for seed in running}
         left = [seed for seed in left if str(seed) not in kept]
     kept = {str(seed): kept[str(seed)] for seed in seeds}
-    text = report_text(kept, " ".join(["python tests/benchmarks/default_runs.py", *sys.argv[1:]]))
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    text = report_text(kept, command())
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

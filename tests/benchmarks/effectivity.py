@@ -7,10 +7,11 @@ where there is a formula; else against the energy extrapolated over three nested
 a finer mesh, between two bounds.
 """
 
-import argparse
 import multiprocessing
 import sys
 from pathlib import Path
+
+from scripts import command, publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -92,22 +93,18 @@ def done(job: Job) -> list[Row]:
 
 def main() -> None:
     """Print a row a problem, element order and mesh."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     bodies = [("exact", name) for name in PROBLEMS] + [("manufactured", "")]
     bodies += [("nested", name) for name in nested.PROBLEMS]
     jobs = [(kind, name, order) for order in (1, 2) for kind, name in bodies] + [("rod", "", 2)]
     with multiprocessing.get_context("spawn").Pool(arguments.processes, maxtasksperchild=1) as pool:
         rows = [row for found in pool.imap(done, jobs, chunksize=1) for row in found]
-    command = " ".join(["python tests/benchmarks/effectivity.py", *sys.argv[1:]])
-    lines = ["# Effectivity of the energy norm", "", f"Made by `{command}`.", "", READING, ""]
+    lines = ["# Effectivity of the energy norm", "", f"Made by `{command()}`.", "", READING, ""]
     lines += ["| problem | element | mesh | truth | effectivity |", "| --- | --- | ---: | --- | ---: |"]
     text = "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows), ""])
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text)
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

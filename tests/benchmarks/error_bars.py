@@ -10,7 +10,6 @@ without flags, at the default size, at one and a half times that, refined to a t
 elements, against two references of its own.
 """
 
-import argparse
 import dataclasses
 import multiprocessing
 import sys
@@ -18,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
+from scripts import command, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -166,15 +166,13 @@ def done(job: Job) -> tuple[str, str, Rows | str]:
 
 def main() -> None:
     """Compute every case anew; the report is written as far as it has come whenever one is done."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument(
         "--hold-out", nargs="+", default=["110000:14"], help="first seed and rods of each set"
     )
     parser.add_argument("--calibration", action="store_true", help="the calibration set as well")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    command = " ".join(["python tests/benchmarks/error_bars.py", *sys.argv[1:]])
     jobs = [
         ("known answers", "known answers", None),
         *(job for asked in arguments.hold_out for job in held_out(asked)),
@@ -186,8 +184,8 @@ def main() -> None:
             found.append(outcome)
             print(f"{len(found)} of {len(jobs)}: {outcome[1]}", file=sys.stderr, flush=True)
             if arguments.report:
-                arguments.report.write_text(report_text(found, command))
-    print(report_text(found, command))
+                arguments.report.write_text(report_text(found, command()))
+    print(report_text(found, command()))
 
 
 if __name__ == "__main__":

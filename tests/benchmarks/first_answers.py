@@ -6,7 +6,6 @@ The CAD files are not ours to pass on: FOLDER holds them by the names in `CAD_RO
 file that is not there is left out. Other flags, as `--size 14` for a trial, go to `fea run`.
 """
 
-import argparse
 import json
 import re
 import subprocess
@@ -14,6 +13,8 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
+
+from scripts import publish, reporting
 
 from fea.analysis.engine_study import engine_study
 from fea.study.presets import engine_names, engine_preset
@@ -159,9 +160,8 @@ def assumed(summaries: dict[str, dict[str, Any]]) -> list[str]:
 
 def main() -> None:
     """Ask of every rod."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--cad", type=Path)
-    parser.add_argument("--report", type=Path)
     options, flags = parser.parse_known_args()
     engines, of_engines = table({name: engine_study(name) for name in engine_names()}, flags)
     there = [rod for rod in CAD_RODS if options.cad and (options.cad / rod.file).exists()]
@@ -172,9 +172,7 @@ def main() -> None:
         sources="\n".join(f"- `{Path(rod.file).stem}` (engine: {rod.engine}): {rod.source}" for rod in there),
         notes="\n".join([*assumed(of_engines), "", *assumed(of_cad)]),
     )
-    print(text)
-    if options.report:
-        options.report.write_text(text, encoding="utf-8")
+    publish(text, options.report)
 
 
 TEXT = """# First answers: what a newcomer is told, and whether it is believable

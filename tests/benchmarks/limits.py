@@ -5,7 +5,6 @@ python tests/benchmarks/limits.py cost                 # against a static run an
 python tests/benchmarks/limits.py engines --report results/limits.md
 """
 
-import argparse
 import dataclasses
 import math
 import sys
@@ -16,6 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from scripts import reporting
 
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.cycle.superposition import counting
@@ -220,10 +220,9 @@ def engines() -> Iterator[str]:
 
 def main() -> None:
     """Measure what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("what", choices=("points", "cost", "engines"))
     parser.add_argument("rods", nargs="*")
-    parser.add_argument("--report", type=Path)
     options = parser.parse_args()
     measured = {"points": points, "cost": lambda: cost(options.rods), "engines": engines}[options.what]
     lines = []

@@ -3,11 +3,10 @@
 python tests/benchmarks/meshing.py --report results/meshing.md
 """
 
-import argparse
 import time
-from pathlib import Path
 
 import numpy as np
+from scripts import reporting
 
 from fea.solid.inertia import inertia
 from geometry.mass import MassProperties
@@ -68,8 +67,7 @@ def misfits(mesh: MassProperties, kernel: MassProperties) -> tuple[float, float,
 
 def main() -> None:
     """Print the table, and write it where asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--report", type=Path)
+    parser = reporting(__doc__)
     report = parser.parse_args().report
     rows = [row(size) for size in SIZES]
     lines = [f"| {' | '.join(HEAD)} |", "|" + " --- |" * len(HEAD)]

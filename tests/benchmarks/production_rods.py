@@ -7,13 +7,14 @@ github.com/ange-yaghi/engine-sim, assets/engines). It has no drawing of a rod: t
 proportions, whose widths are fitted to the mass.
 """
 
-import argparse
 import dataclasses
 import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+from scripts import publish, reporting
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.prepare import PreparedRod, prepare
@@ -187,16 +188,13 @@ def described(engine: Engine, study: Study) -> str:
 
 def main() -> None:
     """Judge every engine."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--report", type=Path)
+    parser = reporting(__doc__)
     report = parser.parse_args().report
     found = {engine.name: table(engine) for engine in ENGINES}
     factors = {name: each for name, (_, each) in found.items()}
     tables = "\n".join(lines for lines, _ in found.values())
     text = TEXT.format(tables=tables, overview="\n".join(overview(factors)), peak=PEAK)
-    print(text)
-    if report:
-        report.write_text(text, encoding="utf-8")
+    publish(text, report)
 
 
 TEXT = """# Are rods that are known to last predicted to last?

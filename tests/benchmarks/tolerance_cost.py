@@ -7,7 +7,6 @@ counts. The true peaks are those of meshes that are far finer where it is hot; t
 and `--references` solves for them anew, which a change of rods or loads asks for.
 """
 
-import argparse
 import dataclasses
 import json
 import statistics
@@ -16,6 +15,8 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from scripts import reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -138,11 +139,10 @@ took at most {GOAL} times the time of the last pass; the median is {middle:.2f}.
 
 def main() -> None:
     """Warm up on a coarse mesh, then tell each job."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--tolerance", type=float, nargs="+", default=[2.0, 5.0])
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--references", action="store_true", help="solve for the true peaks anew")
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     kept: dict[str, Peaks] = json.loads(KEPT.read_text()) if KEPT.exists() else {}
     solve_speed(prepare(dataclasses.replace(load_study(), mesh=MeshTable(size_mm=14.0))), 6000.0)

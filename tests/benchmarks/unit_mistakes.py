@@ -5,11 +5,12 @@
 Keys and units are drawn evenly, of studies of engines from models to ships (`tests/support/wrong_units.py`).
 """
 
-import argparse
 import sys
 from collections import Counter
 from math import log
 from pathlib import Path
+
+from scripts import publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -37,10 +38,9 @@ if they are a fifth or more; the studies above are of engines, and closer togeth
 
 def main() -> None:
     """Draw, judge and count."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--report", type=Path)
     asked = parser.parse_args()
     kinds = ("refused", "noted", "unnoticed")
     wrongs: Counter[str] = Counter()
@@ -67,10 +67,7 @@ def main() -> None:
     lines += [f"| {name} | {c['unnoticed']} | {c.total()} |" for name, c in passed if c["unnoticed"]]
     lines += [_REST, "| key, unit | share, % |", "|---|---|"]
     lines += [f"| {name} | {100 * share:.0f} |" for name, share in _undetectable() if share >= _LEAST]
-    text = "\n".join(lines) + "\n"
-    sys.stdout.write(text)
-    if asked.report:
-        asked.report.write_text(text, encoding="utf-8")
+    publish("\n".join([*lines, ""]), asked.report)
 
 
 def _undetectable() -> list[tuple[str, float]]:
