@@ -7,7 +7,7 @@ import pytest
 from cycles import analysis
 from rod_studies import random_study
 
-from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.rows import EstimatedCycle, PartRows
 from fea.analysis.cycle.search import SpeedSearch
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.prepare import prepare
@@ -23,7 +23,6 @@ from fea.study.flags import Flags
 from geometry.surfaces import Surface
 from loads.cases import peak_cases
 from loads.gas import NoGas
-from loads.instants import joined
 from loads.slider_crank import cycle_angles
 
 SPEEDS = np.linspace(800, 9000, 21)
@@ -131,7 +130,8 @@ def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact):
 @pytest.mark.parametrize("rpm", [1000.0, 8777.0])
 def test_bounds_are_never_below_what_they_bound(rod, search, rpm):
     weights = rod.cycle.weights(rod.crank_cycle(rpm), cycle_angles())
-    cycle = search._cycle(rpm, joined(()), weights.at(slice(0)))
+    sampled, none = search._sample(rpm), np.zeros(0)
+    cycle = EstimatedCycle(rpm, cycle_angles(), sampled, none, weights.at(slice(0)))
     (bound,) = (own.max(axis=1) for own in search._in_sectors(cycle))
     (part,) = search._parts
     some = np.arange(0, len(bound), 7)
