@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from fea.cli.options import Json, Markdown, Quiet, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
-from fea.output.target import require_report
+from fea.output.target import require_target
 from fea.study.study import DEFAULT_STUDY
 
 
@@ -30,7 +30,7 @@ class Shown:
 
     def __post_init__(self) -> None:
         """Refuse a report that cannot be written, before anything is computed."""
-        require_report(self.report)
+        require_target("--report", self.report, (".md",), parents=True)
 
     def write(self, command: str, write: Callable[[Path, str], object]) -> None:
         """Write the report, which quotes the command with the name of an absolute path only."""

@@ -5,41 +5,34 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from geometry.errors import InvalidValue, require
+from geometry.errors import require
 
 
-def require_target(option: str, path: Path | None, suffixes: Collection[str]) -> None:
+def require_target(
+    option: str, path: Path | None, suffixes: Collection[str], *, parents: bool = False
+) -> None:
     """Refuse a file, given by an option, that cannot be written; None stands for none.
 
-    Suffixes are in lower case; an existing device or pipe may have any. Raises `InvalidValue`: the suffix is
-    not allowed, the directory does not exist, or the path is a directory.
+    Suffixes are in lower case; an existing device or pipe may have any. With `parents`, missing directories
+    above it will be created. Raises `InvalidValue`: the suffix is not allowed, the path is a directory, or
+    there is none that it can be written into.
     """
     if path is None:
         return
-    _require_file(option, path, suffixes)
-    if not path.parent.is_dir():
-        rule = "is in a directory that does not exist"
-        raise InvalidValue(option, str(path), rule, "Create the directory first.")
-
-
-def require_report(path: Path | None) -> None:
-    """Refuse a Markdown report that cannot be written; missing directories above it will be created.
-
-    Raises `InvalidValue`: it does not end in .md, it is a directory, or a parent is not a directory.
-    """
-    if path is None:
-        return
-    _require_file("--report", path, (".md",))
-    above = next(parent for parent in path.absolute().parents if parent.exists())
-    rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
-    require(above.is_dir(), "--report", str(path), rule, remedy)
-
-
-def _require_file(option: str, path: Path, suffixes: Collection[str]) -> None:
     require(not path.is_dir(), option, str(path), "is a directory", "Name a file.")
     device = path.exists() and not path.is_file()
     rule = f"must end in {' or '.join(suffixes)}"
     require(device or path.suffix.lower() in suffixes, option, str(path), rule)
+    if parents:
+        above = next(parent for parent in path.absolute().parents if parent.exists())
+        rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
+    else:
+        above, rule, remedy = (
+            path.parent,
+            "is in a directory that does not exist",
+            "Create the directory first.",
+        )
+    require(above.is_dir(), option, str(path), rule, remedy)
 
 
 def near(path: Path) -> Path:

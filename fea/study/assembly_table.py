@@ -2,9 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
-from fea.base.choices import CONTACT, BoltGrade, Lubricant, Split, ThreadRolled
+from fea.base.choices import BoltGrade, Lubricant, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
 from fea.study.tables import Table, entries_of, in_own_units, key, nearest, not_negative, read_table, within
@@ -208,24 +207,6 @@ class AssemblyTable(
         rule, remedy = "needs shell_thickness_mm", "Give the thickness of the shells."
         alone = self.shell_thickness_mm is None and self.shell_interference_mm is not None
         require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
-
-
-def require_pins_in_contact(pressure: str | None) -> None:
-    """Refuse a prescribed pressure on the bores of an assembly.
-
-    Raises `InvalidValue`: the pressure is not that of contact.
-    """
-    rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
-    remedy = f'Leave it out, or use pressure = "{CONTACT}".'
-    require(pressure in (None, CONTACT), "analysis.pressure", pressure, rule, remedy)
-
-
-def with_contact(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables of a study with pins in contact, if it has an assembly and says nothing of them."""
-    analysis = raw.get("analysis", {})
-    if "assembly" not in raw or not isinstance(analysis, Mapping):
-        return dict(raw)
-    return {**raw, "analysis": {"pressure": CONTACT, **analysis}}
 
 
 def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> AssemblyTable:

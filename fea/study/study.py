@@ -24,9 +24,7 @@ from fea.study.assembly_table import (
     assembled,
     bolt_material,
     changed,
-    require_pins_in_contact,
     table_name,
-    with_contact,
 )
 from fea.study.engine_table import EngineTable
 from fea.study.film_table import FilmTable
@@ -157,7 +155,9 @@ class Study:
         remedy = "Give the rod by dimensions or as a CAD file, or remove [assembly]."
         path = None if self.rod.mesh is None else str(self.rod.mesh.path)
         require(self.rod.mesh is None, "rod.mesh", path, rule, remedy)
-        require_pins_in_contact(self.analysis.pressure)
+        pressure, remedy = self.analysis.pressure, f'Leave it out, or use pressure = "{CONTACT}".'
+        rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
+        require(pressure in (None, CONTACT), "analysis.pressure", pressure, rule, remedy)
         if self.rod.dimensions is not None:
             assembly.require_dimensions(self.rod.dimensions)
 
@@ -447,7 +447,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
             raise unknown_key(f"{name}.toml:", key, TABLES)
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
-    raw, part_material = _parted(_with_cycle(with_contact(with_own_units(raw))))
+    raw, part_material = _parted(_switched_on(with_own_units(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
     tables = {
@@ -479,10 +479,11 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
         raise InvalidValue(error.name, error.value, error.rule, remedy) from error
 
 
-def _with_cycle(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables with what [duty] and [film] switch on unless [analysis] says otherwise."""
+def _switched_on(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
-    asked = {key: True for key, table in (("cycle", "duty"), ("film", "film")) if table in raw}
+    by_table = {"assembly": ("pressure", CONTACT), "duty": ("cycle", True), "film": ("film", True)}
+    asked: dict[str, Any] = dict(entry for table, entry in by_table.items() if table in raw)
     if not asked or not isinstance(analysis, Mapping):
         return dict(raw)
     return {**raw, "analysis": {**asked, **analysis}}

@@ -57,11 +57,6 @@ def speed_of(name: str) -> float | None:
     return None if match is None else float(match[1])
 
 
-def is_documented(angle: str, pressure: str) -> bool:
-    """Whether the headings are those of our own format."""
-    return angle == DOCUMENTED[0] and (pressure == DOCUMENTED[1] or speed_of(pressure) is not None)
-
-
 def is_angle(name: str) -> bool:
     """Whether a column's name is one of those that crank angles have."""
     words = _words(name)

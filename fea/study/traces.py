@@ -13,7 +13,6 @@ from fea.study.trace_columns import (
     DOCUMENTED,
     Columns,
     TraceKeys,
-    is_documented,
     reference_of,
     speed_of,
     trace_columns,
@@ -243,7 +242,8 @@ def _known_unit(columns: Columns, keys: TraceKeys, source: str) -> PressureUnit 
 def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | None:
     if keys.pressure_reference is not None:
         return keys.pressure_reference
-    if is_documented(columns.angle_name, columns.pressure_name):
+    own_format = columns.pressure_name == DOCUMENTED[1] or speed_of(columns.pressure_name) is not None
+    if own_format and columns.angle_name == DOCUMENTED[0]:
         return PressureReference.GAUGE
     return reference_of(columns.pressure_name)
 

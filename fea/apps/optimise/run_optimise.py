@@ -234,15 +234,12 @@ def checked(free: Variables, x: Floats) -> Checked:
 
 def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
     """The lightest rod that meets the required factors on its last mesh, or the first of the lightest."""
-    first: tuple[Design, Checked] | None = None
+    tried = []
     for design in result.holding[:_CANDIDATES] or [result.best]:
-        after = checked(free, design.x)
-        first = first or (design, after)
-        if after.holds:
-            return design, after
-    if first is None:
-        raise ValueError("a search tries at least one rod")
-    return first
+        tried.append((design, checked(free, design.x)))
+        if tried[-1][1].holds:
+            return tried[-1]
+    return tried[0]
 
 
 def _figures(

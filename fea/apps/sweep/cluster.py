@@ -31,14 +31,6 @@ class ClusterError(OSError):
     """No scheduler answers, or the connection to it is lost (exit code 7)."""
 
 
-def physical_cores() -> int:
-    """Number of cores that this process may use, without the second threads of each."""
-    import psutil  # noqa: PLC0415 - comes with the extra
-
-    allowed = usable_processors()
-    return min(psutil.cpu_count(logical=False) or allowed, allowed)
-
-
 @contextmanager
 def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     """Yield a Dask client of so many processes on this machine (default: its cores), or of a scheduler.
@@ -48,13 +40,16 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     file; `ClusterError`: no scheduler answers.
     """
     import dask  # noqa: PLC0415 - comes with the extra
+    import psutil  # noqa: PLC0415 - likewise
 
     rule = "cannot be combined with --cluster, which has workers of its own"
     require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
     require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
     with dask.config.set(_SETTINGS):
         if address is None:
-            with _local(workers or physical_cores()) as client:
+            allowed = usable_processors()
+            cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
+            with _local(workers or cores) as client:
                 yield client
         else:
             with _remote(address) as client:

@@ -27,9 +27,9 @@ from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line
 from fea.output.folder import take
-from fea.output.sweep_report.report import Influenced, Swept, write_sweep_report
+from fea.output.sweep_report.report import Influenced, Swept, sweep_page
 from fea.output.target import OccupiedError, StorageError, near
-from fea.output.text import make_directory
+from fea.output.text import make_directory, write_text
 from geometry.errors import require
 from geometry.system import saying
 
@@ -64,7 +64,7 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
         influences=[_influenced(one) for one in figures.sensitivities],
         failures=failures(journal.entries()),
     )
-    write_sweep_report(path, swept)
+    write_text(path, sweep_page(swept))
     return figures
 
 

@@ -62,18 +62,15 @@ def samples_of(entries: Iterable[Entry]) -> Samples:
     """Gather the rows of a journal by their design."""
     groups = [list(group) for _, group in groupby(entries, lambda entry: entry.sample)]
     figures = dict.fromkeys(name for group in groups for entry in group for name in entry.figures)
-    names = [name for name in figures if name == MASS or is_factor(name, figures)]
+    # Factors of the whole rod, not those of one of its load cases.
+    factors = {name for name in figures if name.endswith("_factor")}
+    factors -= {name for name in factors if f"{name.removesuffix('_factor')}_von_mises_MPa" in figures}
+    names = [name for name in figures if name in {MASS, "factor", *factors}]
     values = {name: np.array([_worst(group, name) for group in groups]) for name in names}
     keys = tuple(dict.fromkeys(key for group in groups for key in group[0].design))
     return Samples(
         keys, tuple(group[0].design for group in groups), tuple(_shown(group) for group in groups), values
     )
-
-
-def is_factor(name: str, figures: Iterable[str]) -> bool:
-    """Whether a figure is a factor of the whole rod, not that of one of its load cases."""
-    case = name.removesuffix("_factor")
-    return name == "factor" or (case != name and f"{case}_von_mises_MPa" not in figures)
 
 
 def _worst(group: Sequence[Entry], name: str) -> float:

@@ -109,25 +109,18 @@ def attempt(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     try:
         asked = task.base.study(rod.design, rod.speeds)
         study = parse_study(asked.text(), asked.name, task.base.folder)  # as `fea sweep --study` prints it
-        figures = (compute or _analysis())(study, task.frequencies)
+        if compute is None:
+            from fea.apps.sweep.evaluate import evaluate  # noqa: PLC0415 - only workers load what solves
+
+        figures = (compute or evaluate)(study, task.frequencies)
     except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
-        return Done(rod.job, {}, time.perf_counter() - start, reason_of(error))
+        text = " ".join(str(error).split())
+        ours = type(error).__module__.partition(".")[0] in _OURS
+        reason = text if ours and text else f"internal error: {type(error).__name__}: {text}"
+        return Done(rod.job, {}, time.perf_counter() - start, reason[:_LONGEST_REASON])
     return Done(rod.job, figures, time.perf_counter() - start)
 
 
 def _cause(ends: list[str]) -> str:
     """What the system does to a process when its memory ends."""
     return ": the memory may be too small; use fewer workers or larger elements" if "SIGKILL" in ends else ""
-
-
-def _analysis() -> Callable[..., Any]:
-    from fea.apps.sweep.evaluate import evaluate  # noqa: PLC0415 - what solves is loaded by workers only
-
-    return evaluate
-
-
-def reason_of(error: BaseException) -> str:
-    """Return why a rod failed, in a line."""
-    text = " ".join(str(error).split())
-    ours = type(error).__module__.partition(".")[0] in _OURS
-    return (text if ours and text else f"internal error: {type(error).__name__}: {text}")[:_LONGEST_REASON]

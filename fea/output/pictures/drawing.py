@@ -13,8 +13,8 @@ from PIL import Image
 from fea.machine.isolated import IsolatedProcess, copied
 from fea.output.pictures.frame import USUAL, Frame, View
 from fea.output.pictures.scale import Bands, round_down
-from fea.output.pictures.scene import Scene, read_skin, trial_scene
-from fea.output.pictures.shown import MODE, Picture
+from fea.output.pictures.scene import Scene, read_result
+from fea.output.pictures.shown import MODE, VON_MISES, Picture, field_of
 from fea.output.pictures.strokes import (
     GREY,
     INK,
@@ -214,7 +214,9 @@ def warm_up() -> None:
 
 
 def _draw_trial() -> None:
-    draw(trial_scene(), "")
+    points = np.vstack([np.zeros(3), np.eye(3)])
+    skin = DrawnSurface.of(points, np.array([[0, 1, 2, 3]]))
+    draw(Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0), "")
 
 
 def draw_all(pictures: Sequence[Picture]) -> None:
@@ -236,6 +238,7 @@ def _draw_each(pictures: Sequence[Picture]) -> None:
 
 def _drawn(picture: Picture) -> Image.Image:
     if picture.mesh_only:
-        return draw_mesh(read_skin(picture.vtu), picture.title)
+        points, tets, _ = read_result(picture.vtu)
+        return draw_mesh(DrawnSurface.of(points, tets), picture.title)
     scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
     return draw(replace(scene, origin=picture.origin), picture.title, picture.notes, picture.marks)

@@ -9,7 +9,7 @@ import pyvista
 
 from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, exaggeration
-from fea.output.pictures.shown import MODE, VON_MISES, Field, field_of
+from fea.output.pictures.shown import MODE, Field, field_of
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.text import error_bar
 from geometry.arrays import Floats, Ints
@@ -44,7 +44,7 @@ class Scene:
 
         Raises `ValueError`: the file has no tetrahedra, or does not have the field at its nodes.
         """
-        points, tets, data = _read(vtu)
+        points, tets, data = read_result(vtu)
         if name not in data:
             raise ValueError(f"{vtu} is not a result of a run: it has no array {name}.")
         field = field_of(name).in_units()
@@ -112,19 +112,6 @@ class Scene:
         return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
 
 
-def trial_scene() -> Scene:
-    """Return a scene of one element, to try out whether and how pictures are drawn."""
-    points = np.vstack([np.zeros(3), np.eye(3)])
-    skin = DrawnSurface.of(points, np.array([[0, 1, 2, 3]]))
-    return Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0)
-
-
-def read_skin(vtu: Path) -> DrawnSurface:
-    """Return the outer surface of a mesh, with or without results; raises ValueError if there is none."""
-    points, tets, _ = _read(vtu)
-    return DrawnSurface.of(points, tets)
-
-
 @lru_cache(maxsize=1)
 def _skin(points: bytes, tets: bytes, nodes: int) -> DrawnSurface:
     """Return the skin of tetrahedra with so many nodes each; the results of one run share it."""
@@ -133,7 +120,8 @@ def _skin(points: bytes, tets: bytes, nodes: int) -> DrawnSurface:
     )
 
 
-def _read(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
+def read_result(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
+    """Return points, tetrahedra and nodal arrays of a file; raises `ValueError`: it has no tetrahedra."""
     grid = pyvista.read(vtu)
     tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
     if len(tets) != 1:

@@ -1,13 +1,14 @@
 """The fields that a report shows, with the bands of their legends: those of the pictures."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from fea.analysis.result import Array, Run
 from fea.output.pictures.scale import Bands
-from fea.output.pictures.shown import VON_MISES, Field, available, field_of
+from fea.output.pictures.shown import VON_MISES, Field, field_of
 from fea.output.terminal.run_lines import factor, number, place
 from fea.output.units import in_text
 
@@ -21,15 +22,12 @@ CASE_FIELDS = (
 INSTANT_FIELDS = CASE_FIELDS[:-1]
 
 
-def case_fields(data: Mapping[str, Array], peak: float) -> list[dict[str, Any]]:
-    """Return the fields of a load case; the legend of the von Mises stress ends at the `peak` that counts."""
-    names = [name for name in CASE_FIELDS if name in data]
-    return [_described(name, data, {VON_MISES: peak}) for name in names]
+def fields_of(names: Iterable[str], data: Mapping[str, Array], peak: float) -> list[dict[str, Any]]:
+    """Return those fields that a result has; the legend of the von Mises stress ends at the `peak`."""
+    return [_described(name, data, {VON_MISES: peak}) for name in names if name in data]
 
 
-def envelope_fields(data: Mapping[str, Array], peak: float) -> list[dict[str, Any]]:
-    """Return the fields of the whole cycle."""
-    return [_described(name, data, {VON_MISES: peak}) for name in available(list(data))]
+case_fields = partial(fields_of, CASE_FIELDS)
 
 
 def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float) -> list[dict[str, Any]]:
@@ -45,7 +43,7 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
         "displacement": np.array([0.0, displaced]),
         "safety_factor": extremes["safety_factor"],
     }
-    return [_described(name, ends, {VON_MISES: peak}) for name in INSTANT_FIELDS]
+    return fields_of(INSTANT_FIELDS, ends, peak)
 
 
 def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from fea.analysis.result import BORES, Array, Run
 from fea.base.choices import Support
 from fea.judge.verdict import CAP
 from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.shown import VON_MISES
+from fea.output.pictures.shown import VON_MISES, available
 from fea.output.report.coding import LEVELS, Packer, corner_steps
-from fea.output.report.legends import case_fields, envelope_fields, hot_spots, instant_fields
+from fea.output.report.legends import case_fields, fields_of, hot_spots, instant_fields
 from fea.output.report.surface import Surface
 from fea.output.units import scale, unit
 from fea.study.pin_models import pin_model
@@ -173,7 +173,7 @@ def _levels(values: Floats, steps: int) -> int:
 
 def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> dict[str, Any]:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
-    fields = [field for field in envelope_fields(own, peak) if field["name"] != "endurance_limit"]
+    fields = fields_of([name for name in available(list(own)) if name != "endurance_limit"], own, peak)
     for field in fields:
         values = own[field["name"]].astype(float)
         if field["low"]:  # one over a factor is what stress is proportional to; negative: not judged

@@ -2,15 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fea.output.html import html_page, page_file
 from fea.output.pictures.scale import round_up
 from fea.output.report.coding import embedded_json
-from fea.output.text import write_text
 from fea.output.units import in_unit, unit
 from geometry.arrays import Floats, Ints
 
@@ -135,8 +133,7 @@ _SMALL = (48.0, 230.0, 170.0, 8.0)
 FACTOR, MASS = "factor", "mass_kg"
 
 
-@dataclass(frozen=True)
-class Parallel:
+class Parallel(NamedTuple):
     """Parallel coordinates: place, anchor of the text, name and ends of each axis, a line for each design."""
 
     axes: tuple[tuple[float, str, str, str, str], ...]
@@ -237,11 +234,6 @@ def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:
         return None
     groups = np.array_split(np.argsort(x, kind="stable"), bins)
     return np.array([(x[group].mean(), y[group].mean()) for group in groups])
-
-
-def write_sweep_report(path: Path, swept: Swept) -> None:
-    """Write the report of a sweep; raises `StorageError` if the system refuses."""
-    write_text(path, sweep_page(swept))
 
 
 def sweep_page(swept: Swept) -> str:

@@ -38,7 +38,6 @@ from fea.output.terminal.run_lines import (
     life_lines,
     number,
     place,
-    sharp_cells,
     sharp_edge_lines,
 )
 from fea.output.terminal.sweep import print_sweep
@@ -94,7 +93,14 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
         (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result)]])
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
-            (cells,) = in_rows(_COLUMNS, [sharp_cells(result.sharp_edges[0])])
+            edge = result.sharp_edges[0]
+            stress = [
+                number(edge.structural_von_mises_MPa, ".1f"),
+                bar(edge.error_percent),
+                place(edge.at_mm),
+            ]
+            row = [f"  edge {edge.name}", *[""] * 4, *stress, factor(edge.safety_factor), ""]
+            (cells,) = in_rows(_COLUMNS, [row])
             table.add_row(*compress(cells, kept))
     return table
 

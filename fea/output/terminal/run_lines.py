@@ -190,19 +190,6 @@ def _share(entry: DutyFigures) -> str:
 _SMALL = 0.1
 
 
-def sharp_cells(edge: SharpEdgeFigures) -> list[str]:
-    """Return the row of the worst sharp edge of a load case."""
-    return [
-        f"  edge {edge.name}",
-        *[""] * 4,
-        number(edge.structural_von_mises_MPa, ".1f"),
-        bar(edge.error_percent),
-        place(edge.at_mm),
-        factor(edge.safety_factor),
-        "",
-    ]
-
-
 def sharp_edge_lines(summary: Summary) -> list[str]:
     """Return a line for each sharp edge that matters, in its worst load case, and which figure decides."""
     worst: dict[str, tuple[str, SharpEdgeFigures]] = {}
