@@ -3,8 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, band_limits, exaggeration, round_down, round_up
+from fea.output.pictures.strokes import View, choose_view
 from fea.output.pictures.surface import DrawnSurface, refined_line
 from mesh.tetmesh import EDGES
 

@@ -15,9 +15,18 @@ from PIL import Image, ImageDraw, ImageFont
 from fea.base.units import DEG
 from fea.output.pictures.drawing import SCALARS, add_surface
 from fea.output.pictures.film import Film
-from fea.output.pictures.frame import Frame, View
 from fea.output.pictures.scale import Bands
-from fea.output.pictures.strokes import GREY, INK, PAPER, add_lines, oversampled, photograph, require_rod
+from fea.output.pictures.strokes import (
+    GREY,
+    INK,
+    PAPER,
+    Frame,
+    View,
+    add_lines,
+    oversampled,
+    photograph,
+    require_rod,
+)
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
 FAINT = "#606060"  # pale but legible

@@ -11,7 +11,6 @@ import pyvista
 from PIL import Image
 
 from fea.machine.isolated import IsolatedProcess, copied
-from fea.output.pictures.frame import USUAL, Frame, View
 from fea.output.pictures.scale import Bands, round_down
 from fea.output.pictures.scene import Scene, read_result
 from fea.output.pictures.shown import MODE, VON_MISES, Picture, field_of
@@ -21,6 +20,9 @@ from fea.output.pictures.strokes import (
     PAPER,
     SHADING,
     SIZE,
+    USUAL,
+    Frame,
+    View,
     add_edges,
     add_lines,
     canvas,

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pyvista
 
-from fea.output.pictures.frame import View, choose_view
 from fea.output.pictures.scale import Bands, exaggeration
 from fea.output.pictures.shown import MODE, Field, field_of
+from fea.output.pictures.strokes import View, choose_view
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.text import error_bar
 from geometry.arrays import Floats, Ints
