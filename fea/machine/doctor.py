@@ -75,13 +75,7 @@ def _pardiso() -> Finding:
     fallback = _tried("import cvxopt.cholmod, pymetis")
     if fallback is None:
         return Finding("linear solver", f"CHOLMOD ({complaint})", good=True, needed=True, remedy="")
-    return Finding(
-        "linear solver",
-        complaint,
-        good=False,
-        needed=True,
-        remedy=solver_remedy(),
-    )
+    return Finding("linear solver", complaint, good=False, needed=True, remedy=solver_remedy())
 
 
 def _memory() -> Finding:

@@ -1,6 +1,5 @@
 """The free dimensions of a rod, each scaled to 0 … 1 between its bounds."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,6 @@ import numpy as np
 from fea.study.rod_table import dimension_of
 from fea.study.study import Study
 from geometry.arrays import Floats
-from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require
 from geometry.section import OF_WALLS, walls
 
@@ -106,7 +104,9 @@ def variables(study: Study) -> Variables:
     """
     rod, table = study.rod.solid(), study.optimise
     asked = {} if table is None else table.free
-    bounds = {key: (bound[0], bound[1]) for key, bound in asked.items()} or _usual_bounds(rod)
+    usual = (*_USUAL, *(_USUAL_OF_I if rod.has_pockets else ()))
+    bounds = {key: (bound[0], bound[1]) for key, bound in asked.items()}
+    bounds = bounds or {f"{name}_mm": tuple(x * getattr(rod, name) for x in (_FROM, _TO)) for name in usual}
     own = {key: getattr(rod, dimension_of(key)) for key in bounds}
     for key, (low, high) in bounds.items():
         rule = f"is 0 in this rod, so the feature is left out: it cannot vary from {low:g} to {high:g} mm"
@@ -126,8 +126,3 @@ def variables(study: Study) -> Variables:
     low, high = np.array(list(bounds.values())).T
     a_wall = np.array([dimension_of(key) in OF_WALLS for key in bounds])
     return Variables(study, tuple(bounds), np.where(a_wall, np.maximum(low, least), low), high, least)
-
-
-def _usual_bounds(rod: Dimensions) -> Mapping[str, tuple[float, float]]:
-    names = (*_USUAL, *(_USUAL_OF_I if rod.has_pockets else ()))
-    return {f"{name}_mm": (_FROM * getattr(rod, name), _TO * getattr(rod, name)) for name in names}

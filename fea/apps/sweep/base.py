@@ -159,19 +159,14 @@ def kind_of(key: str, where: str) -> Any:
 
 
 def _flat(raw: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    materials = keys_of(TABLES["material"])
     for key, value in raw.items():
         path = (*above, *key.split("."))
-        if isinstance(value, Mapping) and _is_table(path):
+        part = len(path) == 2 and path[0] == "material" and full_key(path[1], materials) not in materials
+        if isinstance(value, Mapping) and (len(path) == 1 or part):
             yield from _flat(value, path)
         else:
             yield path, value
-
-
-def _is_table(path: tuple[str, ...]) -> bool:
-    if len(path) == 1:
-        return True
-    keys = keys_of(TABLES["material"])
-    return len(path) == 2 and path[0] == "material" and full_key(path[1], keys) not in keys
 
 
 _NEEDED = ("dask", "distributed", "pyarrow", "SALib")

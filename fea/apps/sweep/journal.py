@@ -166,8 +166,19 @@ class Journal:
         self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
         self._base.executemany(
             "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) "
-            "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            [_values(row) for row in rows],
+            "VALUES (?, ?, ?, ?, ?, ?, iif(? = '', 'pending', 'failed'), ?)",
+            (
+                (
+                    row.number,
+                    row.sample,
+                    json.dumps(row.design),
+                    row.rpm,
+                    row.job,
+                    row.key,
+                    *[row.refused] * 2,
+                )
+                for row in rows
+            ),
         )
 
     def _all(self, query: str, *values: Any) -> list[Any]:
@@ -198,10 +209,3 @@ class Journal:
         except sqlite3.DatabaseError as error:
             rule = f"is not the journal of a sweep ({error})"
             raise InvalidValue("--out", str(self.path), rule, "Choose another directory.") from error
-
-
-def _values(row: PlannedRow) -> tuple[Any, ...]:
-    state = State.FAILED if row.refused else State.PENDING
-    return (
-        row.number, row.sample, json.dumps(row.design), row.rpm, row.job, row.key, state.value, row.refused,
-    )  # fmt: skip

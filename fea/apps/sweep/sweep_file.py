@@ -79,7 +79,9 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
         if key not in _KEYS:
             raise unknown_key(f"{name}.toml:", key, _KEYS)
     require("study" in raw, "study", None, "is missing", "Name the study to vary: a shipped one, or a file.")
-    fixed = {key: _fixed(key, value) for key, value in leaves("set", raw.get("set", {}))}
+    fixed = dict(leaves("set", raw.get("set", {})))
+    for key, value in fixed.items():
+        checked(f"set.{key}", value, kind_of(key, "set"))
     frequencies = whole("frequencies", raw.get("frequencies", 0), 0, _MOST_FREQUENCIES)
     seed = whole("seed", raw.get("seed", 0), 0, _MOST_SEED)
     base = read_base(checked("study", raw["study"], str), folder, fixed)
@@ -103,11 +105,6 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
         require(key not in fixed, f"set.{key}", fixed.get(key), "is varied as well", "Remove one of them.")
     samples = _samples(raw.get("samples"), grid=grid)
     return Sweep(name, base, varied, sampling, samples, seed, None, frequencies)
-
-
-def _fixed(key: str, value: object) -> Any:
-    checked(f"set.{key}", value, kind_of(key, "set"))
-    return value
 
 
 def _samples(samples: object, *, grid: bool) -> int | None:

@@ -93,8 +93,8 @@ class Progress:
         rate = self.rate
         if rate is None:
             return f"{share}, {threads} at a time"
-        left = (self.total - self.done) / rate
-        return f"{share}, {_rate(rate)}, {duration(left)} left"
+        pace = f"{rate:.2g} a second" if rate >= 1 else f"{_MINUTE * rate:.2g} a minute"
+        return f"{share}, {pace}, {duration((self.total - self.done) / rate)} left"
 
     def shown_by(self, show: Callable[..., None]) -> Callable[[int, int, float], None]:
         """Return a listener that counts rods that came back and shows a line; arguments as of `Engine.run`.
@@ -112,10 +112,6 @@ class Progress:
             show(self.text(threads))
 
         return listener
-
-
-def _rate(rate: float) -> str:
-    return f"{rate:.2g} a second" if rate >= 1 else f"{_MINUTE * rate:.2g} a minute"
 
 
 _NUMBER = re.compile(r"\d[\d.e+-]*")

@@ -74,7 +74,9 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
             break
         except CrashError as error:
             ends.append(error.cause)
-            reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(ends))}){_cause(ends)}"
+            memory = ": the memory may be too small; use fewer workers or larger elements"
+            why = memory if "SIGKILL" in ends else ""  # as systems do where memory ends
+            reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(ends))}){why}"
     return Done(rod.job, {}, time.perf_counter() - start, reason)
 
 
@@ -119,8 +121,3 @@ def attempt(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
         reason = text if ours and text else f"internal error: {type(error).__name__}: {text}"
         return Done(rod.job, {}, time.perf_counter() - start, reason[:_LONGEST_REASON])
     return Done(rod.job, figures, time.perf_counter() - start)
-
-
-def _cause(ends: list[str]) -> str:
-    """What the system does to a process when its memory ends."""
-    return ": the memory may be too small; use fewer workers or larger elements" if "SIGKILL" in ends else ""

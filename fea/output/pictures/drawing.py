@@ -128,22 +128,19 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     for edge, limit in zip(edges, limits, strict=True):
         write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
+    moved = f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
+    if scene.field.name.startswith(MODE):
+        moved = "mode shape: its amplitude is arbitrary"
     lines = [
         scene.worst,
         f"at x, y, z = {x}, {y}, {z} mm",
         *([f"blue: {limits[-1]:g} and above"] if scene.field.capped else []),
-        *([_moved(scene)] if scene.displaced > 0 else []),
+        *([moved] if scene.displaced > 0 else []),
         *notes,
         *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
         write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
-
-
-def _moved(scene: Scene) -> str:
-    if scene.field.name.startswith(MODE):
-        return "mode shape: its amplitude is arbitrary"
-    return f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
 
 
 def _surface(scene: Scene, skin: DrawnSurface) -> Any:

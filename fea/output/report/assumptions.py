@@ -6,6 +6,7 @@ from typing import NamedTuple
 from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
+from fea.base.units import DEG
 from fea.output.report.tables import figure
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
@@ -97,25 +98,17 @@ def _pins(run: Run) -> str:
     load = entry.parse(name)
     if not isinstance(load, BorePressure):
         return entry.assumption
+    pushing = f" where it pulls the rod, and with {_arc(load.compression)} where it pushes"
     return (
-        f"{_pressure(load)} It is constant along the pin and centred on the force; the pins' stiffness, "
-        f"clearance and oil film do not enter."
-    )
-
-
-def _pressure(load: BorePressure) -> str:
-    if load.tension == load.compression:
-        return f"Each pin presses on its bore with {_arc(load.tension)}."
-    return (
-        f"Each pin presses on its bore with {_arc(load.tension)} where it pulls the rod, and with "
-        f"{_arc(load.compression)} where it pushes."
+        f"Each pin presses on its bore with {_arc(load.tension)}"
+        f"{'' if load.tension == load.compression else pushing}. It is constant along the pin and centred on "
+        "the force; the pins' stiffness, clearance and oil film do not enter."
     )
 
 
 def _arc(arc: Arc) -> str:
-    degrees = f"{arc.angle * 180 / 3.141592653589793:.0f}°"
     kind = "half a cosine of pressure" if arc.shape is Shape.COSINE else "a uniform pressure"
-    return f"{kind} over {degrees}"
+    return f"{kind} over {arc.angle / DEG:.0f}°"
 
 
 def _assembled(run: Run) -> str:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
-from fea.analysis.figures import CaseFigures, Summary
+from fea.analysis.figures import Summary
 from fea.analysis.result import Run
 from fea.base.choices import UnitSystem
 from fea.output.html import environment, html_page, page_file
@@ -74,9 +74,11 @@ def _facts(summary: Summary) -> list[Fact]:
     angle = summary.loads[name].crank_deg
     at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
     where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
+    least, percent = worst.min_safety_factor, worst.error_percent
+    bars = "" if percent is None else f" ± {max(least - least / (1 + percent / 100), 0.01):.2f}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
     found = [
-        Fact("Safety factor against yielding", _with_bar(worst), when),
+        Fact("Safety factor against yielding", f"{factor(least)}{bars}", when),
         Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where),
     ]
     envelope = summary.envelope
@@ -98,14 +100,6 @@ def _facts(summary: Summary) -> list[Fact]:
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
     found.append(Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh))
     return found
-
-
-def _with_bar(case: CaseFigures) -> str:
-    value = factor(case.min_safety_factor)
-    if case.error_percent is None:
-        return value
-    low = case.min_safety_factor / (1 + case.error_percent / 100)
-    return f"{value} ± {max(case.min_safety_factor - low, 0.01):.2f}"
 
 
 # In this order, as one script: each uses what stands before it.
@@ -132,15 +126,8 @@ def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
         header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
         numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
         scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
-        without_motion=_without_motion(run),
+        without_motion=run.without_motion or _NOT_KEPT if run.motion is None and run.envelope else "",
     )
-
-
-def _without_motion(run: Run) -> str:
-    """Why the crank does not turn where the cycle was analysed; empty otherwise."""
-    if run.motion is not None or run.envelope is None:
-        return ""
-    return run.without_motion or _NOT_KEPT
 
 
 def head(run: Run, picture: bytes | None = None) -> str:

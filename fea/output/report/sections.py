@@ -83,7 +83,9 @@ def _table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> I
 
 
 def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[Input]:
-    usual = _defaults(table)
+    usual: dict[str, Any] = {}
+    if table in TABLES and table not in {"rod", "material", "engine", "speed"}:
+        usual = {field.name: field.default for field in fields(TABLES[table])}
     for key, value in values.items():
         name, unit = named(key)
         origin = _engine_origin(study, key, value) if table == "engine" else ""
@@ -99,13 +101,6 @@ def _in_unit(value: object, name: str) -> object:
     if units.unit(name) == name or isinstance(value, bool) or not isinstance(value, int | float):
         return value
     return float(f"{units.in_unit(value, name):.6g}")
-
-
-def _defaults(table: str) -> dict[str, Any]:
-    kind = TABLES.get(table)
-    if kind is None or table in {"rod", "material", "engine", "speed"}:
-        return {}
-    return {field.name: field.default for field in fields(kind)}
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
