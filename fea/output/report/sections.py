@@ -197,7 +197,7 @@ def _assembly(run: Run) -> Iterator[Section]:
         from fea.output.report.tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
         from fea.output.terminal.assembly import assembly_lines  # noqa: PLC0415
 
-        tables, lines = assembly_tables(found), assembly_lines(found)
+        tables, lines = assembly_tables(found), list(assembly_lines(found))
         yield _tables("assembly", "Bolts, joint and fits", tables, lines)
 
 
@@ -244,7 +244,7 @@ _FILM_CHARTS = (
 def _buckling(run: Run) -> Iterator[Section]:
     tables = buckling_tables(run.summary)
     if tables:
-        yield _tables("buckling", "Buckling", tables, buckling_lines(run.summary.buckling))
+        yield _tables("buckling", "Buckling", tables, list(buckling_lines(run.summary.buckling)))
 
 
 def _convergence(run: Run) -> Iterator[Section]:

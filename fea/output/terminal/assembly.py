@@ -63,11 +63,21 @@ def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[s
     return plain_table((name, *titles), rows, left=(name,), no_wrap=True)
 
 
-def assembly_lines(found: AssemblyFigures | None) -> list[str]:
-    """Return how the bolts stand, and when the joint opens and the fits lift off."""
-    if found is None:
-        return []
-    return [_bolts(found.bolts), *_joint(found), *_fits(found), *_ovality(found), MICRO_SLIP]
+def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
+    """Yield how the bolts stand, and when the joint opens and the fits lift off."""
+    yield _bolts(found.bolts)
+    yield from _joint(found)
+    for name, fit in found.fits.items():
+        if fit.lifts_off is not None:
+            verb = "lift" if name.endswith("s") else "lifts"
+            yield f"{name.capitalize()}: {verb} off the seat {_when(fit.lifts_off)}."
+    for bore, cases in found.ovality.items():
+        assembled = cases[ASSEMBLY].ovality_mm
+        worst = max(cases, key=lambda case: cases[case].ovality_mm)
+        most = cases[worst].ovality_mm
+        warm = f", {1e3 * assembled:.0f} µm when warm" if 1e3 * assembled >= 1 else ""
+        yield f"Ovality, {bore.replace('_', ' ')}: {1e3 * most:.0f} µm ({worst}), round as made{warm}."
+    yield MICRO_SLIP
 
 
 def _ends(forces: list[float]) -> str:
@@ -109,25 +119,9 @@ def _joint(found: AssemblyFigures) -> Iterator[str]:
         )
 
 
-def _fits(found: AssemblyFigures) -> Iterator[str]:
-    for name, fit in found.fits.items():
-        if fit.lifts_off is not None:
-            verb = "lift" if name.endswith("s") else "lifts"
-            yield f"{name.capitalize()}: {verb} off the seat {_when(fit.lifts_off)}."
-
-
 def _when(onset: OnsetFigures) -> str:
     if onset.load_factor is None:
         return f"beyond {onset.largest_factor:g} times the load of {onset.case}"
     if onset.load_factor == 0:
         return "without any load"
     return f"at {onset.load_factor:.2g} times the load of {onset.case}"
-
-
-def _ovality(found: AssemblyFigures) -> Iterator[str]:
-    for bore, cases in found.ovality.items():
-        assembled = cases[ASSEMBLY].ovality_mm
-        worst = max(cases, key=lambda case: cases[case].ovality_mm)
-        most = cases[worst].ovality_mm
-        warm = f", {1e3 * assembled:.0f} µm when warm" if 1e3 * assembled >= 1 else ""
-        yield f"Ovality, {bore.replace('_', ' ')}: {1e3 * most:.0f} µm ({worst}), round as made{warm}."

@@ -122,7 +122,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *levers(summary),
             *sharp_edge_lines(summary),
             *_contact(summary),
-            *assembly_lines(summary.assembly),
+            *([] if summary.assembly is None else assembly_lines(summary.assembly)),
             *_cycle(summary),
             *film_lines(summary),
             *life_lines(summary.life),

@@ -1,6 +1,6 @@
 """What terminal and report say of a run, in lines; and how they write its figures."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -8,7 +8,6 @@ from rich.table import Table
 
 from fea.analysis.figures import (
     BucklingFigures,
-    ColumnFigures,
     CycleFigures,
     DutyFigures,
     EnduranceFigures,
@@ -23,32 +22,23 @@ from fea.output.units import in_heading, in_rows
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
 
 
-def buckling_lines(found: BucklingFigures) -> list[str]:
-    """Return a line on the column formulas and one on the buckling modes, as far as there are any."""
-    return [*_column(found.column), *_modes(found)]
-
-
-def _column(column: ColumnFigures) -> list[str]:
+def buckling_lines(found: BucklingFigures) -> Iterator[str]:
+    """Yield a line on the column formulas and one on the buckling modes, as far as there are any."""
+    column = found.column
     factors = {name: plane.safety_factor for name, plane in column.planes.items()}
     known = {name: factor for name, factor in factors.items() if factor is not None}
-    if column.case is None or not known:
-        return []
-    side = min(known, key=lambda name: known[name])
-    plane, force = column.planes[side], column.force_N
-    loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
-    said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
-    return [f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {SIDES[side]}: {said}."]
-
-
-def _modes(found: BucklingFigures) -> list[str]:
-    if found.modes is None:
-        return []
-    if not found.modes:
-        return ["No load case compresses the rod, so it cannot buckle."]
-    cases = [
-        f"{case} {modes[0].factor:.2f} ({modes[0].moves})" for case, modes in found.modes.items() if modes
-    ]
-    return [f"Buckling modes of the solid, load factors: {', '.join(cases)}."] if cases else []
+    if column.case is not None and known:
+        side = min(known, key=lambda name: known[name])
+        plane, force = column.planes[side], column.force_N
+        loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
+        said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
+        yield f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {SIDES[side]}: {said}."
+    if found.modes == {}:
+        yield "No load case compresses the rod, so it cannot buckle."
+    first = {case: modes[0] for case, modes in (found.modes or {}).items() if modes}
+    if first:
+        cases = ", ".join(f"{case} {mode.factor:.2f} ({mode.moves})" for case, mode in first.items())
+        yield f"Buckling modes of the solid, load factors: {cases}."
 
 
 def plain_table(
@@ -175,15 +165,15 @@ def hours_text(hours: float | None) -> str:
 
 def _shares(duty: Sequence[DutyFigures]) -> str:
     by_damage = sorted(duty, key=lambda entry: -(entry.damage_percent or 0.0))
-    said = [_share(entry) for entry in by_damage if (entry.damage_percent or 0.0) >= _LEAST_PERCENT]
+    said = [
+        f"{number(entry.damage_percent, '.3g')} % at {entry.rpm:g} rpm"
+        + (f" ({entry.gas})" if entry.gas else "")
+        for entry in by_damage
+        if (entry.damage_percent or 0.0) >= _LEAST_PERCENT
+    ]
     others = len(duty) - len(said)
     rest = f"less than {_LEAST_PERCENT:g} % at each of the rest ({others})" if others else ""
     return ", ".join(filter(None, (*said, rest)))
-
-
-def _share(entry: DutyFigures) -> str:
-    gas = "" if entry.gas is None else f" ({entry.gas})"
-    return f"{number(entry.damage_percent, '.3g')} % at {entry.rpm:g} rpm{gas}"
 
 
 # A fillet radius, mm, that any tool leaves.
@@ -198,7 +188,14 @@ def sharp_edge_lines(summary: Summary) -> list[str]:
             if edge.name not in worst or edge.safety_factor < worst[edge.name][1].safety_factor:
                 worst[edge.name] = case, edge
     lines = [_edge_line(*worst[name]) for name in sorted(worst, key=lambda name: (len(name), name))]
-    return [*lines, _decision(summary)] if lines else []
+    cycle = " (the fatigue factors of the cycle leave these edges out)" if summary.envelope else ""
+    decision = (
+        "Which to use: against yielding under static load, the factor of the first line, the least of the "
+        "peaks away from sharp edges and the structural stresses at them (extrapolated from 0.4 and 1.0 "
+        "thicknesses beside the edge, IIW), where the elastic stress is infinite; against fatigue, give the "
+        f"edges the fillets above and run again{cycle}."
+    )
+    return [*lines, decision] if lines else []
 
 
 def _edge_line(case: str, edge: SharpEdgeFigures) -> str:
@@ -224,14 +221,3 @@ def fillet(edge: SharpEdgeFigures) -> str:
         return f"even with a fillet of {_SMALL:g} mm the peak there would have {asked}"
     least = f"a fillet of {edge.fillet_radius_mm:.2g} mm is the least with which the peak there has {asked}"
     return f"{least} against yielding (no recommendation: fatigue needs more)"
-
-
-def _decision(summary: Summary) -> str:
-    cycle = " (the fatigue factors of the cycle leave these edges out)" if summary.envelope else ""
-    return (
-        "Which to use: against yielding under static load, the factor of the first line, the least of the "
-        "peaks away from sharp edges and the structural stresses at them (extrapolated from 0.4 and 1.0 "
-        "thicknesses beside the edge, IIW), where the elastic stress is infinite; against fatigue, give the "
-        "edges the fillets above and run "
-        f"again{cycle}."
-    )

@@ -116,7 +116,13 @@ def _next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
 
 
 def _critical(summaries: Sequence[Summary]) -> list[str]:
-    opening, found = _opening(summaries[0]), speed_map(summaries)
+    critical, found = summaries[0].critical_speeds_rpm or {}, speed_map(summaries)
+    opening = []
+    if JOINT_OPENING in critical:
+        rpm = critical[JOINT_OPENING]
+        opening = [
+            f"The joint opens at the bore {'at no speed' if rpm is None else f'from {rounded(rpm)} rpm'}."
+        ]
     if found is None:
         return opening
     said = [
@@ -126,11 +132,3 @@ def _critical(summaries: Sequence[Summary]) -> list[str]:
     ]
     line = f"Whole cycle, safety factor below 1: {', '.join(said)}."
     return [*opening, line]
-
-
-def _opening(summary: Summary) -> list[str]:
-    critical = summary.critical_speeds_rpm or {}
-    if JOINT_OPENING not in critical:
-        return []
-    rpm = critical[JOINT_OPENING]
-    return [f"The joint opens at the bore {'at no speed' if rpm is None else f'from {rounded(rpm)} rpm'}."]
