@@ -3,17 +3,7 @@
 import sys
 from typing import TYPE_CHECKING
 
-from fea.cli.options import (
-    Json,
-    Quiet,
-    StudyName,
-    Threads,
-    Verbose,
-    one_or_all,
-    print_json,
-    print_written,
-    takes,
-)
+from fea.cli import options
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY, load_study
@@ -22,15 +12,15 @@ if TYPE_CHECKING:
     from fea.analysis.figures import Summary
 
 
-@takes()
+@options.takes()
 def run(
-    study: StudyName = DEFAULT_STUDY,
+    study: options.StudyName = DEFAULT_STUDY,
     *,
     flags: Flags = NO_FLAGS,
-    threads: Threads = None,
-    json: Json = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
+    threads: options.Threads = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
 ) -> int:
     """Analyse a rod: stresses and safety factors at the peaks of the crank cycle."""
     from fea.machine.threads import limit_threads
@@ -47,7 +37,7 @@ def run(
         reports = run_study(asked, listener, ahead)
     summaries = [report.summary for report in reports]
     if json:
-        print_json(one_or_all(summaries))
+        options.print_json(options.one_or_all(summaries))
     elif not quiet:
         from fea.output.target import near
         from fea.output.terminal.run import print_runs
@@ -55,7 +45,7 @@ def run(
 
         with shown_in(asked.output.units):
             print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
-        print_written(near(report.film) for report in reports if report.film)
+        options.print_written(near(report.film) for report in reports if report.film)
     for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
         sys.stderr.write(f"fea: {text}\n")
     code = verdict(summaries, asked.analysis.min_safety)

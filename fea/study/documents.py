@@ -106,7 +106,7 @@ def study_schema() -> Schema:
     tables["material"]["properties"]["preset"]["examples"] = sorted(
         known
     )  # in any case, with or without hyphens
-    tables["rod"] |= {"anyOf": _alternatives(sufficient())}
+    tables["rod"] |= {"anyOf": [_needs(names) for names in sufficient()]}
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
     tables["engine"].pop("allOf")
@@ -114,7 +114,7 @@ def study_schema() -> Schema:
         "type": ["string", "object"],
         "if": {"type": "string"},
         "then": _choices(engine_names()),
-        "anyOf": _alternatives([["preset"], required(TABLES["engine"])]),
+        "anyOf": [_needs(names) for names in (["preset"], required(TABLES["engine"]))],
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -167,10 +167,6 @@ def _needs(names: Iterable[str]) -> Schema:
             {"anyOf": [{"required": [key]} for key in dict.fromkeys((name, stem(name)))]} for name in names
         ]
     }
-
-
-def _alternatives(keys: list[list[str]]) -> list[Schema]:
-    return [_needs(names) for names in keys]
 
 
 def _reference(name: str) -> Schema:

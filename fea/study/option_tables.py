@@ -4,18 +4,7 @@ from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 
-from fea.base.choices import (
-    CONTACT,
-    Assembly,
-    CycleAccuracy,
-    Element,
-    Fatigue,
-    PinBody,
-    SolverName,
-    Support,
-    Symmetry,
-    UnitSystem,
-)
+from fea.base import choices
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
@@ -119,10 +108,10 @@ class MeshTable(Table, table="mesh"):
         ),
         flag="size",
     )
-    element: Element = key(
+    element: choices.Element = key(
         '"p2"',
         "order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes)",
-        default=Element.P2,
+        default=choices.Element.P2,
         stated=True,
         flag="element",
     )
@@ -132,18 +121,18 @@ class MeshTable(Table, table="mesh"):
 class AnalysisTable(Table, table="analysis"):
     """[analysis]."""
 
-    support: Support = key(
+    support: choices.Support = key(
         '"inertia-relief"',
         "boundary condition: inertia-relief (nothing is clamped), or clamped at the big end, as in many "
         "published models",
-        default=Support.INERTIA_RELIEF,
+        default=choices.Support.INERTIA_RELIEF,
         stated=True,
         flag="support",
     )
-    symmetry: Symmetry = key(
+    symmetry: choices.Symmetry = key(
         '"auto"',
         "part of the rod to solve: none, half or quarter; auto: the smallest that its mirror planes allow",
-        default=Symmetry.AUTO,
+        default=choices.Symmetry.AUTO,
         stated=True,
         flag="symmetry",
     )
@@ -154,17 +143,17 @@ class AnalysisTable(Table, table="analysis"):
         f"face; default: contact, or {PRESCRIBED} where contact cannot be computed",
         flag="pressure",
     )
-    solver: SolverName = key(
+    solver: choices.SolverName = key(
         '"auto"',
         "linear solver: pardiso, cholmod or amg; auto chooses by the memory that it needs",
-        default=SolverName.AUTO,
+        default=choices.SolverName.AUTO,
         stated=True,
         flag="solver",
     )
-    matrix_assembly: Assembly = key(
+    matrix_assembly: choices.Assembly = key(
         '"batched"',
         "assembly of the stiffness matrix: batched, or scikit-fem: the same from its weak form, more slowly",
-        default=Assembly.BATCHED,
+        default=choices.Assembly.BATCHED,
         stated=True,
         alias="assembly",
         flag="matrix_assembly",
@@ -181,17 +170,17 @@ class AnalysisTable(Table, table="analysis"):
         default=False,
         flag="cycle",
     )
-    cycle_accuracy: CycleAccuracy = key(
+    cycle_accuracy: choices.CycleAccuracy = key(
         '"certified"',
         "stress over the cycle under contact: certified (smallest safety factors within 1e-4, other stresses "
         "within 0.5 % of the largest), or exact at every node and instant, which takes longer",
-        default=CycleAccuracy.CERTIFIED,
+        default=choices.CycleAccuracy.CERTIFIED,
         flag="cycle_accuracy",
     )
-    fatigue: Fatigue = key(
+    fatigue: choices.Fatigue = key(
         '"goodman"',
         "mean-stress correction over the cycle: goodman, gerber or soderberg",
-        default=Fatigue.GOODMAN,
+        default=choices.Fatigue.GOODMAN,
         flag="fatigue",
     )
     film: bool = key(
@@ -232,7 +221,7 @@ class AnalysisTable(Table, table="analysis"):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.in_contact:
-            clamped = self.support is Support.CLAMPED
+            clamped = self.support is choices.Support.CLAMPED
             remedy = "Use inertia-relief." if clamped else "Choose another --solver."
             require(not self._excluded, "analysis.pressure", self.pressure, self._excluded, remedy)
 
@@ -243,7 +232,7 @@ class AnalysisTable(Table, table="analysis"):
     @property
     def pin_load(self) -> str:
         """The pressure that is asked for, or contact, or what takes its place where it cannot be."""
-        return self.pressure or (PRESCRIBED if self._excluded else CONTACT)
+        return self.pressure or (PRESCRIBED if self._excluded else choices.CONTACT)
 
     @property
     def needs_film(self) -> bool:
@@ -274,11 +263,11 @@ class OutputTable(Table, table="output"):
         stated=True,
         flag="report",
     )
-    units: UnitSystem = key(
+    units: choices.UnitSystem = key(
         '"si"',
         "of tables, pictures, plots and report: si, or us (in, lbf, psi, lb, °F, hp); data files are in SI "
         "units and mm all the same",
-        default=UnitSystem.SI,
+        default=choices.UnitSystem.SI,
         stated=True,
         flag="units",
     )
@@ -337,10 +326,10 @@ class ContactTable(
         _fit("small_end_bore", 1e-4),
     )
     big_end_clearance_mm: float | None = key("0.052", "", require_number, _fit("big_end_bore", 2.5e-4))
-    piston_pin: PinBody = key(
+    piston_pin: choices.PinBody = key(
         '"elastic"',
         'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
-        default=PinBody.ELASTIC,
+        default=choices.PinBody.ELASTIC,
     )
     piston_pin_bore_mm: float | None = key(
         "14.4",

@@ -9,13 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from fea.base.choices import (
-    CONTACT,
-    CONVERGED_PERCENT,
-    Element,
-    Support,
-    Symmetry,
-)
+from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.study.assembly_table import (
@@ -130,7 +124,7 @@ class Study:
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
             (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
             (
-                self.analysis.support is Support.CLAMPED,
+                self.analysis.support is choices.Support.CLAMPED,
                 'cannot be combined with support = "clamped", which replaces the crank pin',
             ),
         ):
@@ -146,7 +140,7 @@ class Study:
         size, tolerance, symmetry = self.mesh.size_mm, self.analysis.tolerance_percent, self.analysis.symmetry
         require(size is None, "mesh.size_mm", size, rule, remedy)
         require(not tolerance, "analysis.tolerance_percent", tolerance, rule, remedy)
-        whole = symmetry in (Symmetry.AUTO, Symmetry.NONE)
+        whole = symmetry in (choices.Symmetry.AUTO, choices.Symmetry.NONE)
         rule = "cannot be combined with rod.mesh: a mesh from a file is solved as a whole"
         require(whole, "analysis.symmetry", symmetry, rule, "Leave it out.")
 
@@ -155,9 +149,9 @@ class Study:
         remedy = "Give the rod by dimensions or as a CAD file, or remove [assembly]."
         path = None if self.rod.mesh is None else str(self.rod.mesh.path)
         require(self.rod.mesh is None, "rod.mesh", path, rule, remedy)
-        pressure, remedy = self.analysis.pressure, f'Leave it out, or use pressure = "{CONTACT}".'
+        pressure, remedy = self.analysis.pressure, f'Leave it out, or use pressure = "{choices.CONTACT}".'
         rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
-        require(pressure in (None, CONTACT), "analysis.pressure", pressure, rule, remedy)
+        require(pressure in (None, choices.CONTACT), "analysis.pressure", pressure, rule, remedy)
         if self.rod.dimensions is not None:
             assembly.require_dimensions(self.rod.dimensions)
 
@@ -169,7 +163,7 @@ class Study:
         """
         if self.forces is None:
             self.require_engine()
-        elif self.analysis.support is not Support.CLAMPED:
+        elif self.analysis.support is not choices.Support.CLAMPED:
             _, transverse = self.forces.pin()
             rule = "the transverse component has no reaction under inertia relief"
             remedy = 'Use support = "clamped", or set the transverse component to 0.'
@@ -227,8 +221,8 @@ class Study:
         given, mesh = self.analysis.tolerance_percent, self.mesh
         if self.rod.mesh is not None:
             return None
-        if given is None and mesh.size_mm is None and mesh.element is Element.P2:
-            return CONVERGED_PERCENT
+        if given is None and mesh.size_mm is None and mesh.element is choices.Element.P2:
+            return choices.CONVERGED_PERCENT
         return given or None
 
     def speeds(self) -> tuple[float | None, ...]:
@@ -278,7 +272,7 @@ class Study:
         InvalidValue
             A key is unknown, or breaks a rule.
         """
-        analysis = replace(self.analysis, pressure=CONTACT)
+        analysis = replace(self.analysis, pressure=choices.CONTACT)
         return replace(self, assembly=changed(self.assembly, keys), analysis=analysis)
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
@@ -482,7 +476,7 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
 def _switched_on(raw: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
-    by_table = {"assembly": ("pressure", CONTACT), "duty": ("cycle", True), "film": ("film", True)}
+    by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
     asked: dict[str, Any] = dict(entry for table, entry in by_table.items() if table in raw)
     if not asked or not isinstance(analysis, Mapping):
         return dict(raw)

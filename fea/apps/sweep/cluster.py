@@ -155,7 +155,8 @@ class Workers:
         if self._threads:
             self._seen = now
         if (processes := self._client.cluster) is not None:
-            _replace(processes)
+            # Workers in place of lost ones: Dask starts none where one ended while it started.
+            processes.scale(len(processes.worker_spec))
             if now - self._seen > _PATIENCE:
                 raise ClusterError(
                     f"no worker process has stayed for {_PATIENCE:.0f} s. The rods that came back are in the "
@@ -170,11 +171,6 @@ def lost(why: object) -> ClusterError:
         f"the connection to the scheduler is lost ({why}). The rods that came back are in the journal: start "
         "the scheduler again, and run the same command."
     )
-
-
-def _replace(processes: Any) -> None:
-    """Start workers in place of lost ones: Dask does not where one ended while it started."""
-    processes.scale(len(processes.worker_spec))
 
 
 # Seconds between two looks at the cluster where no rod comes back.

@@ -10,24 +10,8 @@ from rich.table import Table
 
 from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
 from fea.output.target import near, picture_name
-from fea.output.terminal.answer import (
-    failed_checks,
-    governs,
-    levers,
-    not_converged,
-    singular_cases,
-    statements,
-)
+from fea.output.terminal import answer, prose
 from fea.output.terminal.assembly import assembly_lines, assembly_tables
-from fea.output.terminal.prose import (
-    counted,
-    fitting,
-    in_full,
-    print_lines,
-    print_paths,
-    terminal,
-    unusual,
-)
 from fea.output.terminal.run_lines import (
     bar,
     buckling_lines,
@@ -67,7 +51,7 @@ def print_runs(
 
     At most `prose.MOST_LINES` lines follow the table, or with `verbose` all that there is to say.
     """
-    console = console or terminal()
+    console = console or prose.terminal()
     if len(runs) == 1:
         _print_run(console, *runs[0], verbose=verbose)
     elif runs:
@@ -106,8 +90,8 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
-    print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
-    print_lines(console, unusual(summary.notes))
+    prose.print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
+    prose.print_lines(console, prose.unusual(summary.notes))
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)
@@ -115,11 +99,11 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             console.print(table)
     if verbose:
         lines = [
-            *failed_checks(summary),
-            *not_converged(summary),
+            *answer.failed_checks(summary),
+            *answer.not_converged(summary),
             *_diverging(summary),
-            governs(summary),
-            *levers(summary),
+            answer.governs(summary),
+            *answer.levers(summary),
             *sharp_edge_lines(summary),
             *_contact(summary),
             *([] if summary.assembly is None else assembly_lines(summary.assembly)),
@@ -127,20 +111,22 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *film_lines(summary),
             *life_lines(summary.life),
             *buckling_lines(summary.buckling),
-            *in_full((*summary.notes, *summary.left_out)),
+            *prose.in_full((*summary.notes, *summary.left_out)),
         ]
-        print_lines(console, [*lines, f"{summary.model.nodes} nodes, {_model(summary)}"])
+        prose.print_lines(console, [*lines, f"{summary.model.nodes} nodes, {_model(summary)}"])
         kinds: dict[str, list[str]] = {}
         for name in summary.files or ():
             kinds.setdefault(Path(name).suffix, []).append(name)
         order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
         files = (f"  {'  '.join(_shortened(kinds[kind]))}" for kind in order)
-        print_paths(console, [f"Written to {near(folder)}/", *files, _next(folder, summary)])
+        prose.print_paths(console, [f"Written to {near(folder)}/", *files, _next(folder, summary)])
         return
-    figures = [_model(summary), counted(summary.notes, summary.left_out)]
+    figures = [_model(summary), prose.counted(summary.notes, summary.left_out)]
     paths = _written(folder, summary, console.width)
-    print_lines(console, [*fitting(statements(summary), figures, paths, console.width), *figures])
-    print_paths(console, paths)
+    prose.print_lines(
+        console, [*prose.fitting(answer.statements(summary), figures, paths, console.width), *figures]
+    )
+    prose.print_paths(console, paths)
 
 
 def _governing(summary: Summary) -> str:
@@ -165,7 +151,7 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
 
 
 def _diverging(summary: Summary) -> list[str]:
-    cases = singular_cases(summary)
+    cases = answer.singular_cases(summary)
     if not cases:
         return []
     stresses = ", ".join(
