@@ -72,8 +72,11 @@ def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
 
     Raises `ValueError`: the lengths differ; `StorageError`: the file could not be written.
     """
-    values = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
-    write_text(path, ",".join(columns) + "\n" + _rows(np.stack(values, axis=1)))
+    every = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
+    values = np.stack(every, axis=1) + 0.0  # without negative zeros; what does not apply, NaN, is blank
+    row = ",".join(["%.7g"] * values.shape[1]) + "\n"
+    rows = (row * len(values) % tuple(values.ravel().tolist())).replace("nan", "")
+    write_text(path, ",".join(columns) + "\n" + rows)
 
 
 def read_columns(path: Path) -> dict[str, Floats]:
@@ -85,9 +88,3 @@ def read_columns(path: Path) -> dict[str, Floats]:
     names = head.split(",")
     values = [[float(cell) if cell else math.nan for cell in row.split(",")] for row in rows]
     return dict(zip(names, np.array(values).reshape(-1, len(names)).T, strict=True))
-
-
-def _rows(values: Floats) -> str:
-    """Rows with seven digits, without negative zeros; values that do not apply (NaN) are blank."""
-    row = ",".join(["%.7g"] * values.shape[1]) + "\n"
-    return (row * len(values) % tuple((values + 0.0).ravel().tolist())).replace("nan", "")

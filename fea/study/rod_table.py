@@ -210,19 +210,18 @@ class RodTable:
 
     def solid(self) -> Rod:
         """Return the dimensions; raises `InvalidValue`: there are none."""
-        if self.dimensions is None:
-            if self.cad is not None:
-                rule = "is an imported solid: it has no dimensions to fit or to export again"
-                remedy = "Use a rod given by dimensions or a preset."
-                raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule, remedy)
-            if self.mesh is not None:
-                rule = "is a mesh: it has no dimensions to fit or to export as a solid"
-                remedy = "Use a rod given by dimensions or a preset."
-                raise InvalidValue("rod.mesh", str(self.mesh.path), rule, remedy)
-            remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
-            rule = "gives no dimensions, so no solid can be made"
-            raise InvalidValue("[rod]", "mass properties only", rule, remedy)
-        return self.dimensions
+        if self.dimensions is not None:
+            return self.dimensions
+        remedy = "Use a rod given by dimensions or a preset."
+        if self.cad is not None:
+            rule = "is an imported solid: it has no dimensions to fit or to export again"
+            raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule, remedy)
+        if self.mesh is not None:
+            rule = "is a mesh: it has no dimensions to fit or to export as a solid"
+            raise InvalidValue("rod.mesh", str(self.mesh.path), rule, remedy)
+        remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
+        rule = "gives no dimensions, so no solid can be made"
+        raise InvalidValue("[rod]", "mass properties only", rule, remedy)
 
     def with_dimensions(self, changes: Mapping[str, object]) -> "RodTable":
         """Return the table with some dimensions changed, by their keys.

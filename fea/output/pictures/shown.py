@@ -165,21 +165,22 @@ def described_by(summary: Summary, vtu: Path, field: str | None = None) -> Pictu
 def _case(summary: Summary, vtu: Path, field: str | None) -> Picture:
     result = summary.results[vtu.stem]
     angle = summary.loads[vtu.stem].crank_deg
-    stress = field in {None, VON_MISES}
     heading = [vtu.stem, _speed(summary), f"crank angle {angle:.1f}°" if angle is not None else ""]
     note = f"smallest safety factor against yielding {result.min_safety_factor:.3g}"
     picture = _picture(summary, vtu, heading, note=note, field=field or VON_MISES)
-    if not stress:
+    if field not in {None, VON_MISES}:
         return picture
-    edges = result.sharp_edges or ()
-    marks = tuple((edge.name, edge.at_mm) for edge in edges)
-    said = tuple(
-        f"sharp edge {edge.name}: structural stress {edge.structural_von_mises_MPa:.4g} MPa"
-        for edge in edges[:1]
-    )
-    picture = replace(picture, marks=marks, notes=(*picture.notes, *said))
+    edges, notes = result.sharp_edges or (), list(picture.notes)
+    if edges:
+        stress = f"structural stress {edges[0].structural_von_mises_MPa:.4g} MPa"
+        notes.append(f"sharp edge {edges[0].name}: {stress}")
     return replace(
-        picture, peak=result.max_von_mises_MPa, at=result.at_mm, error_percent=result.error_percent
+        picture,
+        marks=tuple((edge.name, edge.at_mm) for edge in edges),
+        notes=tuple(notes),
+        peak=result.max_von_mises_MPa,
+        at=result.at_mm,
+        error_percent=result.error_percent,
     )
 
 

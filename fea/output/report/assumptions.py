@@ -1,7 +1,6 @@
 """What a run assumes and what its model leaves out, in words: each is said where it applies to this run."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
@@ -14,27 +13,29 @@ from fea.study.pin_models import FILM, pin_model
 from loads.bearing import Arc, BorePressure, Shape
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}
+_CLAMPED = (
+    "The bore of the big end is clamped, which replaces the crank pin. Stresses at the border of the clamped "
+    "surface are singular and not judged."
+)
+_RELIEVED = (
+    "Nothing is clamped (inertia relief): the loads of each case balance exactly, and displacements are given "
+    "relative to the line between the bores' centres."
+)
 
 
-class Statement(NamedTuple):
-    """A heading and what is said under it."""
-
-    title: str
-    text: str
-
-
-def assumptions(run: Run) -> list[Statement]:
-    """Return what the run assumes."""
-    found = [
-        Statement("Material", _material(run)),
-        Statement("Loads", _loads(run)),
-        Statement("Pins and bores", _pins(run)),
-        Statement("Joint and fits", _assembled(run)),
-        Statement("Support", _support(run)),
-        Statement("Model", _model(run)),
-        Statement("Strength", _strength(run)),
-    ]
-    return [statement for statement in found if statement.text]
+def assumptions(run: Run) -> dict[str, str]:
+    """Return what the run assumes, by headings."""
+    clamped = run.study.analysis.support is Support.CLAMPED
+    said = {
+        "Material": _material(run),
+        "Loads": _loads(run),
+        "Pins and bores": _pins(run),
+        "Joint and fits": _assembled(run),
+        "Support": _CLAMPED if clamped else _RELIEVED,
+        "Model": _model(run),
+        "Strength": _strength(run),
+    }
+    return {title: text for title, text in said.items() if text}
 
 
 def _material(run: Run) -> str:
@@ -121,18 +122,6 @@ def _assembled(run: Run) -> str:
         f"({friction:g} in the joint), open and slip; each bolt is a spring between its seats with "
         f"a preload of {figure(preload)} kN, and a beam whose ends follow them. Temperature "
         f"{figure(found.temperature_C)} °C."
-    )
-
-
-def _support(run: Run) -> str:
-    if run.study.analysis.support is Support.CLAMPED:
-        return (
-            "The bore of the big end is clamped, which replaces the crank pin. Stresses at the border of the "
-            "clamped surface are singular and not judged."
-        )
-    return (
-        "Nothing is clamped (inertia relief): the loads of each case balance exactly, and displacements are "
-        "given relative to the line between the bores' centres."
     )
 
 
