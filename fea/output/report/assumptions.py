@@ -18,8 +18,8 @@ _CLAMPED = (
     "surface are singular and not judged."
 )
 _RELIEVED = (
-    "Nothing is clamped (inertia relief): the loads of each case balance exactly, and displacements are given "
-    "relative to the line between the bores' centres."
+    "Nothing is clamped (inertia relief): the loads of each case balance exactly, and displacements are "
+    "given relative to the line between the bores' centres."
 )
 
 
