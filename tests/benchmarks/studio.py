@@ -41,6 +41,23 @@ DRAG = """(async (key, seconds) => {
   return { events: each(events), frames: each(frames), grey: each(grey), pictures: each(pictures) };
 })"""
 
+# What a picture costs the page, ms: new places and colours in buffers, and drawing, until its pixels are there.
+COST = """(() => {
+  const { stage } = feaStudio, { painter } = stage, timed = (act) => {
+    const begin = performance.now();
+    for (let k = 0; k < 10; k++) act();
+    return Math.round(performance.now() - begin) / 10;
+  };
+  const shown = { field: stage.field, scale: 1, mesh: false, ink: [0, 0, 0] }, pixel = new Uint8Array(4);
+  return {
+    buffers: timed(() => (painter.move(stage.moved), painter.colour(stage.values))),
+    drawing: timed(() => {
+      painter.draw(stage.camera, shown);
+      painter.gl.readPixels(0, 0, 1, 1, painter.gl.RGBA, painter.gl.UNSIGNED_BYTE, pixel);
+    }),
+  };
+})()"""
+
 
 def processor(pid):
     """Processor time of a process, s."""
@@ -91,7 +108,7 @@ def main():
             shown.run(f"document.getElementById('variant-name').value = '{name}'")
             shown.run("document.querySelector('#keep button').click()")
 
-        shown.open(studio.address, 1400, 950)
+        shown.open(studio.address, 1400, 1130)
         wait("feaStudio.shown?.figures")
         said("first picture", began)
         rest("first design")
@@ -107,8 +124,9 @@ def main():
         shown.run(f"feaStudio.sliders.items.get('{KEY}').range.value = 5.4")
         shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new Event('change'))")
         rest("another design")
-        keep("web of 5.4 mm")
+        print("a picture, ms:", shown.run(COST))
         if options.target:
+            shown.run(f"document.getElementById('in-{KEY}').scrollIntoView({{ block: 'center' }})")
             shown.run("scrollTo(0, 0)")
             shown.screenshot(options.target / "studio.png")
 
