@@ -41,7 +41,7 @@ DRAG = """(async (key, seconds) => {
   return { events: each(events), frames: each(frames), grey: each(grey), pictures: each(pictures) };
 })"""
 
-# What a picture costs the page, ms: new places and colours in buffers, and drawing, until its pixels are there.
+# What a picture costs the page, ms: new places and colours in buffers, and drawing until it is there.
 COST = """(() => {
   const { stage } = feaStudio, { painter } = stage, timed = (act) => {
     const begin = performance.now();
