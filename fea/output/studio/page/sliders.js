@@ -62,7 +62,8 @@ class Sliders {
     item.why = element("p", { class: "why", id: `${id}-why`, hidden: "" });
     item.marks = element("div", { class: "marks", "aria-hidden": "true" });
     const track = element("div", { class: "track" }, item.marks, item.range);
-    item.row = element("div", { class: "row", title: item.help ?? "" }, element("label", { for: id }, item.label),
+    const help = item.rest_only ? "counts where the pins are in contact: in the converged answer" : item.help ?? "";
+    item.row = element("div", { class: "row", title: help }, element("label", { for: id }, item.label),
       element("span", { class: "number" }, item.number, element("span", { class: "unit" }, item.unit)), track, item.why);
     const take = (value, rests) => {
       const within = this.within(item, value);
