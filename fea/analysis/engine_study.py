@@ -1,12 +1,15 @@
 """The commented study of an engine of the library, with a parametric rod of the engine's length."""
 
 from pathlib import Path
+from typing import Any
 
 from fea.analysis.rod_report import fitted
 from fea.study.documents import template
 from fea.study.presets import EnginePreset, Figure, engine_preset
+from fea.study.rod_kinds import rod_of_kind
 from fea.study.study import parse_study
 from fea.study.tables import toml_text
+from geometry.dimensions import dimensions, key
 
 _MATERIAL = """[material]
 preset = "forged-steel-2005"  # not published for this engine: assumed
@@ -18,16 +21,17 @@ _FREE = ("big_end_ring_mm", "small_end_ring_mm", "shank_width_mm")
 _COMMENT = 27  # the column where comments begin
 
 
-def engine_study(name: str) -> str:
+def engine_study(name: str, kind: str | None = None, **given: Any) -> str:
     """Return a study of an engine of the library as TOML that runs as it is, with the source of every figure.
 
     The rod has the length of the engine's own. Its other dimensions follow in usual proportions from its
-    bores, and are fitted to what is published of its mass.
+    bores, and are fitted to what is published of its mass; or they are those of a `kind` of rod, with a cap,
+    whose length, bores, mm, and thread may be `given` as for `fea.study.rod_kinds.rod_of_kind`.
 
     Raises
     ------
     InvalidValue
-        There is no engine of that name.
+        There is no engine or no kind of that name, or a dimension breaks a rule.
     """
     preset, text = engine_preset(name, "--engine"), template()
     head = text[: text.index("\n\n")]
@@ -36,7 +40,8 @@ def engine_study(name: str) -> str:
     title = f"{head}\n\n# {preset.title}\n# Sources, by the names that stand beside the figures:\n{cited}"
     speed = f"[speed]\n{_line('rpm', preset.redline, 'redline, ')}\n"
     rest = text[text.index("[mesh]\n") :]
-    return "\n".join((title, _rod(preset), _MATERIAL, _engine(preset), speed, rest))
+    rod = [_rod(preset), _MATERIAL] if kind is None else [_of_kind(preset, kind, given)]
+    return "\n".join((title, *rod, _engine(preset), speed, rest))
 
 
 def _rod(preset: EnginePreset) -> str:
@@ -56,6 +61,21 @@ def _rod(preset: EnginePreset) -> str:
     }
     said = f"# These are published as well; {found.text()} with the dimensions below, which are assumed:\n"
     return f"[rod]\n{bores}{said}{goals}{toml_text(rest)}"
+
+
+def _of_kind(preset: EnginePreset, kind: str, given: dict[str, Any]) -> str:
+    """Return the rod of a kind, its material and its bolts."""
+    own = {name.removesuffix("_mm"): float(preset.rod[name].value) for name in _BORES}
+    made = rod_of_kind(kind, **own | {name: value for name, value in given.items() if value is not None})
+    kept = {key(name): float(f"{getattr(made.rod, name):.6g}") for name in dimensions()}
+    rows = {name: value for name, value in kept.items() if value} | {"shank_section": made.rod.shank_section}
+    return (
+        f"# {made.title}; dimensions in this program's proportions of the kind, not a maker's.\n"
+        f"[rod]\n{toml_text(rows)}\n"
+        f'[material]\npreset = "{made.material}"\n\n'
+        f'[assembly]\nbolt_thread = "{made.thread.name}"\nbolt_grade = "{made.grade}"\n'
+        f"bolt_engaged_mm = {1.25 * made.thread.diameter:.4g}\n"
+    )
 
 
 def _engine(preset: EnginePreset) -> str:

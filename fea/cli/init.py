@@ -7,10 +7,19 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cli.options import Json, print_json
-from geometry.errors import InvalidValue, require
+from geometry.errors import InvalidValue, require, require_positive
 
 
-def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
+def init(
+    file: Path = Path("study.toml"),
+    *,
+    engine: str | None = None,
+    kind: str | None = None,
+    length: str | None = None,
+    big_end_bore: str | None = None,
+    small_end_bore: str | None = None,
+    thread: str | None = None,
+) -> None:
     """Write a study file with comments, ready to edit.
 
     Parameters
@@ -19,6 +28,16 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
         The file to write (.toml); an existing file is never overwritten.
     engine
         Write the study of an engine of the library: toyota-2jz, jeep-4.0, …; any other name lists all.
+    kind
+        Give the engine a rod of this kind, with cap and bolts: h-beam or i-beam.
+    length
+        Distance of the bores of that rod, mm or with a unit; by default as in the engine, like the bores.
+    big_end_bore
+        Diameter, without shells.
+    small_end_bore
+        Diameter, of the bushing.
+    thread
+        Of its bolts: 3/8-24 UNF, M9x1, …
     """
     from fea.study.documents import template
 
@@ -26,11 +45,16 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
     if not file.suffix:
         file = file.with_suffix(".toml")
     if engine is None:
+        require(kind is None, "--kind", kind, "needs an engine", "Add --engine NAME.")
         text = template()
     else:
         from fea.analysis.engine_study import engine_study
 
-        text = engine_study(engine)
+        lengths = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
+        given = {name: _millimetres(name, text) for name, text in lengths.items() if text}
+        rule, remedy = "is missing, and length, bores and thread belong to it", "Add --kind h-beam."
+        require(kind is not None or not (given or thread), "--kind", None, rule, remedy)
+        text = engine_study(engine, kind, **given, thread=thread)
     try:
         with file.open("x", encoding="utf-8") as out:
             out.write(text)
@@ -45,6 +69,17 @@ def init(file: Path = Path("study.toml"), *, engine: str | None = None) -> None:
     console.print(f"Wrote {file}. Edit it, then run: fea run {file}", markup=False)
     if schema := _schema_beside(file):
         console.print(f"Wrote {schema}, from which editors complete and check the keys.", markup=False)
+
+
+def _millimetres(name: str, text: str) -> float:
+    """Read a length with or without its unit."""
+    from fea.study.quantities import quantity
+
+    flag = f"--{name.replace('_', '-')}"
+    try:
+        return require_positive(flag, float(text))
+    except ValueError:
+        return require_positive(flag, quantity(flag, text, "mm"))
 
 
 def _schema_beside(study: Path) -> Path | None:

@@ -34,10 +34,14 @@ class Bolt:
 
 @dataclass(frozen=True)
 class Load:
-    """Nodal forces (n_nodes, 3), and the force on each bolt beside that of its spring, N."""
+    """Nodal forces (n_nodes, 3), and the force on each bolt beside that of its spring, N.
+
+    `warmer`: by how much the materials that expand are warmer, K.
+    """
 
     forces: np.ndarray
     tension: tuple = ()
+    warmer: float = 0.0
 
 
 @dataclass
@@ -61,6 +65,7 @@ def solve(  # noqa: PLR0917
     stiffness=STIFFNESS,
     lines=(),
     pressed="SURFACE TO SURFACE",
+    ties=(),
 ):
     """Solve the loads one after another, as steps of one deck in `folder`.
 
@@ -69,7 +74,9 @@ def solve(  # noqa: PLR0917
     mesh
         `TetMesh` of second order; `part` numbers the parts.
     moduli
-        (E, ν) of each part.
+        (E, ν) of each part, and its expansion along x, 1/K, where it has one.
+    ties
+        Pairs of surfaces that are joined: that which follows, and that which leads.
     held
         (n_nodes, 3) fixed degrees of freedom.
     stiffness
@@ -91,6 +98,12 @@ def solve(  # noqa: PLR0917
             f"*CONTACT PAIR, INTERACTION=I{number}, TYPE={pressed}",
             f"{pair.follows.upper()}_FACES,{pair.leads.upper()}_FACES",
         ]
+    for number, (follows, leads) in enumerate(ties):
+        text += [
+            f"*TIE, NAME=T{number}, POSITION TOLERANCE=0.5",
+            f"{follows.upper()}_FACES,{leads.upper()}_FACES",
+        ]
+    text += ["*INITIAL CONDITIONS, TYPE=TEMPERATURE", "NALL,0."]
     text += ["*BOUNDARY", *(f"{node + 1},{axis + 1},{axis + 1}" for node, axis in np.argwhere(held).tolist())]
     for load in loads:
         text += _step(load, first)
@@ -111,10 +124,11 @@ def solve(  # noqa: PLR0917
 
 
 def _materials(mesh, moduli):
-    for number, (E, nu) in enumerate(moduli):
+    for number, (E, nu, *expansion) in enumerate(moduli):
         yield f"*ELSET, ELSET=PART{number}"
         yield from _rows((np.flatnonzero(mesh.part == number) + 1).tolist())
         yield from (f"*MATERIAL, NAME=M{number}", "*ELASTIC", f"{E:.12g},{nu:.12g}")
+        yield from ("*EXPANSION, TYPE=ORTHO", f"{expansion[0] if expansion else 0.0:.12g},0.,0.")
         yield f"*SOLID SECTION, ELSET=PART{number}, MATERIAL=M{number}"
 
 
@@ -139,6 +153,7 @@ def _step(load, first):
         np.abs(load.forces) > 1e-12 * np.abs(load.forces).max(initial=0.0)
     ).tolist():
         yield f"{node + 1},{axis + 1},{load.forces[node, axis]:.12e}"
+    yield from ("*TEMPERATURE", f"NALL,{load.warmer:.12e}")
     for number, tension in enumerate(load.tension):
         yield f"{first + number},1,{tension:.12e}"
     yield from (
