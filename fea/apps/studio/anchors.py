@@ -22,23 +22,26 @@ from fea.analysis.speed import SpeedResult
 from fea.apps.studio.frame import LARGEST_OF_CASES, CaseFigures, Factor, Figures, Singles
 from fea.base.material import Material
 from fea.base.units import DEG, KG
+from fea.judge.case_result import CaseResult
 from fea.judge.column import Plane, column
+from fea.judge.fatigue_fields import usage
 from fea.judge.history import FROM_TENSOR, signed_equivalent
 from fea.output.report.surface import Surface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
 from fea.rod.place_names import place_name
+from fea.rod.surface_regions import SurfaceRegions
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, vector
-from geometry.mass import MassProperties
+from geometry.mass import MassProperties, Tensor
 from geometry.section import Section
-from loads.instants import Instants
+from loads.instants import Instants, joined
 
 # A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
 UNIT, _REACH = 0.15, 2.5
 # Standard deviations of the interpolation that are shown as its error: see tests/benchmarks/studio.py.
 GAP = 3.0
-VAGUE = 0.05  # share of the stress beyond which nothing is shown
+VAGUE = 0.02  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
 # of that against fatigue.
 _INSIDE, _TIRED = 0.6, 0.75
@@ -46,6 +49,10 @@ _INSIDE, _TIRED = 0.6, 0.75
 SUPERPOSED = 5e-4
 _EVERY = 2 * DEG  # crank angles at which fatigue is looked at
 SAME = 1e-9
+_MOST = 24  # anchors that are kept, of some 10 MB each
+# Crank angle, rad, between load cases of one name that are different peaks of the cycle.
+_TURN = 10 * DEG
+Angles = Mapping[str, float]  # crank angle, rad, by load case
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,7 @@ class Anchor:
     loads: UnitLoads | None  #: None where forces are given, which do not change
     solved: tuple[object, ...]  #: the `Loaded.key` for which its load cases are solved
     deviators: Mapping[str, Singles]  #: (n_rows, 5) of each of these; empty where there are several parts
+    angles: Angles  #: their crank angles
     errors: Mapping[str, Singles]  #: (n_rows,) of each, relative to the stress
     column: tuple[tuple[Section, ...], Section]
 
@@ -88,19 +96,32 @@ class Anchor:
         """Errors (n_rows,) of a load case over its stress; of one that was not solved, those of another."""
         return self.errors.get(name, next(iter(self.errors.values())))
 
-    def cases(self, loaded: Loaded) -> Instants:
-        """The load cases."""
-        return self.loading(loaded.study).at(self.mass, loaded.rpm).cases
+    def cases(self, loaded: Loaded, angles: Angles | None = None) -> Instants:
+        """The load cases; those at other crank angles than these (rad, by name) are taken there instead."""
+        loading = self.loading(loaded.study)
+        cases = loading.at(self.mass, loaded.rpm).cases
+        if not isinstance(loading, EngineLoading) or loaded.rpm is None or angles is None:
+            return cases
+        cycle = loading.crank_cycle(self.mass, loaded.rpm)
+        return joined(
+            [
+                cycle.at(np.array([angles[case.name]]))[0].named(case.name) if _apart(case, angles) else case
+                for case in cases
+            ]
+        )
 
     def stress(self, loaded: Loaded, cases: Instants) -> Singles:
         """Deviators (n_rows, 5, n_cases) of load cases, as they were solved or superposed."""
-        if loaded.key == self.solved and self.deviators:
-            return np.stack([self.deviators[str(name)] for name in cases.names], axis=-1)
-        return self._superposed(cases)
-
-    def _superposed(self, cases: Instants) -> Singles:
-        weights = self._unit_loads.weights(cases)
-        return np.concatenate([part.every(weights)[:, :5] for part in self.parts]).astype(np.float32)
+        same = loaded.key == self.solved
+        solved = [same and case.name in self.deviators and not _apart(case, self.angles) for case in cases]
+        own = [
+            self.deviators[case.name] if there else None for case, there in zip(cases, solved, strict=True)
+        ]
+        if not all(solved):
+            weights = self._unit_loads.weights(cases)
+            every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
+            own = [every[..., number] if one is None else one for number, one in enumerate(own)]
+        return np.stack([one for one in own if one is not None], axis=-1).astype(np.float32)
 
     @property
     def _unit_loads(self) -> UnitLoads:
@@ -166,7 +187,15 @@ class Followed:
         self.places = np.searchsorted(self.nodes, whole.source[at]), whole.sign[at].astype(np.float32)
         self.row_places = np.searchsorted(self.nodes, node), whole.sign[self.whole]
         self.name = cache(partial(place_name, rod.mesh))
-        self.tired: Ints = np.arange(len(node))
+        tired = self._tired(rod, cases)[self.whole]
+        self.tired = np.flatnonzero(tired >= _TIRED * tired[self.counts].max())
+
+    @staticmethod
+    def _tired(rod: PreparedRod, cases: tuple[CaseResult, ...]) -> Floats:
+        """What the load cases tell of the utilisation (n_nodes,) against fatigue; else the stress."""
+        regions = SurfaceRegions.of(rod.mesh.whole, rod.mesh.bores)
+        found = usage(cases, rod.mesh.whole, rod.materials, regions, rod.options.fatigue)
+        return np.max([case.von_mises for case in cases], axis=0) if found is None else found[0]
 
     def anchor(self, x: Floats, loaded: Loaded, rod: PreparedRod, result: SpeedResult) -> Anchor:
         """Keep what is followed of a rod that is solved."""
@@ -189,6 +218,7 @@ class Followed:
             loads=None,
             solved=loaded.key,
             deviators=deviators if len(self.parts) == 1 else {},
+            angles=_angles(joined([case.load for case in cases.values()])),
             errors=errors,
             column=shank(rod.study.rod.dimensions, whole, rod.mesh.bores),
         )
@@ -210,6 +240,16 @@ class Followed:
         return replace(anchor, parts=rows, loads=analysis.loads)
 
 
+def _angles(cases: Instants) -> Angles:
+    return {case.name: float(case.crank_angle) for case in cases}
+
+
+def _apart(case: Instants, angles: Angles) -> bool:
+    """Whether a load case is at another crank angle; that of the gas alone is at rest."""
+    angle = float(case.crank_angle)
+    return bool(case.in_cycle) and bool(abs(angle - angles.get(case.name, angle)) > _TURN)
+
+
 def _loading(length: float, study: Study) -> Loading:
     return EngineLoading.of(study.require_engine(), length)
 
@@ -220,12 +260,13 @@ class Anchors:
     def __init__(self, followed: Followed, elastic: tuple[object, ...]) -> None:
         self.followed, self.elastic = followed, elastic
         self.every: list[Anchor] = []
-        self._known: dict[object, _Stack] = {}
+        self._known: dict[object, list[_Stack]] = {}
 
     def add(self, anchor: Anchor) -> None:
-        """Add an anchor, or replace that of the same design."""
-        self.every = [one for one in self.every if np.abs(one.x - anchor.x).max(initial=0.0) > SAME]
-        self.every.append(anchor)
+        """Add an anchor, or replace that of the same design; of many, those near it are kept."""
+        others = [one for one in self.every if np.abs(one.x - anchor.x).max(initial=0.0) > SAME]
+        others.sort(key=lambda one: float(np.abs(one.x - anchor.x).max()))
+        self.every = [anchor, *others][:_MOST]
         self._known.clear()
 
     def has(self, x: Floats) -> bool:
@@ -253,27 +294,53 @@ class Anchors:
         which = same or self.every
         key = (loaded.key, loaded.materials, len(which), id(which[0]))
         if key not in self._known:
-            self._known = {key: _Stack(which, loaded, self.followed)}
-        return Between(self._known[key], self.followed, loaded, x)
+            self._known = {key: [_Stack(which, loaded, self.followed)]}
+        stacks = self._known[key]
+        stack = stacks[0]
+        if stack.ambiguous:
+            cases = stack.cases(x)
+            for stack in stacks:
+                if not any(_apart(case, stack.angles) for case in cases):
+                    break
+            else:
+                stack = _Stack(which, loaded, self.followed, _angles(cases))
+                stacks.append(stack)
+        return Between(stack, self.followed, loaded, x)
 
 
 class _Stack:
     """The fields of some anchors under one load, (n_anchors, …) each."""
 
-    def __init__(self, anchors: list[Anchor], loaded: Loaded, followed: Followed) -> None:
+    def __init__(
+        self, anchors: list[Anchor], loaded: Loaded, followed: Followed, angles: Angles | None = None
+    ) -> None:
         self.anchors, self.loaded, self._followed = anchors, loaded, followed
-        cases = [one.cases(loaded) for one in anchors]
-        self.names = [str(name) for name in cases[0].names if all(name in other.names for other in cases)]
-        some = [one[np.isin(one.names, self.names)] for one in cases]
-        self.stress = np.stack([one.stress(loaded, own) for one, own in zip(anchors, some, strict=True)])
+        own = [one.cases(loaded) for one in anchors]
+        self.angles = _angles(own[0]) if angles is None else angles
+        #: Whether the peak of a load case is at another crank angle in some designs than in others
+        self.ambiguous = any(_apart(case, self.angles) for cases in own for case in cases)
+        cases = [one.cases(loaded, self.angles) for one in anchors] if self.ambiguous else own
+        self.names = [case.name for case in cases[0] if all(case.name in other.names for other in cases)]
+        some = [each[np.isin(each.names, self.names)] for each in cases]
+        self.stress = np.stack([one.stress(loaded, each) for one, each in zip(anchors, some, strict=True)])
         relative = [np.stack([one.relative_error(name) for name in self.names], -1) for one in anchors]
         self.error = np.stack(relative) * np.sqrt(np.einsum("ankc,ankc->anc", self.stress, self.stress))
         self.points = np.stack([one.points for one in anchors])
-        self.buckles = np.stack([one.buckles(loaded, own) for one, own in zip(anchors, some, strict=True)])
+        self.buckles = np.stack([one.buckles(loaded, each) for one, each in zip(anchors, own, strict=True)])
         self.mass = np.array([one.mass.mass for one in anchors])
         direct = all(one.deviators and loaded.key == one.solved for one in anchors)
         self.superposed = 0.0 if direct else SUPERPOSED
         self._x = np.array([one.x for one in anchors])
+
+    def cases(self, x: Floats) -> Instants:
+        """Load cases at scaled dimensions, whose mass properties are interpolated."""
+        weights, _ = self.weights(x)
+        near = self.anchors[int(np.abs(weights).argmax())]
+        masses = [one.mass for one in self.anchors]
+        center = weights @ np.array([mass.center for mass in masses])
+        inertia = np.tensordot(weights, np.array([mass.inertia for mass in masses]), 1)
+        mass = MassProperties(float(weights @ self.mass), vector(center), _tensor(inertia))
+        return replace(near, mass=mass).cases(self.loaded)
 
     @cached_property
     def tired(self) -> Floats | None:
@@ -312,6 +379,11 @@ class _Stack:
         left = own @ self.stress[:, row, :, case]
         spread = np.maximum(np.diag(own), 1e-12)
         return float(np.sqrt(((left**2).sum(axis=1) / spread).mean()))
+
+
+def _tensor(rows: Floats) -> Tensor:
+    first, second, third = (vector(row) for row in rows)
+    return first, second, third
 
 
 def _covariance(one: Floats, other: Floats) -> Floats:

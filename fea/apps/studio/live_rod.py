@@ -23,6 +23,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
 from fea.study.pin_models import PRESCRIBED
+from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
 
@@ -31,6 +32,7 @@ Design = Mapping[str, float]
 _INNER = (0.146, 0.854)
 # An interpolation whose estimated error is below this is good enough.
 _ENOUGH_PERCENT = 0.1
+_KEPT = 4  # moved meshes
 _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
 
@@ -71,6 +73,7 @@ class LiveRod:
         self.base_design = {each.name: each.value for each in self.dimensions}
         self.base = -1
         self._last: tuple[Operation, Loaded] | None = None
+        self._meshes: deque[tuple[RodTable, MeshedRod | None]] = deque()
         self._unreached: dict[str, tuple[float, float]] = {}
         self._meshed(self.base_design, self.operation)
 
@@ -201,13 +204,19 @@ class LiveRod:
 
     def _moved(self, study: Study) -> MeshedRod | None:
         """The mesh moved to a study's rod; None where it cannot follow."""
-        return self._mesh if study.rod == self._of else self._moving.mesh(study)
+        for rod, mesh in self._meshes:
+            if rod == study.rod:
+                return mesh
+        mesh = self._moving.mesh(study)
+        self._meshes.append((study.rod, mesh))
+        return mesh
 
     def _meshed(self, design: Design, operation: Operation) -> None:
         """Make the mesh that others are moved from."""
         study = self.study_at(design, operation)
         adapted = adapt_mesh(study, (operation.rpm,), Clock(), movable=bool(self.dimensions))
-        self._mesh, self._of = adapted.rod.mesh, study.rod
+        self._mesh = adapted.rod.mesh
+        self._meshes = deque([(study.rod, self._mesh)], maxlen=_KEPT)
         self.surface = Surface.of(self._mesh.whole)
         self.base += 1
         self._last = None

@@ -1,0 +1,188 @@
+"""A rod under one's hands, on coarse meshes: what is solved is what a run finds, the rest is close to it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cad_files import cad_file
+
+from fea import load_study
+from fea.analysis.adapt import Adapted
+from fea.analysis.prepare import prepare
+from fea.analysis.result import run_result
+from fea.apps.studio.frame import Label
+from fea.apps.studio.live_rod import LiveRod, fresh
+from fea.apps.studio.operation import Operation, applied
+from fea.rod.discretise import moved
+from geometry.errors import InvalidValue
+
+WEB = "web_thickness_mm"
+
+
+def coarse(name="leon-2001", size=24.0):
+    study = load_study(name)
+    return replace(study, mesh=replace(study.mesh, size_mm=size))
+
+
+@pytest.fixture(scope="module")
+def touched():
+    """León's rod, whose web has been touched."""
+    rod = LiveRod(coarse())
+    assert rod.frame({}, rod.operation).figures.yielding.gap_percent == 0
+    assert rod.frame({WEB: 5.1}, rod.operation).figures is None  # nothing is extrapolated
+    shares = list(rod.touch(WEB, {}, rod.operation))
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    return rod
+
+
+def last(frames):
+    *_, frame = frames
+    return frame
+
+
+def test_resting_figures_are_those_of_a_run_on_the_same_mesh(touched):
+    design, operation = {WEB: 5.2}, touched.operation.changed({"rpm": 5400.0})
+    first, frame = touched.exact(design, operation)
+    assert first.figures.fatigue is None
+    assert first.label is frame.label is Label.EXACT
+    study = touched.study_at(design, operation)
+    study = replace(study, analysis=replace(study.analysis, cycle=True))
+    rod = prepare(study, mesh=moved(touched._mesh, study.rod))
+    adapted = Adapted(rod)
+    summary = run_result(study, adapted, adapted.at(5400.0)).summary
+    found = {case.name: case for case in frame.figures.cases}
+    assert found.keys() == summary.results.keys()
+    near = {"rel": 1e-9}
+    for name, case in summary.results.items():
+        assert found[name].peak_MPa == pytest.approx(case.max_von_mises_MPa, **near)
+        assert found[name].safety_factor == pytest.approx(case.min_safety_factor, **near)
+        assert found[name].bar_percent == pytest.approx(case.error_percent, **near)
+        assert found[name].where == case.weakest.where
+    figures, cycle = frame.figures, summary.envelope
+    assert figures.yielding.factor == pytest.approx(cycle.min_safety_factor, **near)
+    assert figures.yielding.at_mm == pytest.approx(cycle.at_mm, abs=1e-9)
+    assert figures.fatigue.factor == pytest.approx(cycle.min_fatigue_safety_factor, **near)
+    assert figures.buckling.factor == pytest.approx(summary.buckling.min_safety_factor, **near)
+    assert figures.mass_kg == pytest.approx(summary.rod.mass_kg, **near)
+    assert figures.checks.keys() == summary.checks.keys()
+    assert figures.trusted
+    assert frame.values.max() == pytest.approx(
+        max(case.von_mises.max() for case in adapted.at(5400.0).cases.values())
+    )
+    assert frame.points.shape == (len(frame.values), 3)
+    assert touched.triangles.max() == len(frame.values) - 1
+
+
+def test_between_anchors_the_gap_bounds_the_error(touched):
+    for web in (4.4, 4.83, 5.15, 5.6):
+        shown = touched.frame({WEB: web}, touched.operation)
+        solved = next(touched.exact({WEB: web}, touched.operation)).figures
+        for one, other in zip(shown.figures.cases, solved.cases, strict=True):
+            assert abs(one.safety_factor / other.safety_factor - 1) <= one.gap_percent / 100 + 1e-6, (
+                web,
+                one,
+            )
+            assert one.bar_percent - one.gap_percent == pytest.approx(other.bar_percent, rel=0.05)
+            assert one.at_mm == pytest.approx(other.at_mm, abs=0.1)
+        assert 0 < shown.figures.yielding.gap_percent < 0.5
+        assert shown.label is Label.INTERPOLATED
+        assert shown.figures.checks is None
+        assert shown.figures.governing == solved.governing
+        assert shown.figures.mass_kg == pytest.approx(solved.mass_kg, rel=1e-4)
+        assert shown.figures.buckling.factor == pytest.approx(solved.buckling.factor, rel=1e-3)
+    assert touched.frame({WEB: 6.3}, touched.operation).figures is None
+    ranges = touched.ranges({})
+    assert (ranges[WEB].covered_low, ranges[WEB].covered_high) == pytest.approx((4.25, 5.75))
+    assert ranges["length_mm"].covered_low is None
+
+
+def test_speed_charge_masses_and_strengths_follow_at_once(touched):
+    before = touched.operation
+    operation = before.changed({"rpm": 5000.0, "gas_scale": 1.2, "piston_mass_kg": 1.1, "E_GPa": 190.0})
+    shown = touched.frame({}, operation).figures
+    solved = last(touched.exact({}, operation)).figures
+    for one, other in zip(shown.cases, solved.cases, strict=True):
+        assert one.peak_MPa == pytest.approx(other.peak_MPa, rel=1e-3)
+        assert abs(one.peak_MPa / other.peak_MPa - 1) <= one.gap_percent / 100
+    assert shown.fatigue.factor == pytest.approx(solved.fatigue.factor, rel=2e-3)
+    assert shown.buckling.factor == pytest.approx(solved.buckling.factor, rel=1e-6)
+    stronger = touched.frame({}, before.changed({"yield_MPa": 700.0})).figures
+    usual = touched.frame({}, before).figures
+    assert stronger.yielding.factor == pytest.approx(usual.yielding.factor * 700 / 620.4, rel=1e-3)
+    assert stronger.yielding.where == usual.yielding.where
+    assert touched.frame({}, before.changed({"nu": 0.3})).figures is None  # its stresses are others
+
+
+def test_a_rod_beyond_the_moved_mesh_gets_a_mesh_of_its_own():
+    rod = LiveRod(coarse(size=30.0))
+    design = {"length_mm": 175.0}
+    frame = next(rod.exact(design, rod.operation))
+    assert (frame.new_mesh, frame.base, rod.base) == (True, 1, 1)
+    assert rod.triangles.max() == len(frame.points) - 1
+    assert frame.points[:, 0].max() > 175.0
+    assert rod.frame(design, rod.operation).figures.yielding.factor == pytest.approx(
+        frame.figures.yielding.factor
+    )
+
+
+def test_ranges_end_where_a_rule_says_and_rods_within_can_be_drawn(touched):
+    ranges = touched.ranges({})
+    assert set(ranges) == {each.name for each in touched.dimensions}
+    floor = ranges["pocket_floor_radius_mm"]
+    assert "0.9 of the pocket's corner radius" in floor.high_reason
+    assert floor.high == pytest.approx(2.16, abs=0.01)
+    assert (floor.low, floor.low_reason) == (1.0, "")
+    for name, own in ranges.items():
+        for value in (own.low, own.high):
+            touched.study.with_rod(**{name: value})
+
+
+def test_peaks_of_a_case_at_two_crank_angles_are_not_mixed():
+    """The largest bending of Molina's rod changes sides with its mass, and its stress by a fifth."""
+    rod = LiveRod(coarse("molina-2024"))
+    ring = rod.base_design["big_end_ring_mm"]
+    list(rod.touch("big_end_ring_mm", {}, rod.operation))
+    for share in (0.92, 1.08):
+        design = {"big_end_ring_mm": share * ring}
+        shown = rod.frame(design, rod.operation).figures
+        solved = next(rod.exact(design, rod.operation)).figures
+        one, other = (next(case for case in each.cases if case.name == "bending") for each in (shown, solved))
+        assert one.peak_MPa == pytest.approx(other.peak_MPa, rel=0.02)
+
+
+def test_operation_is_told_and_read_as_plain_values():
+    operation = Operation.of(coarse())
+    assert Operation.of(coarse()).changed(operation.values) == operation
+    other = operation.changed({"rpm": 7000.0, "surface": "ground", "yield_MPa": 700.0})
+    assert operation.changed(other.values) == other
+    titanium = operation.changed({**operation.values, "material": "Ti-6Al-4V"})
+    assert titanium.values["density_kg_m3"] == 4430.0
+    assert applied(coarse(), {WEB: 5.3}, titanium).material.material().density == pytest.approx(4.43e-9)
+    for wrong in ({"rpm": -1.0}, {"rpm": "fast"}, {"colour": 1.0}, {"surface": "licked"}, {"nu": 0.7}):
+        with pytest.raises(InvalidValue):
+            operation.changed(wrong)
+
+
+def test_a_rod_from_a_file_keeps_its_shape_and_follows_its_operation(tmp_path):
+    study = coarse(size=30.0)
+    path = tmp_path / "rod.step"
+    path.write_bytes(cad_file(study.rod.dimensions, "step"))
+    study = replace(study, rod=load_study(path).rod)
+    rod = LiveRod(study)
+    assert rod.dimensions == ()
+    assert rod.ranges({}) == {}
+    shown = rod.frame({}, rod.operation.changed({"rpm": 5000.0})).figures
+    solved = next(rod.exact({}, rod.operation.changed({"rpm": 5000.0}))).figures
+    assert shown.yielding.factor == pytest.approx(solved.yielding.factor, rel=1e-3)
+
+
+def test_a_new_mesh_is_that_of_a_run_with_its_pins():
+    study = coarse(size=30.0)
+    study = replace(study, analysis=replace(study.analysis, pressure="bonded"))
+    frame = fresh(study)
+    assert frame.label is Label.CONVERGED
+    assert frame.pins == "bonded"
+    assert frame.figures.fatigue.factor > 0
+    assert frame.triangles.max() == len(frame.points) - 1
+    assert np.isfinite(frame.values).all()

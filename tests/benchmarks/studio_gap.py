@@ -1,0 +1,181 @@
+"""What `fea studio` shows while one drags against what is solved there, and what its answers cost.
+
+    python tests/benchmarks/studio.py gap [--rods 50] [--size 14] [--only STUDY ...]
+    python tests/benchmarks/studio.py cost [STUDY]
+
+`gap`: up to seven dimensions of each study are touched, as on the page; then rods between the anchors, in up
+to seven dimensions at once within ±10 %, are interpolated and solved on the same moved mesh. The error is
+that of the smallest safety factor against yielding. `cost`: times, and the processor's in parentheses, of the
+first picture, of an update while one drags, of the exact answer at rest; and the memory of the process.
+"""
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections import deque
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fea import load_study
+from fea.analysis.engine_study import engine_study
+from fea.apps.studio.dimensions import fault
+from fea.apps.studio.live_rod import LiveRod
+from fea.study.study import parse_study
+
+STUDIES = ("leon-2001", "molina-2024", "columba-2022", "toyota-2jz")
+TOUCHED = (
+    "web_thickness_mm",
+    "flange_thickness_mm",
+    "shank_width_mm",
+    "shank_depth_small_end_mm",
+    "small_end_ring_mm",
+    "big_end_ring_mm",
+    "small_end_fillet_mm",
+    "shank_depth_big_end_mm",
+    "big_end_fillet_mm",
+)
+DIMENSIONS, WITHIN = 7, 0.10
+
+
+def study(name, size=None):
+    """A shipped study, or that of an engine of the library; on a mesh of one size where one is given."""
+    try:
+        found = load_study(name)
+    except ValueError:
+        found = parse_study(engine_study(name), name, Path.cwd())
+    return found if size is None else replace(found, mesh=replace(found.mesh, size_mm=size))
+
+
+def held_out(name, count, size):
+    """Errors and gaps, percent, of rods between the anchors; rows of (error, gap, bar, dimensions)."""
+    rod, random = LiveRod(study(name, size)), np.random.default_rng(39)
+    operation, own = rod.operation, rod.base_design
+    touched = [key for key in TOUCHED if key in own][:DIMENSIONS]
+    for key in touched:
+        for _ in rod.touch(key, {}, operation):
+            pass
+    ranges = rod.ranges({})
+    touched = [key for key in touched if ranges[key].covered_low is not None]
+    rows, grey, moved_not, alike = [], 0, 0, []
+    anchors = list(rod._anchors.every)
+    while len(rows) < count:
+        design = {}
+        for key in random.choice(touched, random.integers(1, len(touched) + 1), replace=False):
+            low = max(ranges[key].covered_low, (1 - WITHIN) * own[key])
+            high = min(ranges[key].covered_high, (1 + WITHIN) * own[key])
+            design[key] = float(random.uniform(low, high))
+        if fault(rod.study, design):
+            continue
+        if rod._moved(rod.study_at(design, operation)) is None:
+            moved_not += 1
+            continue
+        shown = rod.frame(design, operation).figures
+        if shown is None:
+            grey += 1
+            continue
+        solved = next(rod.exact(design, operation)).figures
+        one, other = shown.yielding, solved.yielding
+        rows.append((100 * abs(one.factor / other.factor - 1), one.gap_percent, one.bar_percent, len(design)))
+        alike.append((shown.governing == solved.governing, one.where == other.where))
+        assert [each.name for each in shown.cases] == [each.name for each in solved.cases]
+        assert rod._anchors.every == anchors  # held out: what was solved is none of them
+    error, gap, bar, _ = table = np.array(rows).T
+    same_case, same_place = 100 * np.mean(np.array(alike), axis=0)
+    print(
+        f"{name}: {len(rod._mesh.cell.points)} nodes of the cell, {len(anchors)} anchors of {len(touched)} "
+        f"dimensions; {len(rows)} rods: error median {np.median(error):.3f} %, 99 % "
+        f"{np.quantile(error, 0.99):.2f} %, largest {error.max():.2f} %; gap median {np.median(gap):.2f} %, "
+        f"holds {100 * np.mean(error <= gap):.1f} %; shown bar median {np.median(bar):.1f} %, holds "
+        f"{100 * np.mean(error <= bar):.1f} %; same case {same_case:.0f} %, same place {same_place:.0f} %; "
+        f"grey {grey}, mesh cannot follow {moved_not}",
+        flush=True,
+    )
+    return table
+
+
+def gap(names, count, size):
+    """Print the errors of each study and of all."""
+    tables = [held_out(name, count, size) for name in names]
+    error, shown, bar, _ = np.hstack(tables)
+    print(
+        f"all {len(error)}: error median {np.median(error):.3f} %, largest {error.max():.2f} %; gap median "
+        f"{np.median(shown):.2f} %, holds {100 * np.mean(error <= shown):.1f} %; shown bar holds "
+        f"{100 * np.mean(error <= bar):.1f} %"
+    )
+
+
+def timed(what, job, repeat=1):
+    """Print the median wall and processor time of a job, ms, and return its last result."""
+    wall, busy = [], []
+    for _ in range(repeat):
+        start, own = time.perf_counter(), time.process_time()
+        found = job()
+        wall.append(time.perf_counter() - start)
+        busy.append(time.process_time() - own)
+    print(f"{what}: {1e3 * np.median(wall):.1f} ms ({1e3 * np.median(busy):.1f})", flush=True)
+    return found
+
+
+FIRST = """
+from fea.apps.studio.live_rod import LiveRod
+from fea import load_study
+rod = LiveRod(load_study({!r}))
+rod.frame({{}}, rod.operation)
+"""
+
+
+def cost(name):
+    """Print the cost of the answers of one study."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "fea", "run", name, "--tolerance", "5", "--out", f"{folder}/out"]
+        timed("fea run --tolerance 5, a process", lambda: subprocess.run(command, check=True, stdout=-3))
+    command = [sys.executable, "-c", FIRST.format(name)]
+    timed("first picture, a process", lambda: subprocess.run(command, check=True))
+    rod = LiveRod(study(name))
+    operation, random = rod.operation, np.random.default_rng(1)
+    print(f"{len(rod._mesh.cell.points)} nodes of the cell, {len(rod.surface.nodes)} of the surface")
+    timed("ranges of all dimensions", lambda: rod.ranges({}), 3)
+    touched = [key for key in TOUCHED if key in rod.base_design][:DIMENSIONS]
+    for key in touched:
+        timed(f"touch {key}", partial(deque, rod.touch(key, {}, operation), maxlen=0))
+
+    def somewhere():
+        return {key: float(rod.base_design[key] * random.uniform(0.96, 1.04)) for key in touched}
+
+    print(f"{len(rod._anchors.every)} anchors")
+    timed("the first update", lambda: rod.frame(somewhere(), operation))
+    timed("an update while dragging", lambda: rod.frame(somewhere(), operation), 50)
+    rpm = iter(np.linspace(0.9, 1.1, 20) * operation.rpm)
+    timed("an update of the speed", lambda: rod.frame({}, operation.changed({"rpm": next(rpm)})), 20)
+    for number in range(4):
+        steps = rod.exact({touched[0]: rod.base_design[touched[0]] * (1 + 0.01 * number)}, operation)
+        timed("exact at rest", partial(next, steps))
+        timed("then the cycle", partial(next, steps))
+    print(f"memory at most {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MiB")
+
+
+def main():
+    """Read the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", choices=("gap", "cost"))
+    parser.add_argument("study", nargs="?", default="leon-2001")
+    parser.add_argument("--rods", type=int, default=50)
+    parser.add_argument("--size", type=float)
+    parser.add_argument("--only", nargs="+", default=STUDIES)
+    asked = parser.parse_args()
+    if asked.what == "gap":
+        gap(asked.only, asked.rods, asked.size)
+    else:
+        cost(asked.study)
+
+
+if __name__ == "__main__":
+    main()
