@@ -2,9 +2,12 @@
 
 All anchors are on one mesh, moved. Their weights at a design are those of universal kriging with a Gaussian
 covariance of the scaled dimensions and a linear trend (Sacks et al. 1989, eqs. 5-7): close to the polynomial
-through a few anchors on a line, and to a quadratic without mixed terms at a star of them. What leaving out
-one anchor at a time changes gives the scale of the errors (Dubrule 1983), the covariance how they grow
-between the anchors.
+through a few anchors on a line, and to a quadratic without mixed terms at a star of them.
+
+The error of the interpolation has two parts. What leaving out one anchor at a time changes gives the scale of
+the first (Dubrule 1983), and the covariance how it grows between the anchors. The second is of mixed terms,
+which anchors on lines do not show: it is in proportion to the products of the dimensions' distances from the
+nearest anchor. Both constants are fitted on rods that are solved: tests/benchmarks/studio_gap.py.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,8 +42,9 @@ from loads.instants import Instants, joined
 
 # A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
 UNIT, _REACH = 0.15, 2.5
-# Standard deviations of the interpolation that are shown as its error: see tests/benchmarks/studio.py.
-GAP = 3.0
+# Standard deviations of the interpolation that are shown as its error; and the share of the stress that mixed
+# terms have where products of two distances are 1.
+GAP, _MIXED = 3.0, 0.012
 VAGUE = 0.02  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
 # of that against fatigue.
@@ -49,6 +53,7 @@ _INSIDE, _TIRED = 0.6, 0.75
 SUPERPOSED = 5e-4
 _EVERY = 2 * DEG  # crank angles at which fatigue is looked at
 SAME = 1e-9
+_RECENT = 2  # loads whose fields are kept
 _MOST = 24  # anchors that are kept, of some 10 MB each
 # Crank angle, rad, between load cases of one name that are different peaks of the cycle.
 _TURN = 10 * DEG
@@ -148,10 +153,12 @@ class Anchor:
         every = np.arange(sum(len(part.points) for part in self.parts))[rows]
         for part, material in zip(self.parts, loaded.materials, strict=True):
             here = every[(every >= first) & (every < first + len(part.points))] - first
+            first += len(part.points)
+            if not here.size:
+                continue
             signed = signed_equivalent(part.stress(weights, here))
             extremes = signed.max(axis=1), signed.min(axis=1)
             used.append(1 / part.made_of(material).fatigue_factor(*extremes, here))
-            first += len(part.points)
         found = np.concatenate(used)
         return found if found.any() else None
 
@@ -294,7 +301,8 @@ class Anchors:
         which = same or self.every
         key = (loaded.key, loaded.materials, len(which), id(which[0]))
         if key not in self._known:
-            self._known = {key: [_Stack(which, loaded, self.followed)]}
+            recent = list(self._known.items())[-_RECENT:]
+            self._known = dict(recent) | {key: [_Stack(which, loaded, self.followed)]}
         stacks = self._known[key]
         stack = stacks[0]
         if stack.ambiguous:
@@ -370,15 +378,20 @@ class _Stack:
         solution = inverse @ right
         return solution[: len(self.anchors)], float(np.sqrt(max(0.0, 1.0 - right @ solution)))
 
-    def scale(self, row: int, case: int) -> float:
-        """Scale of the errors of the stress at a row, MPa: from leaving out one anchor at a time."""
+    def mixed(self, x: Floats) -> float:
+        """Root of the sum of the squared products of two distances from an anchor, the least of all."""
+        squares = (self._x - x) ** 2
+        products = (squares.sum(axis=1) ** 2 - (squares**2).sum(axis=1)) / 2
+        return float(np.sqrt(np.maximum(0.0, products)).min())
+
+    def scale(self, row: int, case: int, direction: Floats) -> float:
+        """Scale of the errors of the stress at a row along a deviator of length 1, MPa."""
         count = len(self.anchors)
         if count == 1:
             return 0.0
         own = self._inverse[1][:count, :count]
-        left = own @ self.stress[:, row, :, case]
-        spread = np.maximum(np.diag(own), 1e-12)
-        return float(np.sqrt(((left**2).sum(axis=1) / spread).mean()))
+        left = own @ (self.stress[:, row, :, case] @ direction)
+        return float(np.sqrt((left**2 / np.maximum(np.diag(own), 1e-12)).mean()))
 
 
 def _tensor(rows: Floats) -> Tensor:
@@ -400,6 +413,7 @@ class Between:
         single = self._weights.astype(np.float32)
         stress = np.tensordot(single, stack.stress, 1)
         self.von_mises = np.sqrt(np.einsum("nkc,nkc->nc", stress, stress))
+        self._stress, self._mixed = stress, _MIXED * stack.mixed(x)
         error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
         strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
         self.used = np.where(followed.counts[:, None], self.von_mises / strength[:, None], -1.0)
@@ -419,8 +433,10 @@ class Between:
 
     def gap(self, row: int, case: int) -> float:
         """Estimated error of the stress at a row over it."""
-        off = GAP * self._deviation * self._stack.scale(row, case)
-        return off / max(float(self.von_mises[row, case]), 1e-9) + self._stack.superposed
+        length = max(float(self.von_mises[row, case]), 1e-9)
+        direction = np.asarray(self._stress[row, :, case] / length, np.float64)
+        scale = self._stack.scale(row, case, direction)
+        return float(np.hypot(GAP * self._deviation * scale / length, self._mixed)) + self._stack.superposed
 
     @property
     def figures(self) -> Figures:

@@ -73,9 +73,9 @@ def dimensions(study: Study) -> tuple[LiveDimension, ...]:
 def fault(study: Study, design: Mapping[str, float]) -> str:
     """Return the rule that a design breaks; empty where it can be drawn and driven."""
     try:
-        changed = study.with_rod(**design)
-        if study.engine is not None and changed.rod.length is not None:
-            EngineLoading.of(study.engine, changed.rod.length)
+        length = study.rod.with_dimensions(design).length
+        if study.engine is not None and length is not None and length != study.rod.length:
+            EngineLoading.of(study.engine, length)
     except InvalidValue as error:
         return str(error)
     return ""

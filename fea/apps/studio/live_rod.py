@@ -13,7 +13,7 @@ from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
-from fea.apps.studio.dimensions import LiveDimension, Range, dimensions, feasible
+from fea.apps.studio.dimensions import LiveDimension, Range, dimensions, fault, feasible
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Operation, applied
 from fea.base.choices import CONTACT
@@ -26,6 +26,7 @@ from fea.study.pin_models import PRESCRIBED
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
+from geometry.errors import GeometryError
 
 Design = Mapping[str, float]
 # Shares of the way along a slider at which anchors are, beside its ends and where it stands (Chebyshev).
@@ -115,6 +116,9 @@ class LiveRod:
     def touch(self, name: str, design: Design, operation: Operation) -> Iterator[float]:
         """Solve what the interpolation along a dimension needs; yields its share that is done.
 
+        It yields several times for each rod, so that others can be answered meanwhile; what is abandoned is
+        no anchor.
+
         Raises
         ------
         InvalidValue
@@ -127,11 +131,13 @@ class LiveRod:
         for done, share in enumerate(shares, 1):
             value = design[name] if share is None else low + share * (high - low)
             there = {**design, name: value}
-            if not self._known_enough(there, loaded):
+            if not self._known_enough(there, loaded) and not fault(self.study, there):
                 study = self.study_at(there, operation)
                 mesh = self._moved(study)
+                yield (done - 0.8) / len(shares)
                 if mesh is not None:
-                    deque(self._solved(there, operation, study, mesh, cycle=False), maxlen=0)
+                    for _ in self._solved(there, operation, study, mesh, cycle=False):
+                        yield (done - 0.3) / len(shares)
             yield done / len(shares)
 
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
@@ -207,7 +213,10 @@ class LiveRod:
         for rod, mesh in self._meshes:
             if rod == study.rod:
                 return mesh
-        mesh = self._moving.mesh(study)
+        try:
+            mesh = self._moving.mesh(study)
+        except GeometryError:  # `exact` draws it again, and says so
+            mesh = None
         self._meshes.append((study.rod, mesh))
         return mesh
 
