@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.adapt import usage
 from fea.analysis.buckling import compression, shank
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.prepare import PreparedRod
@@ -27,7 +28,6 @@ from fea.base.material import Material
 from fea.base.units import DEG, KG
 from fea.judge.case_result import CaseResult
 from fea.judge.column import Plane, column
-from fea.judge.fatigue_fields import usage
 from fea.judge.history import FROM_TENSOR, signed_equivalent
 from fea.output.report.surface import Surface
 from fea.pins.model import UnitLoads
