@@ -33,6 +33,7 @@ Design = Mapping[str, float]
 _INNER = (0.146, 0.854)
 # An interpolation whose estimated error is below this is good enough.
 _ENOUGH_PERCENT = 0.1
+_DISTINCT = 0.1  # scaled distance of anchors that tell a curvature
 _KEPT = 4  # moved meshes
 _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
@@ -107,7 +108,7 @@ class LiveRod:
                     self.base_design[name] + unit * low[number],
                     self.base_design[name] + unit * high[number],
                 )
-                own = replace(own, covered_low=ends[0], covered_high=ends[1])
+                own = replace(own, covered_low=float(ends[0]), covered_high=float(ends[1]))
             if name in self._unreached:
                 own = replace(own, reach_low=self._unreached[name][0], reach_high=self._unreached[name][1])
             found[name] = own
@@ -131,7 +132,8 @@ class LiveRod:
         for done, share in enumerate(shares, 1):
             value = design[name] if share is None else low + share * (high - low)
             there = {**design, name: value}
-            if not self._known_enough(there, loaded) and not fault(self.study, there):
+            known = self._known_enough(there, loaded) and (share not in _INNER or self._lined(name, there))
+            if not known and not fault(self.study, there):
                 study = self.study_at(there, operation)
                 mesh = self._moved(study)
                 yield (done - 0.8) / len(shares)
@@ -188,6 +190,15 @@ class LiveRod:
         """Whether a design need not be solved for the interpolation to be good there."""
         between = self._anchors.at(self._scaled(design), loaded)
         return between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
+
+    def _lined(self, name: str, design: dict[str, float]) -> bool:
+        """Whether so many anchors lie on the line of a dimension that they tell how it is curved."""
+        number, x = list(design).index(name), self._scaled(design)
+        beside = [np.delete(one.x - x, number) for one in self._anchors.every]
+        on_line = [
+            one.x[number] for one, off in zip(self._anchors.every, beside, strict=True) if not off.any()
+        ]
+        return len(on_line) > 2 and float(np.diff(np.sort(on_line)).min()) > _DISTINCT
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
         """How far a dimension is solved to either side: as far as it is feasible and the mesh follows."""
