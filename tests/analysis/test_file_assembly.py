@@ -10,7 +10,7 @@ from assembly_files import write_assembly
 from fea.analysis.assembling import Assembling
 from fea.analysis.meshing import mesh_study
 from fea.apps.result import analyse
-from fea.pins.assembly import _pulls
+from fea.pins.assembly import _ends, _pulls
 from fea.study.flags import Flags
 from fea.study.rod_table import rod_of_file
 from fea.study.study import load_study
@@ -50,7 +50,7 @@ def test_the_force_of_a_bolt_acts_along_its_axis(mesh):
     """Head and nut of different size are meshed differently, but their resultants oppose each other."""
     assert len(mesh.cell.facets[Surface.BOLT_HEAD]) != len(mesh.cell.facets[Surface.BOLT_THREAD])
     (first, _) = mesh.bolts
-    (pull,) = _pulls(mesh.cell, [first], 1e6)
+    (pull,) = _pulls(mesh.cell, [first], _ends(mesh.cell, [first]), 1e6)
     forces = pull.forces(len(mesh.cell.points)).toarray().reshape(-1, 3)
     away = mesh.cell.points - np.array(first.point)
     moment = away[:, 0] @ forces[:, 1] - away[:, 1] @ forces[:, 0]

@@ -153,9 +153,9 @@ def _step(load, first):
         np.abs(load.forces) > 1e-12 * np.abs(load.forces).max(initial=0.0)
     ).tolist():
         yield f"{node + 1},{axis + 1},{load.forces[node, axis]:.12e}"
-    yield from ("*TEMPERATURE", f"NALL,{load.warmer:.12e}")
     for number, tension in enumerate(load.tension):
         yield f"{first + number},1,{tension:.12e}"
+    yield from ("*TEMPERATURE", f"NALL,{load.warmer:.12e}")
     yield from (
         "*NODE FILE, FREQUENCY=999",
         "U",

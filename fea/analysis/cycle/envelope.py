@@ -105,24 +105,8 @@ def envelope(
     reached = extremes(units.parts, along, units.sides)
     merged: Envelope | None = None
     for number, (part, material, sides) in enumerate(zip(units.parts, materials, reached, strict=True)):
-        reach, surface = _on_whole(part, sides, whole), regions.factors(material)
-        usage, angle = reach.von_mises / material.yield_strength, angles[reach.instant]
-        of_part = Envelope(
-            von_mises=reach.von_mises,
-            crank_angle=angle,
-            principal_1=reach.principal_1,
-            principal_3=reach.principal_3,
-            mean=reach.mean,
-            amplitude=reach.amplitude,
-            ratio=reach.ratio,
-            safety_factor=safety_factor(reach.von_mises, material.yield_strength),
-            usage=usage,
-            usage_angle=angle,
-            fatigue_factor=fatigue_factor(criterion, reach.mean, reach.amplitude, material, surface),
-            crossland_factor=crossland_bound(reach.radius, reach.tension, material, surface),
-            part=np.full(len(usage), number),
-            fatigue_part=np.full(len(usage), number),
-        )
+        reach = _on_whole(part, sides, whole)
+        of_part = _judged(reach, angles, material, criterion, number, surface=regions.factors(material))
         merged = of_part if merged is None else _worse(merged, of_part)
     if merged is None:
         raise ValueError("a rod has at least one part")
@@ -151,6 +135,35 @@ def carried(
     if len(sides) > 1:
         values = np.where(whole.sign[:, 1] < 0, sides[1][place], values)
     return np.where(place < 0, missing, values)
+
+
+def _judged(
+    reach: Reach,
+    angles: Floats,
+    material: Material,
+    criterion: Fatigue,
+    number: int,
+    *,
+    surface: Floats | float = 1.0,
+) -> Envelope:
+    """Return the envelope of one part."""
+    usage, angle = reach.von_mises / material.yield_strength, angles[reach.instant]
+    return Envelope(
+        von_mises=reach.von_mises,
+        crank_angle=angle,
+        principal_1=reach.principal_1,
+        principal_3=reach.principal_3,
+        mean=reach.mean,
+        amplitude=reach.amplitude,
+        ratio=reach.ratio,
+        safety_factor=safety_factor(reach.von_mises, material.yield_strength),
+        usage=usage,
+        usage_angle=angle,
+        fatigue_factor=fatigue_factor(criterion, reach.mean, reach.amplitude, material, surface),
+        crossland_factor=crossland_bound(reach.radius, reach.tension, material, surface),
+        part=np.full(len(usage), number),
+        fatigue_part=np.full(len(usage), number),
+    )
 
 
 def _worse(one: Envelope, other: Envelope) -> Envelope:
