@@ -270,6 +270,7 @@ class CycleFigures:
     where: WhereKnown[str] = None  #: in words
     crank_deg: float | None
     min_fatigue_safety_factor: float | None
+    fatigue_error_percent: WhereKnown[float] = None  #: error bar of the stress behind the smallest factor
     fatigue_criterion: str
     fatigue: PlaceFigures | None
     min_crossland_safety_factor: float | None

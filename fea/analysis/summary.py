@@ -7,7 +7,7 @@ from string import ascii_uppercase
 
 import numpy as np
 
-from fea.analysis.adapt import Adapted
+from fea.analysis.adapt import Adapted, usage
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.superposition import CycleResult
@@ -51,9 +51,10 @@ from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
-from fea.judge.verdict import Verdict, safety_factor
+from fea.judge.verdict import Verdict, peak, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
+from fea.rod.surface_regions import SurfaceRegions
 from geometry.surfaces import Surface
 from geometry.system import peak_memory, usable_processors
 from loads.instants import Instants
@@ -132,7 +133,8 @@ _PACKAGES = ("gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
     """Return the figures of one speed."""
     rod, passes = adapted.rod, adapted.passes
-    governing = Governing.of(tuple(result.cases.values()))
+    cases = tuple(result.cases.values())
+    governing = Governing.of(cases)
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     assembly = assembly_figures(rod, result.cases, result.cycle)
     return summary_of(
@@ -143,7 +145,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         results={
             name: case_figures(rod, case, governing, edges[name]) for name, case in result.cases.items()
         },
-        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod),
+        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases),
         buckling=buckling.figures,
         assembly=assembly,
         film=None if result.film is None else {"big_end": result.film.figures},
@@ -299,8 +301,8 @@ def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     )
 
 
-def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
-    """Return the worst of the cycle and its worst places."""
+def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> EnvelopeFigures:
+    """Return the worst of the cycle and its worst places; errors are those of its load cases."""
     mesh, criterion, materials = rod.mesh.whole, rod.options.fatigue, rod.materials
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
@@ -308,6 +310,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
         None if spot is None else _spot(spot, result, rod) for spot in (result.weakest, result.multiaxial)
     )
     singular = not counts.all()
+    used = usage(cases, mesh, materials, SurfaceRegions.of(mesh, rod.mesh.bores), criterion)
     return EnvelopeFigures(
         min_safety_factor=float(found.safety_factor[worst]),
         at_mm=vector(mesh.points[worst]),
@@ -319,6 +322,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod) -> EnvelopeFigures:
         min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
         fatigue_criterion=criterion.value,
         fatigue=fatigue,
+        fatigue_error_percent=None if used is None else peak(*used, ~counts).error_percent,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
         endurance=endurance_figures(rod.mesh.parts, materials) or None,

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
-from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
+from fea.analysis.figures import (
+    AssemblyFigures,
+    BucklingFigures,
+    CaseFigures,
+    CycleFigures,
+    SurvivalFigures,
+)
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5
@@ -83,7 +89,7 @@ def factors(
     """Return the safety factors of a run: of load cases, of the whole cycle, against buckling, of bolts.
 
     At a sharp edge the structural stress counts. The bar of the whole cycle is that of the smallest factor of
-    its load cases; fatigue, buckling, bolts and joint have none.
+    its load cases, that of fatigue the bar of the factor between them; buckling, bolts and joint have none.
     """
     found = [
         Factor("yielding", name, case.min_safety_factor, case.error_percent) for name, case in results.items()
@@ -100,7 +106,8 @@ def factors(
             bar = least.error_percent if least is lowest else 100 * (least.value / lowest.low - 1)
         found.append(Factor("yielding", "", envelope.min_safety_factor, bar))
         if envelope.min_fatigue_safety_factor is not None:
-            found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor))
+            error = envelope.fatigue_error_percent
+            found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor, error))
     if buckling.min_safety_factor is not None:
         found.append(Factor("buckling", "", buckling.min_safety_factor))
     return found if assembly is None else [*found, *_of_assembly(assembly)]

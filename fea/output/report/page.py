@@ -74,11 +74,9 @@ def _facts(summary: Summary) -> list[Fact]:
     angle = summary.loads[name].crank_deg
     at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
     where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
-    least, percent = worst.min_safety_factor, worst.error_percent
-    bars = "" if percent is None else f" ± {max(least - least / (1 + percent / 100), 0.01):.2f}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
     found = [
-        Fact("Safety factor against yielding", f"{factor(least)}{bars}", when),
+        Fact("Safety factor against yielding", _with_bar(worst.min_safety_factor, worst.error_percent), when),
         Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where),
     ]
     envelope = summary.envelope
@@ -88,7 +86,7 @@ def _facts(summary: Summary) -> list[Fact]:
         found.append(
             Fact(
                 "Safety factor against fatigue",
-                factor(envelope.min_fatigue_safety_factor),
+                _with_bar(envelope.min_fatigue_safety_factor, envelope.fatigue_error_percent),
                 f"{criterion}; {at}",
             )
         )
@@ -100,6 +98,12 @@ def _facts(summary: Summary) -> list[Fact]:
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
     found.append(Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh))
     return found
+
+
+def _with_bar(value: float | None, error_percent: float | None) -> str:
+    if value is None or error_percent is None:
+        return factor(value)
+    return f"{factor(value)} ± {max(value - value / (1 + error_percent / 100), 0.01):.2f}"
 
 
 # In this order, as one script: each uses what stands before it.
