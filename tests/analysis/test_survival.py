@@ -101,9 +101,11 @@ def test_every_factor_of_a_run_is_judged():
     assert survival(factors(cases, buckling(1.5, 3.0), None)).mode == "buckling"
     assert [
         (item.mode, item.error_percent)
-        for item in factors(cases, buckling(), cycle(min_fatigue_safety_factor=0.9))
+        for item in factors(
+            cases, buckling(), cycle(min_fatigue_safety_factor=0.9, fatigue_error_percent=4.0)
+        )
     ] == [
         ("yielding", 3.0),
         ("yielding", 3.0),
-        ("fatigue", None),
+        ("fatigue", 4.0),
     ]
