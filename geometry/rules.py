@@ -23,13 +23,10 @@ def check(rod: Dimensions) -> None:
     object.__setattr__(rod, "shank_section", ShankSection(section))
     _rings(rod)
     _shank(rod)
-    _fillets(rod)
-    _steps(rod)
     _small_end(rod)
     _chamfers(rod)
     if (bosses := Outline(rod).bosses) is not None:
         _bosses(rod, bosses)
-        _bolts(rod, bosses)
     if rod.has_pockets:
         remedy = 'Reduce it, or choose shank_section = "rectangular".'
         across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
@@ -90,17 +87,11 @@ def _shank(rod: Dimensions) -> None:
         most, distance = 0.92 * getattr(rod, f"{end}_radius"), edge.distance((x, 0.0))
         rule = f"the shank's edge must pass within {most:.4g} mm of the bore's centre, not {distance:.4g} mm"
         require_of(rod, f"shank_depth_{end}", distance <= most, rule, "Reduce it or thicken the ring.")
-
-
-def _fillets(rod: Dimensions) -> None:
-    big, small = Outline(rod).fillets
+    first, last = Outline(rod).fillets
     larger = "big_end_fillet" if rod.big_end_fillet >= rod.small_end_fillet else "small_end_fillet"
     rule = "the two fillets must leave a straight edge between them, at least a hundredth of the rod's length"
-    apart = small.start[0] - big.end[0] >= 0.01 * rod.length
+    apart = last.start[0] - first.end[0] >= 0.01 * rod.length
     require_of(rod, larger, apart, rule, "Reduce this radius, or lengthen the rod.")
-
-
-def _steps(rod: Dimensions) -> None:
     big, small = ring_steps(rod)
     for step in (big, small):
         rule = f"must not exceed {step.rim:g} mm, the distance of the step from the bore's centre"
@@ -150,9 +141,6 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     rule = "the fillets of bosses and shank must leave a piece of the ring's outline between them"
     remedy = "Shorten the bosses, or reduce big_end_fillet_mm or the shank's depth."
     require_of(rod, "cap_boss_length", gap >= 0.02 * bosses.ring, rule, remedy)
-
-
-def _bolts(rod: Dimensions, bosses: Bosses) -> None:
     rule = f"must be at most 0.8 of the big end's width, {rod.big_end_width:g} mm"
     require_of(rod, "cap_bolt", rod.cap_bolt <= 0.8 * rod.big_end_width, rule)
     inner = max(1.02 * rod.big_end_bore / 2, bosses.seat, bosses.ring - 1.5 * rod.cap_bolt)

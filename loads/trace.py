@@ -108,16 +108,21 @@ class Trace:
 
     def note(self, speed: float) -> str:
         """Note a speed outside the measured range, and values that suggest another unit or another TDC."""
-        return "; ".join(filter(None, (self._outside(speed), self._low(), self._turned())))
-
-    def _low(self) -> str:
+        notes = []
+        speeds = self.speeds
+        if speeds.size and not speeds[0] * (1 - 1e-9) <= speed <= speeds[-1] * (1 + 1e-9):
+            nearest = speeds[0] if speed < speeds[0] else speeds[-1]
+            notes.append(
+                f"gas pressure was not measured at {_rpm(speed):.6g} rpm: "
+                f"the trace of the nearest speed, {_rpm(float(nearest)):.6g} rpm, is used"
+            )
         highest = float(self.pressures.max())
-        if highest >= _IDLING_PEAK:
-            return ""
-        return (
-            f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle: if the file is in "
-            'MPa, set pressure_unit = "MPa"'
-        )
+        if highest < _IDLING_PEAK:
+            notes.append(
+                f"gas pressure peaks at only {10 * highest:.4g} bar, as in an engine at idle: if the file is "
+                'in MPa, set pressure_unit = "MPa"'
+            )
+        return "; ".join([*notes, *filter(None, [self._turned()])])
 
     def _turned(self) -> str:
         """Say so where the pressure peaks far from firing TDC."""
@@ -132,15 +137,6 @@ class Trace:
         return (
             f"{peak}, but firing TDC is at 360°: if the file counts angles from firing TDC, set "
             "angle_offset_deg = 360"
-        )
-
-    def _outside(self, speed: float) -> str:
-        if self.speeds.size == 0 or self.speeds[0] * (1 - 1e-9) <= speed <= self.speeds[-1] * (1 + 1e-9):
-            return ""
-        nearest = self.speeds[0] if speed < self.speeds[0] else self.speeds[-1]
-        return (
-            f"gas pressure was not measured at {_rpm(speed):.6g} rpm: "
-            f"the trace of the nearest speed, {_rpm(float(nearest)):.6g} rpm, is used"
         )
 
 

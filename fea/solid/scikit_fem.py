@@ -22,7 +22,7 @@ from fea.solid.element import blocks, stiffness_degree
 from fea.solid.forms import elasticity
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
-from mesh.tetmesh import TetMesh, scikit_fem_order
+from mesh.tetmesh import TetMesh, face_keys, scikit_fem_order
 
 _MESHES = {1: MeshTet, 2: MeshTet2}
 _AXES = 3
@@ -223,12 +223,7 @@ def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
 
 def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
     """Numbers that scikit-fem gives facets (n_facets, 3) of vertices, in whatever order."""
-
-    def key(sorted_vertices: Ints) -> Ints:
-        a, b, c = sorted_vertices.astype(np.int64)
-        return np.asarray((a * mesh.nvertices + b) * mesh.nvertices + c)
-
-    known, asked = key(mesh.facets), key(np.sort(facets, axis=1).T)
+    known, asked = (face_keys(each.astype(np.int64), mesh.nvertices) for each in (mesh.facets.T, facets))
     numbers = np.minimum(np.searchsorted(known, asked), len(known) - 1)
     astray = np.flatnonzero(known[numbers] != asked)
     if astray.size:

@@ -10,7 +10,7 @@ from fea.solid.element import jacobians, shape_functions
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.tetmesh import FACET_EDGES, TetMesh
+from mesh.tetmesh import FACET_EDGES, FACET_TURN, TetMesh
 
 # Facets meet smoothly below this angle. The quadratic shapes of curved facets of 60° that meet tangentially
 # differ by 4°.
@@ -28,21 +28,18 @@ class BoundarySurface:
     label: Ints  #: (n_facets,) index of the surface each belongs to
     source: Ints  #: (n,) the node of the mesh that each node is or is an image of
     sign: Floats  #: (n, 3) of the displacement components of a symmetric solution
-    crossed: Mask  #: (n,) whether an image lies beyond y = 0
 
     @classmethod
     def of(
         cls, mesh: TetMesh, surfaces: Sequence[Surface], planes: tuple[Surface, ...] = ()
     ) -> "BoundarySurface":
         """Gather the facets of `surfaces` and reflect those that touch one of `planes`."""
-        n = len(mesh.points)
         boundary = cls(
             mesh.points,
             np.concatenate([mesh.facets[surface] for surface in surfaces]),
             np.repeat(np.arange(len(surfaces)), [len(mesh.facets[surface]) for surface in surfaces]),
-            np.arange(n),
-            np.ones((n, 3)),
-            np.zeros(n, dtype=bool),
+            np.arange(len(mesh.points)),
+            np.ones_like(mesh.points),
         )
         for plane in planes:
             boundary = boundary._reflected(mesh, plane)
@@ -58,19 +55,19 @@ class BoundarySurface:
         image[beyond] = len(self.points) + np.arange(beyond.size)
         turn = np.ones(3)
         turn[PLANE_AXIS[plane]] = -1
-        around = [0, 2, 1] if self.facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
+        around = FACET_TURN[self.facets.shape[1]]
         return BoundarySurface(
             np.concatenate([self.points, self.points[beyond] * turn]),
             np.concatenate([self.facets, image[self.facets[touching]][:, around]]),
             np.concatenate([self.label, self.label[touching]]),
             np.concatenate([self.source, self.source[beyond]]),
             np.concatenate([self.sign, self.sign[beyond] * turn]),
-            np.concatenate([self.crossed, self.crossed[beyond] ^ (plane is Surface.SYMMETRY_Y)]),
         )
 
     def displacement(self, displacement: Floats, parity: Parity) -> Floats:
         """Continue a displacement (n_points, 3, n_cases) to the images."""
-        sign = self.sign * np.where(self.crossed, int(parity), 1)[:, None]
+        beyond = self.sign[:, 1:2] < 0  # y = 0
+        sign = self.sign * np.where(beyond, int(parity), 1)
         return np.asarray(displacement[self.source] * sign[:, :, None])
 
     @cached_property

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from fea.solid.element import shape_functions
 from fea.stress.boundary import BoundarySurface
@@ -12,9 +12,6 @@ from geometry.arrays import Floats, Ints, Mask, linked_groups
 from mesh.creases import Creases
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
-
-if TYPE_CHECKING:
-    from scipy.spatial import KDTree
 
 # Facets whose centres are nearest to a place: the one that holds it is among them.
 _CANDIDATES = 24
@@ -82,9 +79,7 @@ class Ground:
         return np.asarray(np.linalg.norm(self._flat.corners - self._centers[:, None], axis=2).max(axis=1))
 
     @cached_property
-    def _tree(self) -> "KDTree":
-        from scipy.spatial import KDTree  # noqa: PLC0415 - only a body with sharp edges needs it
-
+    def _tree(self) -> KDTree:
         return KDTree(self._centers)
 
     def _nearest(self, places: Floats, patch: Ints) -> tuple[Ints, Floats, Floats]:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Ints, Mask
@@ -123,9 +124,6 @@ def nodes_near(mesh: TetMesh, singular: Ints, radius: float) -> Mask:
     near = np.zeros(len(mesh.points), dtype=bool)
     if not singular.size:
         return near
-    touching = np.isin(mesh.tets, singular).any(axis=1)
-    near[mesh.tets[touching]] = True
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only a body with sharp edges needs it
-
+    near[mesh.tets[np.isin(mesh.tets, singular).any(axis=1)]] = True
     distance, _ = KDTree(mesh.points[singular]).query(mesh.points)
     return np.asarray(near | (distance <= radius))

@@ -102,6 +102,10 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         radius, tags = same[0].values[6], tuple(face.tag for face in same)
         extents = np.array([_extent(face, point, direction) for face in same])
         low, high = float(extents.min()), float(extents.max())
+        covered, end = 0.0, -math.inf  # of the axis: a groove divides the wall of a bore into several
+        for begin, stop in sorted(map(sorted, extents.tolist())):
+            covered += max(0.0, stop - max(begin, end))
+            end = max(end, stop)
         areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in tags])
         middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
         center = point + (low + high) / 2 * direction
@@ -114,7 +118,7 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
             area=float(areas.sum()),
             moment=areas @ (middles - center),
             faces=tags,
-            turn=float(areas.sum()) / (2 * math.pi * radius * _covered(extents)),
+            turn=float(areas.sum()) / (2 * math.pi * radius * covered),
             deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])),
             fitted=any(face.fitted for face in same),
         )
@@ -127,15 +131,6 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     ends = np.reshape(gmsh.model.getValue(2, face.tag, [u0, v0, u1, v1]), (2, 3))
     return np.asarray((ends - point) @ direction)
-
-
-def _covered(extents: Floats) -> float:
-    """Length of the union of intervals (n, 2); a groove divides the wall of a bore into several."""
-    total, end = 0.0, -math.inf
-    for low, high in sorted(map(sorted, extents.tolist())):
-        total += max(0.0, high - max(low, end))
-        end = max(end, high)
-    return total
 
 
 def _is_crossed(wall: CadHole, interior: Interior) -> bool:

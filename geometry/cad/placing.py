@@ -1,7 +1,6 @@
 """Imported solids, placed in the rod's frame, cut at their mirror planes and made to share faces."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import gmsh
 import numpy as np
@@ -28,14 +27,10 @@ _WITHIN = np.linspace(0.05, 0.95, 5)
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
     """Return the smallest symmetry cell of volumes in the rod's frame; tolerances scale with its length."""
     solids = [_faces(volume) for volume in volumes]
-
-    def mirrored(axis: int) -> bool:
-        """Whether every solid is its own image; two that mirror each other may have different materials."""
-        return all(_is_mirrored(faces, axis, length) for faces in solids)
-
-    if not mirrored(2):
+    # Every solid must be its own image; two that mirror each other may have different materials.
+    if not all(_is_mirrored(faces, 2, length) for faces in solids):
         return Mirror.NONE
-    return Mirror.QUARTER if mirrored(1) else Mirror.HALF
+    return Mirror.QUARTER if all(_is_mirrored(faces, 1, length) for faces in solids) else Mirror.HALF
 
 
 def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[int]]:
@@ -63,22 +58,15 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
     return kept
 
 
-@dataclass(frozen=True)
-class _Faces:
-    """Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on each and its edges."""
-
-    tags: tuple[int, ...]
-    measures: Floats
-    points: tuple[Floats, ...]
+# Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on each and its edges.
+_Faces = tuple[list[int], Floats, list[Floats]]
 
 
 def _faces(volume: int) -> _Faces:
     occ = gmsh.model.occ
-    boundary = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
-    tags = tuple(int(tag) for _, tag in boundary)
+    tags = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)]
     measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
-    points = tuple(np.concatenate([edge_points(tag), _within(tag)]) for tag in tags)
-    return _Faces(tags, measures, points)
+    return tags, measures, [np.concatenate([edge_points(tag), _within(tag)]) for tag in tags]
 
 
 def _within(face: int) -> Floats:
@@ -99,14 +87,15 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
     the plane as far as it is hollow below.
     """
+    tags, measures, points_of = faces
     scale = np.array([length**2, length, length, length])
-    image = faces.measures.copy()
+    image = measures.copy()
     image[:, 1 + axis] *= -1
-    alike = (np.abs(image[:, None] - faces.measures[None]) / scale).max(axis=2) < _SLACK
-    for points, row in zip(faces.points, alike, strict=True):
+    alike = (np.abs(image[:, None] - measures[None]) / scale).max(axis=2) < _SLACK
+    for points, row in zip(points_of, alike, strict=True):
         mirrored = points * np.where(np.arange(3) == axis, -1.0, 1.0)
         for other in np.flatnonzero(row):
-            nearest, _ = gmsh.model.getClosestPoint(2, faces.tags[other], mirrored.ravel())
+            nearest, _ = gmsh.model.getClosestPoint(2, tags[other], mirrored.ravel())
             if np.abs(np.reshape(nearest, (-1, 3)) - mirrored).max(initial=0.0) < _BESIDE * length:
                 break
         else:

@@ -56,7 +56,13 @@ def recognised(face: Face) -> Face:
         return replace(face, low=vector(points.min(axis=0)), high=vector(points.max(axis=0)))
     if face.shape in _KNOWN:
         return face
-    points, normals = _samples(face.tag)
+    places = parameter_grid(face.tag, np.linspace(0.01, 0.99, _SAMPLES)).ravel()
+    points = np.reshape(gmsh.model.getValue(2, face.tag, places), (-1, 3))
+    normals = np.reshape(gmsh.model.getNormal(face.tag, places), (-1, 3))
+    sound = np.isfinite(normals).all(axis=1) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-6)
+    if sound.sum() < 2 * _SAMPLES:
+        return face
+    points, normals = points[sound], normals[sound]
     if np.ptp(points @ normals.mean(axis=0)) < _FLAT * np.ptp(points, axis=0).max():
         return recognised(replace(face, shape="Plane", fitted=True))
     values = _fitted_cylinder(points, normals)
@@ -84,16 +90,6 @@ def _fitted_cylinder(points: Floats, normals: Floats) -> tuple[float, ...] | Non
         return None
     on_axis = middle + across @ circle.center
     return *on_axis.tolist(), *direction.tolist(), circle.radius
-
-
-def _samples(face: int) -> tuple[Floats, Floats]:
-    places = parameter_grid(face, np.linspace(0.01, 0.99, _SAMPLES)).ravel()  # at its ends may be no normal
-    points = np.reshape(gmsh.model.getValue(2, face, places), (-1, 3))
-    normals = np.reshape(gmsh.model.getNormal(face, places), (-1, 3))
-    sound = np.isfinite(normals).all(axis=1) & (np.abs(np.linalg.norm(normals, axis=1) - 1) < 1e-6)
-    if sound.sum() < 2 * _SAMPLES:
-        return np.zeros((1, 3)), np.zeros((1, 3))
-    return points[sound], normals[sound]
 
 
 # Rounds: concave radii, where stress concentrates and elements must be small.
@@ -145,17 +141,12 @@ def _continues(edge: int, one: int, other: int) -> bool:
     middle = [(low + high) / 2]
     along = np.array(gmsh.model.getDerivative(1, edge, middle))
     along /= np.linalg.norm(along)
-    (first, arc), (second, _) = (_normal_and_arc(edge, middle, face) for face in (one, other))
-    smooth = np.linalg.norm(np.cross(first, second)) < _SMOOTH
-    return bool(smooth and abs(along @ arc) < _MOST_ALONG)
-
-
-def _normal_and_arc(edge: int, middle: list[float], face: int) -> tuple[Floats, Floats]:
-    """Unit normal of a face at a place of its edge, and the direction in which it is curved most."""
-    place = gmsh.model.reparametrizeOnSurface(1, edge, middle, face)
-    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(face, place)
+    places = [gmsh.model.reparametrizeOnSurface(1, edge, middle, face) for face in (one, other)]
+    normals = [gmsh.model.getNormal(face, place) for face, place in zip((one, other), places, strict=True)]
+    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(one, places[0])
     arc = toward_most if abs(most[0]) > abs(least[0]) else toward_least
-    return np.array(gmsh.model.getNormal(face, place)), np.array(arc)
+    smooth = np.linalg.norm(np.cross(*normals)) < _SMOOTH
+    return bool(smooth and abs(along @ arc) < _MOST_ALONG)
 
 
 # Sampling steps, in each parameter, over a face whose radius varies.
@@ -182,16 +173,8 @@ def _round(face: Face) -> tuple[float, float] | None:
     """Concave radius (mm) and the angle of its arc; None if the face is flat or convex."""
     if face.shape == "Plane":
         return None
-    if face.shape in ("Cylinder", "Torus") and not face.fitted:
-        if not _is_concave(face):
-            return None
-        low, high = gmsh.model.getParametrizationBounds(2, face.tag)
-        arc = 0 if face.shape == "Cylinder" else 1  # parameter of a torus along its tube
-        return face.values[-1], float(high[arc] - low[arc])
-    return _tightest(face)
-
-
-def _is_concave(face: Face) -> bool:
+    if face.shape not in ("Cylinder", "Torus") or face.fitted:
+        return _tightest(face)
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     middle = [(u0 + u1) / 2, (v0 + v1) / 2]
     point = np.array(gmsh.model.getValue(2, face.tag, middle))
@@ -200,7 +183,9 @@ def _is_concave(face: Face) -> bool:
     from_axis = point - center - ((point - center) @ axis) * axis
     if face.shape == "Torus":
         from_axis = point - center - face.values[6] * from_axis / np.linalg.norm(from_axis)
-    return bool(normal @ from_axis < 0)  # gmsh's normals point out of the only volume of a face
+    if not normal @ from_axis < 0:  # gmsh's normals point out of the only volume of a face
+        return None
+    return face.values[-1], float(u1 - u0 if face.shape == "Cylinder" else v1 - v0)  # v: along a torus's tube
 
 
 def _tightest(face: Face) -> tuple[float, float] | None:
@@ -210,7 +195,8 @@ def _tightest(face: Face) -> tuple[float, float] | None:
     flat = places.ravel()
     points = np.reshape(gmsh.model.getValue(2, face.tag, flat), (*places.shape[:2], 3))
     normals = np.reshape(gmsh.model.getNormal(face.tag, flat), points.shape)
-    if not any(_is_on(face, places[at]) for at in np.ndindex(points.shape[:2])):
+    grid = places.reshape(-1, 2).tolist()
+    if not any(gmsh.model.isInside(2, face.tag, place, True) for place in grid):  # noqa: FBT003 - gmsh's
         return None
     best: tuple[float, float] | None = None
     for axis in (0, 1):
@@ -222,7 +208,3 @@ def _tightest(face: Face) -> tuple[float, float] | None:
             turned = np.linalg.norm(turning, axis=-1).sum(axis=axis)[at[1 - axis]]
             best = (float(1 / curvature[at]), float(min(turned / np.ptp(steps), math.pi)))
     return best
-
-
-def _is_on(face: Face, place: Floats) -> bool:
-    return bool(gmsh.model.isInside(2, face.tag, list(place), True))  # noqa: FBT003 - gmsh's own order

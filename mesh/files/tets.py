@@ -14,6 +14,9 @@ from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_co
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
+# How meshio's names of solid elements begin.
+_SOLIDS: tuple[str, ...] = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
+_SOLIDS += ("VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,11 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
     for kind, rows, _ in blocks:
         count[kind] += len(rows)
     tets = [block for block in blocks if block[0] in ("tetra", "tetra10")]
-    others = {kind: number for kind, number in count.items() if _is_other_solid(kind)}
+    others = {
+        kind: number
+        for kind, number in count.items()
+        if kind.startswith(_SOLIDS) and kind not in ("tetra", "tetra10")
+    }
     if others:
         raise MeshError(
             f"it holds {_listed(others)}; only tetrahedra with four or ten nodes (C3D4, C3D10) are "
@@ -67,11 +74,6 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
             f"it holds {len(rows)} tetrahedra; at most {MOST_TETS} are supported. Use a coarser mesh"
         )
     return TetFile(np.asarray(points, dtype=float), rows, np.concatenate([ids for *_, ids in tets]))
-
-
-def _is_other_solid(kind: str) -> bool:
-    solids = ("tetra", "hexahedron", "wedge", "pyramid", "VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
-    return kind.startswith((*solids, "polyhedron")) and kind not in ("tetra", "tetra10")
 
 
 def _listed(count: Counter[str] | dict[str, int]) -> str:
@@ -173,7 +175,13 @@ def mended(file: TetFile) -> Mended:
     corners = points[tets[:, :4]]
     inverted = np.asarray(np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0)
     tets = np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets)
-    tets, swapped = _middles_in_order(points, tets, numbers)
+    swapped = False
+    if tets.shape[1] > 4:
+        wrong = _astray(points, tets)
+        reordered = tets[:, FROM_GMSH[2]]
+        swapped = bool(wrong.mean() > 0.5) and not _astray(points, reordered).any()
+        _refuse(wrong & (not swapped), numbers, "mid-side nodes that do not stand on their edges")
+        tets = reordered if swapped else tets
     _require_conforming(tets, numbers, points)
     label = linked_groups(len(points), np.repeat(tets[:, 0], 3), tets[:, 1:4].ravel())
     bodies, example, sizes = np.unique(label[tets[:, 0]], return_index=True, return_counts=True)
@@ -206,17 +214,6 @@ def _refuse(
     listed = ", ".join(map(str, refused[:_SHOWN])) + (", …" if len(refused) > _SHOWN else "")
     word = "element has" if len(refused) == 1 else "elements have"
     raise MeshError(f"{len(refused)} {word} {what} (number {listed}). {remedy}")
-
-
-def _middles_in_order(points: Floats, tets: Ints, numbers: Ints) -> tuple[Ints, bool]:
-    """Elements whose mid-side nodes stand on their edges, and whether they had to be exchanged for it."""
-    if tets.shape[1] == 4:
-        return tets, False
-    wrong = _astray(points, tets)
-    if wrong.mean() > 0.5 and not _astray(points, tets[:, FROM_GMSH[2]]).any():
-        return tets[:, FROM_GMSH[2]], True
-    _refuse(wrong, numbers, "mid-side nodes that do not stand on their edges")
-    return tets, False
 
 
 def _astray(points: Floats, tets: Ints) -> Mask:
