@@ -9,7 +9,6 @@ shorter edges are less curved.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
-from typing import Protocol
 
 import gmsh
 import numpy as np
@@ -143,13 +142,6 @@ def _place(point: Floats) -> str:
 MAX_ROUNDS = 4
 
 
-class Attempt(Protocol):
-    """Meshes the open model."""
-
-    def __call__(self, *, repair: Repair) -> tuple[TetMesh, Quality]:
-        """Mesh with the changed settings of `repair`."""
-
-
 @dataclass(frozen=True)
 class Meshed:
     """A mesh and how it was made."""
@@ -162,7 +154,7 @@ class Meshed:
 
 
 def repaired(
-    attempt: Attempt,
+    attempt: Callable[..., tuple[TetMesh, Quality]],
     flaws: Callable[[TetMesh, Quality], Repair | None],
     log: GmshLog,
     tell: Callable[[str], None],
@@ -170,9 +162,10 @@ def repaired(
 ) -> Meshed:
     """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    `repair` is what an earlier mesh of the model needed, to begin with. `flaws` returns the changes; None for
-    a sound mesh. If every attempt has flaws, the first mesh is returned, and the checks of the run will fail
-    on it. `tell` is called with the cause of each new attempt.
+    `attempt` meshes it with the changed settings that it is given as ``repair=``; `repair` is what an earlier
+    mesh of the model needed, to begin with. `flaws` returns the changes; None for a sound mesh. If every
+    attempt has flaws, the first mesh is returned, and the checks of the run will fail on it. `tell` is called
+    with the cause of each new attempt.
 
     Raises
     ------

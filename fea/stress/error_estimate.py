@@ -79,9 +79,7 @@ class ErrorEstimator:
         self._interpolation = _QUADRATIC * table.values
         self._interpolation[:, :4] += (1 - _QUADRATIC) * linear
         self._to_nodes = extrapolation(n_nodes)
-        self._to_places = (
-            table.values @ self._to_nodes
-        )  # from the Gauss points to the places of the quadrature
+        self._to_places = table.values @ self._to_nodes  # from the Gauss points to those of the quadrature
         self._inside = np.ones((len(mesh.points), 1), dtype=bool)
         for surface in mesh.facets.keys() - PLANE_AXIS.keys():
             self._inside[mesh.facets[surface]] = False

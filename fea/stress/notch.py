@@ -100,9 +100,7 @@ class NotchField:
     #: r^(λ₁ − 1), half their difference sliding · r^(λ₂ − 1), MPa with r in mm
     opening: float
     sliding: float
-    longest: (
-        float  #: the fit is of the stress up to this distance, mm, and a fillet may have it as its radius
-    )
+    longest: float  #: distance up to which the stress is fitted, and largest radius of a fillet, mm
 
     @property
     def intensity(self) -> float:

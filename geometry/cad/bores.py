@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 
-from geometry.arrays import Floats
 from geometry.cad.holes import CadHole, hollow_wall, through_holes, wall_groups
 from geometry.cad.shapes import ROUND, Interior
 from geometry.errors import GeometryError
@@ -16,6 +15,7 @@ from geometry.holes import (
     CLOSED,
     NAME_BORES,
     UNKNOWN,
+    Axis,
     Balance,
     Diameters,
     bore_pairs,
@@ -39,17 +39,12 @@ _ROUND = (
 Pair = tuple[CadHole, CadHole]
 
 
-@dataclass(frozen=True, eq=False)
-class _Opening:
-    center: Floats  #: mm
-    direction: Floats  #: unit normal of the face
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Opening(Axis):
+    """An inner edge of a plane face, normal to it."""
+
     radius: float  #: of the fitted circle, mm
     deviation: float  #: largest distance of the edge from it, mm
-
-    def coaxial(self, center: Floats, direction: Floats, radius: float) -> bool:
-        """Whether its axis is the one through a point (3,), within a part of a radius."""
-        away = np.cross(self.center - center, direction)
-        return bool(np.linalg.norm(away) < _COAXIAL * radius)
 
     def text(self) -> str:
         """Say where it is and why it is no bore."""
@@ -72,15 +67,7 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     """
     interior = Interior(volumes)
     holes = through_holes(interior, faces)
-    openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
-    odd = [one for one in openings if not any(_belongs(one, hole) for hole in holes)]
-    reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
-    through = sorted((one for one in odd if _is_free(one, interior, reach)), key=lambda one: -one.radius)
-    odd = [
-        one
-        for place, one in enumerate(through)
-        if not any(one.coaxial(other.center, other.direction, other.radius) for other in through[:place])
-    ]
+    odd = _odd_openings(interior, faces, holes)
     if not odd:
         splines = sum("spline" in face.shape.lower() for face in faces)
         if not holes and splines:
@@ -137,6 +124,20 @@ class HalfOpenError(GeometryError):
         return type(self), (self.wall,)
 
 
+def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
+    """Return the openings that lead through, but not to a cylindrical hole; the largest first."""
+    openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
+    odd = [one for one in openings if not any(_belongs(one, hole) for hole in holes)]
+    reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
+    through: list[_Opening] = []  # those that lead through, the largest of each axis
+    for one in sorted(odd, key=lambda one: -one.radius):
+        steps = np.linspace(-1, 1, 9) * min(2 * one.radius, reach)
+        known = any(other.apart(one) < _COAXIAL * other.radius for other in through)
+        if not known and not any(interior.contains(one.at(step)) for step in steps):
+            through.append(one)
+    return through
+
+
 def _openings(face: int) -> Iterator[_Opening]:
     _, loops = gmsh.model.occ.getCurveLoops(face)
     if len(loops) < 2:
@@ -148,18 +149,14 @@ def _openings(face: int) -> Iterator[_Opening]:
         places = (points - middle) @ across[:2].T
         circle = fitted_circle(places)
         if circle and (deviation := float(circle.distance(places).max())) < _NEARLY * circle.radius:
-            yield _Opening(middle + circle.center @ across[:2], across[2], circle.radius, deviation)
+            center = middle + circle.center @ across[:2]
+            yield _Opening(center=center, direction=across[2], radius=circle.radius, deviation=deviation)
 
 
 def _belongs(opening: _Opening, hole: CadHole) -> bool:
     """Whether an opening is that of a hole, or of a chamfer or counterbore about it."""
     parallel = abs(float(opening.direction @ hole.direction)) > 1 - _COAXIAL
-    return parallel and opening.coaxial(hole.center, hole.direction, opening.radius)
-
-
-def _is_free(opening: _Opening, interior: Interior, reach: float) -> bool:
-    steps = np.linspace(-1, 1, 9) * min(2 * opening.radius, reach)
-    return not any(interior.contains(opening.center + step * opening.direction) for step in steps)
+    return parallel and hole.apart(opening) < _COAXIAL * opening.radius
 
 
 def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> None:

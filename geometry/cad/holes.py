@@ -26,9 +26,7 @@ class CadHole(RoundHole):
     moment: Floats  #: (3,) first moment of the wall's area about `center`, mm³
     faces: tuple[int, ...]  #: gmsh's tags of its wall, the largest first
     deviation: float = 0.0  #: by how much the axes and radii of its faces differ, mm
-    fitted: bool = (
-        False  #: whether a face of it is a surface of another kind, to which the cylinder is fitted
-    )
+    fitted: bool = False  #: whether it is fitted to a face that is a surface of another kind
 
     @property
     def mean_width(self) -> float:

@@ -223,7 +223,7 @@ def test_the_remedy_for_a_head_beyond_the_boss_works():
         build(replace(narrow, cap_bolt_spacing=advised), Mirror.QUARTER, Assembly(bolt=NUTS))
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(st.integers(0, 10**6))
 def test_a_random_assembly_is_drawn_or_refused_by_name(seed):
     drawn = random_assembly(seed)

@@ -23,7 +23,7 @@ yield_MPa = 700.0
 [forces]
 pin_N = [20000.0, 0.0]
 [mesh]
-size_mm = 14.0
+size_mm = 20.0
 """
 
 
