@@ -26,13 +26,8 @@ class GmshLog:
         """Every message, each line with its kind in front (``"Warning: …"``)."""
         return tuple(gmsh.logger.get() if self.ended is None else self.ended)
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings and errors, without repetition, in the order of their first appearance."""
-        return self.warnings_from(0)
-
-    def warnings_from(self, first: int) -> tuple[str, ...]:
-        """Those of `lines` from number `first` on."""
+    def warnings(self, first: int = 0) -> tuple[str, ...]:
+        """Warnings and errors from line number `first` on, without repetition, in their order."""
         kinds = ("Warning", "Error")
         return tuple(dict.fromkeys(line for line in self.lines[first:] if line.startswith(kinds)))
 

@@ -33,12 +33,8 @@ class Arc:
 
     def __post_init__(self) -> None:
         degrees = math.degrees(require_positive("analysis.pressure arc", self.angle))
-        require(
-            1 <= degrees <= 180 * (1 + 1e-12),
-            "analysis.pressure arc in degrees",
-            degrees,
-            "must lie between 1 and 180, because a pin presses on one side of its bore only",
-        )
+        rule = "must lie between 1 and 180, because a pin presses on one side of its bore only"
+        require(1 <= degrees <= 180 * (1 + 1e-12), "analysis.pressure arc in degrees", degrees, rule)
 
     def __call__(self, phi: npt.ArrayLike) -> Floats:
         """Relative pressure s at angles φ (rad, any turn) from the force: 1 in the middle, 0 off the arc."""
@@ -104,11 +100,8 @@ class BorePressure:
             return cls(name, Arc(Shape.COSINE, math.pi), Arc(Shape.UNIFORM, math.radians(120)))
         match = re.fullmatch(r"(cosine|uniform)-(\d+(?:\.\d+)?)", name)
         if match is None:
-            raise InvalidValue(
-                "analysis.pressure",
-                name,
-                "must be cosine-180, uniform-120, cosine-<arc in degrees> or webster",
-            )
+            rule = "must be cosine-180, uniform-120, cosine-<arc in degrees> or webster"
+            raise InvalidValue("analysis.pressure", name, rule)
         degrees = float(match[2])
         require(1 <= degrees <= 180, "analysis.pressure", name, "the arc must lie between 1 and 180 degrees")
         arc = Arc(Shape(match[1]), math.radians(degrees))

@@ -41,31 +41,20 @@ class Engine:
         require_positive("engine.piston_mass_kg", self.piston_mass)
         require_number("engine.pin_offset_mm", self.pin_offset)
         reach = self.crank_radius + abs(self.pin_offset)
-        require(
-            reach < self.rod_length,
-            "rod.length_mm",
-            self.rod_length,
+        rule = (
             f"must exceed {reach:g} mm, the crank radius plus the pin offset, or the crank cannot turn "
-            f"(λ = {reach / self.rod_length:.4g} must be below 1)",
-            "Lengthen the rod or reduce engine.stroke_mm.",
+            f"(λ = {reach / self.rod_length:.4g} must be below 1)"
         )
+        remedy = "Lengthen the rod or reduce engine.stroke_mm."
+        require(reach < self.rod_length, "rod.length_mm", self.rod_length, rule, remedy)
         friction = require_number("engine.friction", self.friction)
         require(friction >= 0, "engine.friction", friction, "must not be negative")
         jam = friction * self.largest_rod_tangent
-        require(
-            jam < 1,
-            "engine.friction",
-            friction,
-            f"the piston jams: μ tan β must stay below 1 over the cycle, but reaches {jam:.4g}",
-            "Reduce the friction or lengthen the rod.",
-        )
+        rule = f"the piston jams: μ tan β must stay below 1 over the cycle, but reaches {jam:.4g}"
+        require(jam < 1, "engine.friction", friction, rule, "Reduce the friction or lengthen the rod.")
         whole = isinstance(self.cylinders, int) and not isinstance(self.cylinders, bool)
-        require(
-            whole and 1 <= self.cylinders <= MOST_CYLINDERS,
-            "engine.cylinders",
-            self.cylinders,
-            f"must be a whole number from 1 to {MOST_CYLINDERS}",
-        )
+        rule = f"must be a whole number from 1 to {MOST_CYLINDERS}"
+        require(whole and 1 <= self.cylinders <= MOST_CYLINDERS, "engine.cylinders", self.cylinders, rule)
         require_number("engine.phase_deg", self.phase)
 
     @property

@@ -22,43 +22,28 @@ LARGEST_PEAK = 40.0  # MPa: no piston engine in service reaches it
 
 
 class GasModel(Protocol):
-    """Anything that gives a gauge pressure over crank angle and speed."""
+    """Anything that gives a gauge pressure over crank angle and speed; ideal cycles inherit the rest."""
 
     @property
     def samples(self) -> Floats:
         """Crank angles, rad, that include every peak of a sampled pressure; empty for a smooth one."""
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What a user must know about where the pressure comes from."""
-
-    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
-        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
-
-    def note(self, speed: float) -> str:
-        """Return a note for the user about the pressure at this speed (rad/s); usually empty."""
-
-
-class Ideal:
-    """What the ideal cycles have in common."""
-
-    def note(self, speed: float) -> str:  # noqa: ARG002
-        """Return no note."""
-        return ""
-
-    @property
-    def samples(self) -> Floats:
-        """None: the pressure is smooth within a stroke."""
         return np.zeros(0)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """None: nothing is assumed."""
+        """What a user must know about where the pressure comes from."""
         return ()
+
+    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
+        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
+
+    def note(self, speed: float) -> str:  # noqa: ARG002
+        """Return a note for the user about the pressure at this speed (rad/s); usually empty."""
+        return ""
 
 
 @dataclass(frozen=True)
-class NoGas(Ideal):
+class NoGas(GasModel):
     """An open cylinder: inertia alone."""
 
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
@@ -67,7 +52,7 @@ class NoGas(Ideal):
 
 
 @dataclass(frozen=True)
-class Boyle(Ideal):
+class Boyle(GasModel):
     """Isothermal compression and expansion in every revolution: p V = const, atmospheric at BDC.
 
     It has no combustion and repeats every revolution (the gas force of Columba 2022).
@@ -89,7 +74,7 @@ class Boyle(Ideal):
 
 
 @dataclass(frozen=True)
-class Otto(Ideal):
+class Otto(GasModel):
     """Ideal four-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.2 and table 5.1).
 
     Intake 0…π at the intake pressure, isentropic compression π…2π, heat at constant volume at the
@@ -111,24 +96,15 @@ class Otto(Ideal):
         require_positive("engine.intake_pressure_bar", self.intake)
         require_positive("engine.atmosphere_bar", self.atmosphere)
         gamma = require_number("engine.heat_ratio", self.heat_ratio)
-        require(
-            1 <= gamma <= 5 / 3,
-            "engine.heat_ratio",
-            gamma,
-            "must lie between 1 (isothermal) and 5/3 (monatomic gas)",
-        )
+        rule = "must lie between 1 (isothermal) and 5/3 (monatomic gas)"
+        require(1 <= gamma <= 5 / 3, "engine.heat_ratio", gamma, rule)
         _require_reached("engine.intake_pressure_bar", self.intake, self.compressed)
         if self.peak is not None:
-            peak = require_positive("engine.peak_pressure_bar", self.peak)
-            bar = 10 * peak
-            require(
-                peak >= self.compressed,
-                "engine.peak_pressure_bar",
-                bar,
-                f"must be at least {10 * self.compressed:.4g} bar absolute, the pressure after compression",
-                'For an engine without combustion use gas = "motored".',
-            )
-            require(peak <= LARGEST_PEAK, "engine.peak_pressure_bar", bar, too_high(peak))
+            key, peak = "engine.peak_pressure_bar", require_positive("engine.peak_pressure_bar", self.peak)
+            rule = f"must be at least {10 * self.compressed:.4g} bar absolute, the pressure after compression"
+            remedy = 'For an engine without combustion use gas = "motored".'
+            require(peak >= self.compressed, key, 10 * peak, rule, remedy)
+            require(peak <= LARGEST_PEAK, key, 10 * peak, too_high(peak))
 
     @property
     def compressed(self) -> float:

@@ -63,31 +63,18 @@ class Trace:
                 "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
             )
         lowest, peak = float(pressures.min()), float(pressures.max(axis=1).min())
-        highest = float(pressures.max())
-        require(highest <= LARGEST_PEAK, "gas trace pressure_bar", 10 * highest, too_high(highest))
-        require(
-            lowest >= -ATMOSPHERE * 1.05,
-            "gas trace pressure_bar",
-            10 * lowest,
-            "a gauge pressure cannot be below vacuum (−1 bar)",
-            "Give gauge pressures in bar.",
-        )
-        require(
-            peak >= _SMALLEST_PEAK,
-            "gas trace pressure_bar",
-            10 * peak,
-            "the peak must exceed 1 bar, as in every engine that compresses its charge",
-            'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".',
-        )
+        highest, key = float(pressures.max()), "gas trace pressure_bar"
+        require(highest <= LARGEST_PEAK, key, 10 * highest, too_high(highest))
+        rule, remedy = "a gauge pressure cannot be below vacuum (−1 bar)", "Give gauge pressures in bar."
+        require(lowest >= -ATMOSPHERE * 1.05, key, 10 * lowest, rule, remedy)
+        rule = "the peak must exceed 1 bar, as in every engine that compresses its charge"
+        remedy = 'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".'
+        require(peak >= _SMALLEST_PEAK, key, 10 * peak, rule, remedy)
         angles, pressures = _closed(angles, pressures)
-        steps = np.diff(angles)
         closing = CYCLE - (angles[-1] - angles[0])
-        require(
-            closing <= 1.5 * float(steps.max()),
-            "gas trace crank_deg",
-            f"{math.degrees(angles[0]):g}…{math.degrees(angles[-1]):g}",
-            f"must cover a four-stroke cycle of 720°: {math.degrees(closing):.4g}° are missing",
-        )
+        covered = f"{math.degrees(angles[0]):g}…{math.degrees(angles[-1]):g}"
+        rule = f"must cover a four-stroke cycle of 720°: {math.degrees(closing):.4g}° are missing"
+        require(closing <= 1.5 * float(np.diff(angles).max()), "gas trace crank_deg", covered, rule)
         object.__setattr__(self, "crank_angles", angles)
         object.__setattr__(self, "pressures", pressures)
         object.__setattr__(self, "speeds", speeds)
@@ -145,30 +132,19 @@ def _rpm(speed: float) -> float:
 
 
 def _require_shapes(angles: Floats, pressures: Floats, speeds: Floats) -> None:
-    require(
-        angles.ndim == 1 and angles.size >= 3,
-        "gas trace",
-        f"{angles.size} sample{'s' * (angles.size != 1)}",
-        "must have at least three samples over the cycle",
-    )
+    samples = f"{angles.size} sample{'s' * (angles.size != 1)}"
+    rule = "must have at least three samples over the cycle"
+    require(angles.ndim == 1 and angles.size >= 3, "gas trace", samples, rule)
     rows, columns = pressures.shape
-    require(
-        columns == angles.size,
-        "gas trace",
-        f"{columns} pressures",
-        f"must match the {angles.size} crank angles",
-    )
+    rule = f"must match the {angles.size} crank angles"
+    require(columns == angles.size, "gas trace", f"{columns} pressures", rule)
     fits = speeds.size == rows or (speeds.size == 0 and rows == 1)
     require(fits, "gas trace", f"{rows} traces", f"must match the {speeds.size} speeds")
     finite = all(np.isfinite(a).all() for a in (angles, pressures, speeds))
     require(finite, "gas trace", "not finite", "must contain finite numbers only")
     rising = speeds.size == 0 or (speeds[0] > 0 and bool((np.diff(speeds) > 0).all()))
-    require(
-        rising,
-        "gas trace",
-        f"speeds {[round(float(_rpm(s)), 3) for s in speeds]} rpm",
-        "must be positive and increasing",
-    )
+    listed = f"speeds {[round(float(_rpm(s)), 3) for s in speeds]} rpm"
+    require(rising, "gas trace", listed, "must be positive and increasing")
 
 
 def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
@@ -176,13 +152,9 @@ def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
     if angles[-1] - angles[0] < CYCLE * (1 - 1e-9):
         return angles, pressures
     gap = float(np.max(np.abs(pressures[:, -1] - pressures[:, 0]) / pressures.max(axis=1)))
-    require(
-        gap <= _CLOSURE,
-        "gas trace",
-        f"{100 * gap:.3g} % of the peak between 0° and 720°",
-        f"the first and last pressure may differ by at most {100 * _CLOSURE:g} % of the peak",
-        "Correct the drift of the pressure transducer.",
-    )
+    differ = f"{100 * gap:.3g} % of the peak between 0° and 720°"
+    rule = f"the first and last pressure may differ by at most {100 * _CLOSURE:g} % of the peak"
+    require(gap <= _CLOSURE, "gas trace", differ, rule, "Correct the drift of the pressure transducer.")
     return angles[:-1], pressures[:, :-1]
 
 

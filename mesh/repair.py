@@ -181,7 +181,7 @@ def repaired(
             failure = failure or error
             more = error.repair if isinstance(error, UnsoundMeshError) else None
         else:
-            meshed = Meshed(mesh, quality, repair, log.warnings_from(begin))
+            meshed = Meshed(mesh, quality, repair, log.warnings(begin))
             more = flaws(mesh, quality)
             if more is None:
                 return meshed

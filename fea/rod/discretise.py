@@ -183,7 +183,7 @@ class _Model:
         self._log, self._materials = log, drawing.materials
         with clock("geometry"):
             self._solid = drawing.rod.draw(clock.tell, drawing.assembly)
-        self._drawing_warnings = log.warnings
+        self._drawing_warnings = log.warnings()
         self._repair = drawing.repair
 
     def meshed(self, request: MeshRequest, clock: Clock) -> Drawn:

@@ -203,24 +203,13 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
 
 
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
-    with _unmarked(path) as plain:
-        entities = gmsh.model.occ.importShapes(str(plain), format=_GMSH_FORMATS[kind])
+    with tempfile.TemporaryDirectory() as folder, path.open("rb") as file:
+        if file.read(len(BOM_UTF8)) == BOM_UTF8:  # some editors put this mark before the text
+            path = Path(folder, path.name)
+            path.write_bytes(file.read())
+        entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
     gmsh.model.occ.synchronize()
     return [(int(dim), int(tag)) for dim, tag in entities]
-
-
-@contextmanager
-def _unmarked(path: Path) -> Iterator[Path]:
-    """Give a file without the byte-order mark that some editors put before the text."""
-    with path.open("rb") as file:
-        marked = file.read(len(BOM_UTF8)) == BOM_UTF8
-    if not marked:
-        yield path
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        plain = Path(folder, path.name)
-        plain.write_bytes(path.read_bytes().removeprefix(BOM_UTF8))
-        yield plain
 
 
 def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

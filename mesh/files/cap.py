@@ -115,11 +115,10 @@ def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> Surfac
                 open_holes.append(hole)
         open_holes += [count + each for each in left]
         for mine, its in loops:
-            own, its_points = rod.points[mine], cap.points[its]
-            partner = _partners(own, its_points, wall.radius)
+            partner = _partners(rod.points[mine], cap.points[its], wall.radius)
             if partner is None:
                 apart = True
-                facets.append(_band(mine, own, count + its, its_points))
+                facets.append(_band(mine, rod.points[mine], count + its, cap.points[its]))
             else:
                 number[count + its[partner]] = mine
     moved = cap.points + (gap * wall.radius * of_rod[0].normal if apart else 0.0)

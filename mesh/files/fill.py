@@ -119,13 +119,13 @@ def crossings(surface: SurfaceMesh) -> Ints:
     order = np.argsort(low[:, axis], kind="stable")
     low, high = low[order], high[order]
     ends = np.searchsorted(low[:, axis], high[:, axis], side="right")
-    found = []
+    rows = [np.empty((0, 2), dtype=np.int64)]
     for k in range(len(order)):
         near = slice(k + 1, ends[k])
         meet = ((low[near] <= high[k]) & (high[near] >= low[k])).all(axis=1)
         others = k + 1 + np.flatnonzero(meet)
-        found.append(np.column_stack([np.full(len(others), k), others]))
-    pairs = order[np.concatenate(found)] if found else np.empty((0, 2), dtype=np.int64)
+        rows.append(np.column_stack([np.full(len(others), k), others]))
+    pairs = order[np.concatenate(rows)]
     one, other = surface.facets[pairs[:, 0]], surface.facets[pairs[:, 1]]
     pairs = pairs[~(one[:, :, None] == other[:, None, :]).any(axis=(1, 2))]
     first, second = corners[pairs[:, 0]], corners[pairs[:, 1]]

@@ -51,7 +51,7 @@ def outcome(seed: int) -> dict[str, object]:
         "shape": quality.least_shape,
         "straightened": quality.straightened,
         "mass_error": abs(inertia(mesh, 1.0).properties.mass / solid.mass.mass - 1),
-        "warnings": list(log.warnings),
+        "warnings": list(log.warnings()),
     }
 
 

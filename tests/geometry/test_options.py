@@ -33,7 +33,7 @@ def test_the_drawn_solid_is_what_the_dimensions_say(name, mirror):
     with session() as log:
         drawn = build(rod, mirror).mass
     computed = HeightField(rod).mass()
-    assert log.warnings == ()
+    assert log.warnings() == ()
     assert computed.mass == pytest.approx(drawn.mass, rel=1e-5)
     assert computed.center[0] == pytest.approx(drawn.center[0], rel=1e-5)
     for i in range(3):

@@ -34,4 +34,4 @@ def test_the_molina_rod_has_the_length_of_its_engine():
 def test_every_preset_can_be_drawn(name):
     with session() as log:
         build(PRESETS[name])
-    assert log.warnings == ()
+    assert log.warnings() == ()

@@ -23,8 +23,8 @@ def test_messages_survive_the_session():
         gmsh.logger.write("a hint", "warning")
         gmsh.logger.write("a remark", "info")
         gmsh.logger.write("a hint", "warning")
-        assert log.warnings == ("Warning: a hint",)
-    assert log.warnings == ("Warning: a hint",)
+        assert log.warnings() == ("Warning: a hint",)
+    assert log.warnings() == ("Warning: a hint",)
     assert any("a remark" in line for line in log.lines)
 
 

@@ -29,7 +29,7 @@ class Log:
 
     lines = ("Warning: first", "Warning: second")
 
-    def warnings_from(self, first):
+    def warnings(self, first=0):
         return self.lines[first:]
 
 
