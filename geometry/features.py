@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from typing import TypeVar
 
 import gmsh
@@ -39,7 +40,7 @@ class _Expected:
     """Faces that the dimensions give, and their area on the whole rod, mm²; None: not compared."""
 
     kind: FeatureKind
-    matches: Callable[[Face, float], bool]
+    matches: Callable[..., bool]  #: of a face, with the ``slack`` of lengths, mm
     area: float | None = None
     radius: float = math.inf
     sweep: float = 0.0
@@ -49,9 +50,7 @@ class _Expected:
 def _cylinder(
     kind: FeatureKind, arc: Arc, area: float, sweep: float, thickness: float = math.inf
 ) -> _Expected:
-    def matches(face: Face, slack: float) -> bool:
-        return face.about(*arc.center, arc.radius, slack)
-
+    matches = partial(Face.about, x=arc.center[0], y=arc.center[1], radius=arc.radius)
     return _Expected(kind, matches, area, arc.radius, sweep, thickness)
 
 
@@ -74,7 +73,8 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     holes = [(rod.cap_bolt, turn), *((hole, 0.0) for hole in (rod.oil_hole, rod.oil_gallery, rod.shank_bore))]
     for diameter, angle in holes:
         if diameter:
-            yield _lengthwise(diameter / 2, angle)
+            matches = partial(Face.lengthwise, radius=diameter / 2, turn=angle)
+            yield _Expected(FeatureKind.HOLE, matches, None, diameter / 2, full)
     if outline.bosses is not None:
         arcs = list(outline.bosses.fillets())
         if turn:
@@ -83,23 +83,10 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
             area = 4 / len(arcs) * arc.length * rod.big_end_width
             yield _cylinder(FeatureKind.BOSS_FILLET, arc, area, abs(arc.sweep))
     for step in field.steps:
-        yield _foot_of(step, _ring_step(field, step))
+        matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
+        yield _Expected(FeatureKind.RING_STEP, matches, _ring_step(field, step), step.radius, step.sweep)
     if field.pocket is not None:
         yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
-
-
-def _lengthwise(radius: float, angle: float) -> _Expected:
-    def matches(face: Face, slack: float) -> bool:
-        return face.lengthwise(radius, slack, angle)
-
-    return _Expected(FeatureKind.HOLE, matches, None, radius, 2 * math.pi)
-
-
-def _foot_of(step: RingStep, area: float) -> _Expected:
-    def matches(face: Face, slack: float) -> bool:
-        return face.is_torus(step.center, step.foot, step.radius, slack)
-
-    return _Expected(FeatureKind.RING_STEP, matches, area, step.radius, step.sweep)
 
 
 def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expected]:
@@ -155,7 +142,7 @@ def checked_features(
         Faces are missing, or their area is off by more than `TOLERANCE`.
     """
     slack, every = SLACK * rod.length, list(_expected(rod, turn))
-    matching = [tuple(face.tag for face in faces if one.matches(face, slack)) for one in every]
+    matching = [tuple(face.tag for face in faces if one.matches(face, slack=slack)) for one in every]
     features = [
         Feature(one.kind, tags, one.radius, one.sweep, one.thickness)
         for one, tags in zip(every, matching, strict=True)

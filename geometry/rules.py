@@ -58,14 +58,12 @@ def _rings(rod: Dimensions) -> None:
 def leave_a_shank(length: float, big_end_radius: float, small_end_radius: float) -> None:
     """Refuse rings (outer radii, mm) that meet or nearly meet on a rod of this length (mm)."""
     reach = big_end_radius + small_end_radius
-    require(
-        reach < 0.95 * length,
-        "rod.length_mm",
-        length,
+    rule = (
         f"must leave a shank between the rings, whose outer radii are {big_end_radius:g} and "
-        f"{small_end_radius:g} mm: at least a twentieth of the length",
-        f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce the bores or rings.",
+        f"{small_end_radius:g} mm: at least a twentieth of the length"
     )
+    remedy = f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce the bores or rings."
+    require(reach < 0.95 * length, "rod.length_mm", length, rule, remedy)
 
 
 def _shank(rod: Dimensions) -> None:

@@ -48,20 +48,14 @@ class Trace:
         back = np.flatnonzero(np.diff(angles) <= 0)
         if back.size:
             i = int(back[0]) + 1
-            raise InvalidValue(
-                "gas trace crank_deg",
-                math.degrees(angles[i]),
-                f"must increase from sample to sample (it follows {math.degrees(angles[i - 1]):g})",
-                "Sort the samples and drop repeated angles.",
-            )
+            rule = f"must increase from sample to sample (it follows {math.degrees(angles[i - 1]):g})"
+            remedy = "Sort the samples and drop repeated angles."
+            raise InvalidValue("gas trace crank_deg", math.degrees(angles[i]), rule, remedy)
         outside = angles[(angles < 0) | (angles > CYCLE * (1 + 1e-12))]
         if outside.size:
-            raise InvalidValue(
-                "gas trace crank_deg",
-                math.degrees(outside[0]),
-                "must lie within one cycle, 0 to 720°",
-                "Count angles from the gas-exchange TDC, so that firing TDC is at 360°.",
-            )
+            rule = "must lie within one cycle, 0 to 720°"
+            remedy = "Count angles from the gas-exchange TDC, so that firing TDC is at 360°."
+            raise InvalidValue("gas trace crank_deg", math.degrees(outside[0]), rule, remedy)
         lowest, peak = float(pressures.min()), float(pressures.max(axis=1).min())
         highest, key = float(pressures.max()), "gas trace pressure_bar"
         require(highest <= LARGEST_PEAK, key, 10 * highest, too_high(highest))

@@ -177,11 +177,10 @@ def _bound(refinement: Refinement, sizing: Sizing) -> int:
     field.setNumber(distance, "Sampling", int(min(max(20, 2 * longest / size), 400)))
     threshold = field.add("Threshold")
     near = refinement.width / 4  # the middle is reached from both edges
-    field.setNumber(threshold, "InField", distance)
-    field.setNumber(threshold, "SizeMin", size)
-    field.setNumber(threshold, "SizeMax", sizing.size)
-    field.setNumber(threshold, "DistMin", near)
-    field.setNumber(threshold, "DistMax", near + (sizing.size - size) / sizing.growth)
+    numbers = {"InField": distance, "SizeMin": size, "SizeMax": sizing.size, "DistMin": near}
+    numbers["DistMax"] = near + (sizing.size - size) / sizing.growth
+    for name, number in numbers.items():
+        field.setNumber(threshold, name, number)
     return int(threshold)
 
 

@@ -195,15 +195,10 @@ class _Model:
             refined = refinements(solid.features, size, length, per_touched_bore=request.per_touched_bore)
             sizing = Sizing(size, request.order)
             elements = estimate(refined, sizing)
-            coarser = size * (elements / _MOST_ELEMENTS) ** (1 / 3)
-            require(
-                elements <= _MOST_ELEMENTS,
-                "mesh.size_mm",
-                size,
-                f"gives about {elements:.2g} elements; at most {_MOST_ELEMENTS / 1e6:.0f} million are "
-                "allowed",
-                f"Use {1.05 * coarser:.2g} mm or more.",
-            )
+            most = f"at most {_MOST_ELEMENTS / 1e6:.0f} million are allowed"
+            remedy = f"Use {1.05 * size * (elements / _MOST_ELEMENTS) ** (1 / 3):.2g} mm or more."
+            rule = f"gives about {elements:.2g} elements; {most}"
+            require(elements <= _MOST_ELEMENTS, "mesh.size_mm", size, rule, remedy)
             allow(_MESHING + _PER_ELEMENT * elements)
             volumes = [part.volumes for part in solid.parts]
             made = repaired(

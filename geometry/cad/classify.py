@@ -207,12 +207,9 @@ def named_parts(
     if normal is None and radius is None:
         return {name: volumes[name] for name in NAMES if name in volumes}
     if CAP in volumes:
-        raise InvalidValue(
-            "assembly.shell_thickness_mm",
-            assembly.shell,
-            "the shells are not among the solids of the file, whose cap is a part of its own",
-            "Add them to the file, or leave it out.",
-        )
+        rule = "the shells are not among the solids of the file, whose cap is a part of its own"
+        remedy = "Add them to the file, or leave it out."
+        raise InvalidValue("assembly.shell_thickness_mm", assembly.shell, rule, remedy)
     bodies = {name: volumes[name][0] for name in (ROD, BUSHING) if name in volumes}
     far = 3 * (bores[1].x + 2 * bores[0].radius)
     divided_bodies = divided(bodies, normal, radius, far)
