@@ -37,7 +37,8 @@ class MassProperties:
 def joined(bodies: Sequence[MassProperties]) -> MassProperties:
     """Return the mass properties of several bodies as one (parallel-axis theorem)."""
     mass = sum(body.mass for body in bodies)
-    center = np.array([body.mass for body in bodies]) @ np.array([body.center for body in bodies]) / mass
+    # Products are summed, rather than a matrix product taken: those of a body and its image cancel exactly.
+    center = np.sum([body.mass * np.array(body.center) for body in bodies], axis=0) / mass
     total = np.zeros((3, 3))
     for body in bodies:
         away = body.center - center
