@@ -85,9 +85,7 @@ def creases(
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
-    from scipy.spatial import KDTree  # noqa: PLC0415 - a smooth solid does not need it
-
-    nodes = np.asarray(KDTree(mesh.points).query(np.concatenate(rows))[1], dtype=np.int64)
+    nodes = _numbers(np.concatenate(rows), mesh)
     return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
 
 
@@ -123,6 +121,19 @@ def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[i
 def _normals(curve: int, at: Floats, face: int) -> Floats:
     on_face = gmsh.model.reparametrizeOnSurface(1, curve, at, face)
     return np.reshape(gmsh.model.getNormal(face, on_face), (-1, 3))
+
+
+def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
+    """Nodes (n, 2) of a mesh at places (n, 2, 3), the nearest where none is exactly there."""
+    count, places = len(mesh.points), ends.reshape(-1, 3)
+    together = np.concatenate([mesh.points, places]) + 0.0  # no negative zeros
+    _, place = np.unique(together, axis=0, return_inverse=True)
+    node_at = np.full(len(together), -1)
+    node_at[place[:count]] = np.arange(count)
+    nodes = node_at[place[count:]]
+    for row in np.flatnonzero(nodes < 0):
+        nodes[row] = np.linalg.norm(mesh.points - places[row], axis=1).argmin()
+    return np.asarray(nodes, dtype=np.int64).reshape(-1, 2)
 
 
 def _in_words(face: int, cut: set[int]) -> str:

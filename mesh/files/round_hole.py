@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
-from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import CLOSED, RoundHole, basis_across, place_text
@@ -42,6 +40,8 @@ class Axes:
 
 def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
     """Least-squares cylinders through clouds of points (n, 3), with a common direction near a guess (3,)."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 - only meshes from files need it
+
     across = basis_across(direction)
     middles = [cloud.mean(axis=0) for cloud in clouds]
     starts = [
@@ -195,6 +195,8 @@ def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> C
     if len(places) < 3:
         return None
     random = np.random.default_rng(0)
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only meshes from files need it
+
     first = random.integers(len(places), size=_SAMPLES)
     near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
     picks = random.integers(near.shape[1], size=(_SAMPLES, 2))
