@@ -147,11 +147,12 @@ def _asperities(roughness: float, structure: Structure, friction: float) -> Aspe
 
 
 class Films:
-    """The films of the big end of a rod, each computed once: by the speed, rad/s."""
+    """The films of the big end of a rod, each computed once."""
 
     def __init__(self, structure: Structure) -> None:
         self._structure = structure
-        self._pairs: dict[float, tuple[FilmCycle, FilmCycle]] = {}
+        # By the speed and the gas, which is kept so that its number stays its own.
+        self._pairs: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, object]] = {}
 
     @cached_property
     def bore(self) -> YieldingBore:
@@ -174,12 +175,15 @@ class Films:
         FilmError
             The film was not solved.
         """
-        if cycle.speed not in self._pairs:
+        rule = "must be above 0: the rotation of the crank pin carries its oil film"
+        require(cycle.speed > 0, "speed.rpm", cycle.speed, rule)
+        key = cycle.speed, id(cycle.gas)
+        if key not in self._pairs:
             bore = self.bore
             with self._structure.clock("film"):
                 coarse = self._integrated(cycle, bore, COARSE, None)
-                self._pairs[cycle.speed] = self._integrated(cycle, bore, FINE, coarse), coarse
-        return self._pairs[cycle.speed]
+                self._pairs[key] = self._integrated(cycle, bore, FINE, coarse), coarse, cycle.gas
+        return self._pairs[key][:2]
 
     def _integrated(
         self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int], before: FilmCycle | None

@@ -39,6 +39,7 @@ from fea.output.limits_report.report import write_limits_page
 from fea.output.plots.limits import MapLine, MapPlot, plot_limits
 from fea.output.text import write_text
 from fea.rod.place_names import place_name
+from fea.study.pin_models import FILM
 from fea.study.study import Study, load_study
 from geometry.arrays import Floats
 from geometry.errors import require, require_positive
@@ -118,6 +119,9 @@ def limits(
     rule = "cannot be combined with fea limits: each state of a rod in parts takes too long"
     remedy = "Remove [assembly]; then check a limit with it: fea run with its rpm and its engine.gas_scale."
     require(study.assembly is None, "[assembly]", None, rule, remedy)
+    rule = "would take a film of seconds for each of some hundred states; the film changes the big end alone"
+    on_film = study.analysis.pressure == FILM
+    require(not on_film, "analysis.pressure", FILM, rule, "Choose another, or leave it out.")
     speeds = [rpm for rpm in study.speeds() if rpm is not None]
     require_positive("speed.rpm", max(speeds))
     if at_rpm is not None:
