@@ -25,7 +25,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.base.note import Note, omission
 from fea.base.units import DEG, UM
 from fea.contact.assembly_state import FITS, AssemblyState, FaceState
-from fea.judge.bolt import Bolt, BoltResult
+from fea.judge.bolt import BoltResult
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.solid.errors import ContactError
@@ -180,7 +180,7 @@ def bolts_figures(
     chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
     cases = list(states)
     in_time = list(states.values()) if cycle is None else cycle.states
-    judged = partial(_judged, bolt, turned=table.bolt_stretch_mm is None)
+    judged = partial(judged_bolts, assembling)
     all_judged = judged([*states.values(), *in_time])
     hardest = max(all_judged, key=lambda one: one.largest_force)
     over_time = judged(in_time)
@@ -213,8 +213,9 @@ def bolts_figures(
     )
 
 
-def _judged(bolt: Bolt, states: Sequence[AssemblyState], *, turned: bool) -> list[BoltResult]:
+def judged_bolts(assembling: Assembling, states: Sequence[AssemblyState]) -> list[BoltResult]:
     """Judge each bolt over a sequence of states."""
+    bolt, turned = assembling.bolt.bolt, assembling.table.bolt_stretch_mm is None
     over_time = zip(*(state.bolts for state in states), strict=True)
     return [
         BoltResult.of(

@@ -240,6 +240,10 @@ class PreparedRod:
         with self.clock("cycle"):
             cycles = cycles or [self.crank_cycle(rpm) for rpm in _spread(self.study)]
             basis = spanning(self.pins.span(cycles), cycles)
+        return self.superposing(basis)
+
+    def superposing(self, basis: Basis) -> CycleAnalysis:
+        """What superposes the unit solutions of a basis."""
         return CycleAnalysis(
             mesh=self.mesh,
             materials=self.materials,

@@ -52,7 +52,7 @@ _WORDS = {
 
 
 # Beginnings of what stays on the screen, and is written where there is none.
-_LASTING = ("pass ", "draft: ", "meshing again")
+_LASTING = ("pass ", "draft: ", "meshing again", "answer: ")
 # A stage that takes longer is explained, s.
 _PATIENCE = 150.0
 

@@ -455,6 +455,9 @@ class OptimiseTable(
     )
     min_fatigue_safety: float | None = key("1.3", "less the error bar of the stress", require_positive)
     min_buckling_safety: float | None = key("3.0", "against buckling as a column", require_positive)
+    min_rpm: float | None = key(
+        "7500", "speed, rpm, at which they must hold too, as at the study's own speeds", require_positive
+    )
     least_wall_mm: float | None = key(
         "3.0",
         "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod",

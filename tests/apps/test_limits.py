@@ -5,22 +5,27 @@ import json
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from program import fea as program
 
 import fea
+from fea.analysis.assembling import Assembling
+from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.figures import Largest
-from fea.apps.limits.limit_map import Axes, Limit, LimitMap, root
+from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line, root
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.states import Mode, States, Worst
+from fea.apps.limits.states import Mode, States, SuperposedStates, Worst
+from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
 from fea.study.option_tables import ForcesTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
+from geometry.mass import MassProperties
 
 COARSE = {"size": 14.0, "pressure": "cosine-180"}
 
@@ -122,7 +127,7 @@ def test_a_column_buckles_at_its_critical_load():
     """At idling speed the gas alone presses: p A is the load of the column formulas, to 1 % (inertia)."""
     rod = fea.prepare(study())
     operation, cycle = Operation(rod.engine, rod.mass), rod.crank_cycle(800.0)
-    states = States(rod, rod.spanned_cycle([cycle]))
+    states = SuperposedStates(rod, rod.spanned_cycle([cycle]))
     scale, _ = root(lambda at: math.log(states.buckling(operation.cycle(800.0, at)).factor), 50.0, [1.0])
     formulas = column_figures(rod, rod.engine.at(rod.mass, 800.0).cases)
     critical = min(min(each.euler_N, each.johnson_N, each.rankine_N) for each in formulas.planes.values())
@@ -130,18 +135,58 @@ def test_a_column_buckles_at_its_critical_load():
     assert gauge * rod.engine.engine.piston_area == pytest.approx(critical, rel=1e-2)
 
 
-def test_a_root_is_found_where_a_bolt_yields():
-    """VDI 2230: F_S = F_V + Φ F_A; the load at which the bolt yields follows from its diagram."""
-    preload, share, strength = 30e3, 0.2, 45e3
+class Springs(States):
+    """A bolt and what it clamps as two springs: F_S = F_V + Φ F_A (VDI 2230-1:2015, R3)."""
 
-    def level(load):
-        return math.log(strength / (preload + share * load))
+    dear, share = True, 0.2
 
-    x, slope = root(level, 1e6, [20e3])
-    assert x == pytest.approx((strength - preload) / share, rel=1e-2)
-    # d ln F_A/d ln f = −F_S/(Φ F_A): a bar of the stress is a wider one of the load.
-    assert slope == pytest.approx(-strength / (strength - preload), rel=0.05)
-    assert root(level, 50e3, [20e3]) is None
+    def __init__(self, assembling):
+        self._assembling, self.points = assembling, 0
+
+    def judged(self, pull):
+        area = self._assembling.bolt.bolt.least_area
+        forces = self._assembling.bolt.bolt.preload + self.share * np.atleast_1d(pull)
+        states = [SimpleNamespace(bolts=(BoltState((0, 0, 0), one, 1, fibre=one / area),)) for one in forces]
+        (bolt,) = judged_bolts(self._assembling, states)
+        return {Mode.BOLT_YIELD: Worst(bolt.working_safety)}
+
+    @property
+    def rest(self):
+        return self.judged(0.0)
+
+    def at(self, cycle):
+        self.points += 1
+        return self.judged(np.maximum(cycle.degrees.crank_axial, 0.0) / 2)
+
+    survey = at
+
+    def certify(self, cycle, state):
+        return True
+
+
+def test_a_bolt_yields_where_its_diagram_says():
+    """Without gas the pull is in proportion to speed squared, so that the limit speed follows; 1 %."""
+    own = load_study("leon-2001-bolted")
+    bolt = Assembling.of(own).bolt.bolt
+    loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
+    operation = Operation(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
+    states = Springs(Assembling.of(own))
+    explorer = Explorer(states, operation, Axes(7000.0, 1.0), required=1.1, show=lambda _text: None)
+    twisting = math.sqrt(bolt.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
+    strongest = bolt.least_area * math.sqrt((bolt.strength.yield_strength / 1.1) ** 2 - twisting**2)
+    pull = (strongest - bolt.preload) / states.share
+    at_1000 = operation.cycle(1000.0, 1.0).degrees.crank_axial.max() / 2
+    expected = 1000 * math.sqrt(pull / at_1000)
+    survey = explorer.survey()
+    line = Line("load", lambda rpm: (rpm, 0.0), (500.0, operation.fastest))
+    [limit], [(_, high)] = explorer.edges(survey, line)
+    assert limit.mode is Mode.BOLT_YIELD
+    assert high == pytest.approx(expected, rel=1e-2)
+    # Speed is the root of pull, and a bar of the stress is a wider one of the pull, beside the preload.
+    assert limit.slope == pytest.approx(-strongest / (states.share * pull) / 2, rel=0.1)
+    [of_ray] = explorer.map().limits[Mode.BOLT_YIELD]
+    assert of_ray.rpm == pytest.approx(expected, rel=1e-2)
+    assert states.points <= 6
 
 
 def test_charge_scales_the_ideal_cycle_and_a_trace():
@@ -169,11 +214,6 @@ def test_full_load_is_read_and_refused(tmp_path):
         load_study(path)
 
 
-def test_a_rod_in_parts_is_refused():
-    with pytest.raises(InvalidValue, match="cannot be combined with fea limits"):
-        fea.limits("leon-2001-bolted")
-
-
 def test_given_forces_have_no_speed():
     own = study(engine=None, forces=ForcesTable((1000.0, 0.0)))
     with pytest.raises(InvalidValue, match="without an engine has no speed"):
@@ -181,12 +221,11 @@ def test_given_forces_have_no_speed():
 
 
 def test_ray_estimates_are_exact_where_loads_are_proportional():
-    axes, angles = Axes(4000.0, 2.0), np.linspace(0.1, 1.4, 5)
-    limits = []
-    for angle in angles:  # a straight limit: along + up = 1
-        load = 1 / (math.cos(angle) + math.sin(angle))
-        limits.append(Limit(Mode.YIELD, *axes.point(angle, load), 1.0, Worst(1.0), -1.0))
-    of_rays = LimitMap(axes, angles, {Mode.YIELD: tuple(limits)})
-    rpm, charge = axes.point(float(angles[2]), 0.25)
-    factor = of_rays.factors(np.array([rpm]), np.array([charge]))[Mode.YIELD]
-    assert factor[0] == pytest.approx(4 / (math.cos(angles[2]) + math.sin(angles[2])))
+    axes, angles = Axes(4000.0, 2.0), np.linspace(0.1, 1.4, 4)
+    loads = 1 / (np.cos(angles) + np.sin(angles))  # a straight limit: along + up = 1
+    of_rays = LimitMap(axes, angles, {Mode.YIELD: loads}, {Mode.YIELD: 0.4})
+    for angle in (angles[1], 0.7):  # on a ray, and between two
+        rpm, charge = axes.point(float(angle), 0.25)
+        factor = of_rays.factors(np.array([rpm]), np.array([charge]))[Mode.YIELD]
+        usage = 0.25 * (math.cos(angle) + math.sin(angle))
+        assert 1 / factor[0] == pytest.approx(0.4 + 0.6 * usage)  # preload uses 40 % at rest

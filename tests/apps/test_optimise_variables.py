@@ -117,4 +117,6 @@ def test_what_a_search_cannot_do_is_refused():
         search_study(parse_study('[rod]\npreset = "leon-2001"\n', "bare", Path.cwd()))
     assert search_study(LEON).analysis.cycle
     assert search_study(load_study("columba-2022")).rod.mass is None
+    faster = replace(LEON, optimise=OptimiseTable(min_rpm=7500.0))
+    assert search_study(faster).speeds() == (*LEON.speeds(), 7500.0)
     assert search_study(LEON).analysis.tolerance_percent == 2.0

@@ -22,8 +22,10 @@ from fea.analysis.cycle.superposition import counting
 from fea.analysis.engine_study import engine_study
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import solve_speed, with_cycle
+from fea.apps.limits.describe import Bars
+from fea.apps.limits.explore import Found, explore
 from fea.apps.limits.limit_map import Limit
-from fea.apps.limits.run_limits import Bars, Found, explore, limits
+from fea.apps.limits.run_limits import limits
 from fea.apps.limits.states import Mode
 from fea.base.units import BAR, DEG
 from fea.judge.fatigue import fatigue_factor
@@ -43,8 +45,9 @@ RODS = (
     ("suzuki-hayabusa", "contact"),
 )
 POINTS, SEED = 20, 36
-# Degrees between directly solved instants, and around those that decide.
-EVERY, AROUND = 15, 6
+# Degrees between directly solved instants, and around those that decide. Contact makes the stress of a place
+# peak within a few degrees: every 15, the least factor is up to .6 % too large.
+EVERY, AROUND = 5, 6
 PROMISED = 0.5  # percent
 BLOCK = 4000
 HEAD = (

@@ -6,13 +6,19 @@ from dataclasses import dataclass
 from fea.base.note import Note
 
 # What ends a rod, by the mode; the place is that of the whole rod.
-_ENDS = {
+ENDS = {
     "yield": "{place} yields",
     "fatigue": "{place} fails by fatigue",
     "buckling": "the shank buckles",
+    "bolt yield": "a bolt yields",
+    "bolt fatigue": "a bolt fails by fatigue",
+    "joint opening": "the joint opens at the bore",
+    "joint slip": "the joint slips",
+    "bushing lifting": "the bushing begins to lift off its seat",
+    "shell lifting": "a bearing shell begins to lift off its seat",
 }
 # Modes that end it at one crank angle.
-_AT_ONCE = {"yield", "buckling"}
+_AT_ONCE = ENDS.keys() - {"fatigue", "bolt fatigue"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +30,7 @@ class LimitFigures:
     peak_pressure_bar: float  #: absolute
     bar: float | None  #: of the factor, by the stress there, percent; None where there is no estimate
     gas_scale: float  #: multiple of the charge of the study: the key of [engine] that gives this peak
+    interpolated: bool = False  #: between states that were solved
     at_mm: tuple[float, ...] | None  #: None where the mode has no place
     crank_deg: float | None
 
@@ -79,8 +86,9 @@ class LimitsFigures:
 
 def ends(largest: Largest) -> str:
     """Say what ends a rod."""
-    said = _ENDS[largest.mode].format(place=f"the {largest.place}")
-    return f"{said}, at {largest.crank_deg:.0f}°" if largest.mode in _AT_ONCE else said
+    said = ENDS[largest.mode].format(place=f"the {largest.place}")
+    at_once = largest.mode in _AT_ONCE and largest.crank_deg is not None
+    return f"{said}, at {largest.crank_deg:.0f}°" if at_once else said
 
 
 def with_bar(value: float, bar: float | None, unit: str) -> str:

@@ -2,32 +2,39 @@
 
 Along a ray all loads grow together, so that each factor falls steadily and passes the required one once. A
 line of operation, such as one speed or the full load of every speed, may cross a mode's limit several times:
-gas relieves inertia. The limits of the rays tell between which points; root finding on the states does the
-rest.
+gas relieves inertia. A survey of a few rays tells between which points, and root finding on the states does
+the rest: the answer in words needs no more. The map has more rays, with the limit of every mode on each.
+
+States of a rod in parts are dear. Its map has the rays of the survey, and utilisations between the few states
+of a ray, and between these and the rod at rest, are interpolated.
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.states import Mode, State, States, Worst
+from fea.apps.limits.states import ONSETS, Mode, State, States, Worst
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
+from loads.crank_cycle import CrankCycle
 from loads.gas import LARGEST_PEAK
 
-# How exactly an edge is found: the factor there relative to that required; and steps at most.
-_FACTOR, _STEPS, _ALMOST = 1e-3, 8, 5e-3
+# How exactly an edge is found: the factor there relative to that required, where states are dear too; steps
+# at most.
+_FACTOR, _OF_DEAR, _STEPS, _ALMOST = 1e-3, 3e-3, 8, 5e-3
 # Relative distance of places from which a slope is taken, at least.
 _APART = 2e-3
 # A step of the search changes the logarithm of a load by so much at most.
 _LEAP = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
 _NO_STATE = Worst(0.75)
-# Rays through the map, and those on which every place is evaluated.
-RAYS, ANCHORS = 21, 5
+# Rays of the map, and of the survey.
+RAYS, ANCHORS = 13, 5
 # By how much a load is less with which it is tried again, and the least.
 _LESS, _LEAST_LOAD = 0.7, 0.1
 # Loads over that at yield beyond which stress is no longer elastic, and nothing is drawn.
@@ -38,9 +45,15 @@ _FURTHEST = 3.0
 _NO_CHARGE = 0.02
 # Points of a line of operation between which the limits of the rays are compared.
 _POINTS = 240
+# Relative distance of a dear state from the first limit of its ray at which no other one is solved, and that
+# at which a limit counts as interpolated.
+_NEAR, _SOLVED = 0.1, 5e-3
+# Relative distance within which an edge that was found is that of another map, too.
+_SAME = 0.03
 # Just below the largest pressure of any engine, MPa: the highest that is looked at.
 MOST_PEAK = 0.999 * LARGEST_PEAK
 
+T = TypeVar("T")
 Point = tuple[float, float]  # speed, rpm, and multiple of the charge
 
 
@@ -54,6 +67,7 @@ class Limit:
     peak: float  #: absolute peak pressure, MPa
     worst: Worst
     slope: float  #: d ln x/d ln f of the coordinate x along which it was found
+    interpolated: bool = False  #: between states that were solved
 
 
 @dataclass(frozen=True)
@@ -79,24 +93,35 @@ class LimitMap:
 
     axes: Axes
     angles: Floats  #: (n,) of the rays, rad
-    limits: Mapping[Mode, tuple[Limit | None, ...]]  #: on each ray; None where none was found
+    loads: Mapping[Mode, Floats]  #: (n,) distances of the limit of each mode from rest; infinite without one
+    rest: Mapping[Mode, float]  #: utilisation of the required factor at rest, where it is not 0
+    #: on each ray; None where none was found. Empty in a survey
+    limits: Mapping[Mode, tuple[Limit | None, ...]] = field(default_factory=dict)
 
     def factors(self, rpm: Floats, charge: Floats) -> dict[Mode, Floats]:
-        """Estimate the factors over that required at points (n,): linear between rays, as loads are."""
+        """Estimate the factors over that required at points (n,): utilisations are linear between rays."""
         angle, load = self.axes.ray(rpm, charge)
-        found = {}
-        for mode, limits in self.limits.items():
-            usage = [0.0 if one is None else 1 / self._load(one) for one in limits]
+        angle = np.clip(angle, self.angles[0], self.angles[-1])
+        after = np.clip(np.searchsorted(self.angles, angle), 1, max(len(self.angles) - 1, 1))
+        ends = np.append(self.angles, self.angles[-1] + 1.0)[np.stack([after - 1, after])]
+        # A point is the sum of vectors along the rays beside it.
+        shares = np.sin([ends[1] - angle, angle - ends[0]]) / np.sin(ends[1] - ends[0])
+        factors = {}
+        for mode, loads in self.loads.items():
+            inverse, still = np.append(1 / loads, 0.0), self.rest.get(mode, 0.0)
+            usage = (shares[0] * inverse[after - 1] + shares[1] * inverse[after]) * load
             with np.errstate(divide="ignore"):
-                found[mode] = 1 / (np.interp(angle, self.angles, usage) * load)
-        return found
+                factors[mode] = 1 / (still + max(1 - still, 0.0) * usage)
+        return factors
 
     def least(self, rpm: Floats, charge: Floats) -> Floats:
         """Return the least of them (n,); infinite where nothing limits the rod."""
-        return least_of(self.factors(rpm, charge), rpm)
+        return least_of(ending(self.factors(rpm, charge)), rpm)
 
-    def _load(self, limit: Limit) -> float:
-        return float(self.axes.ray(np.asarray(limit.rpm), np.asarray(limit.scale))[1])
+
+def ending(of_modes: Mapping[Mode, T]) -> dict[Mode, T]:
+    """Return what belongs to the modes that end a rod."""
+    return {mode: own for mode, own in of_modes.items() if mode not in ONSETS}
 
 
 def least_of(factors: Mapping[Mode, Floats], points: Floats) -> Floats:
@@ -109,12 +134,40 @@ def most_charge(operation: Operation, rpm: float) -> float:
     return operation.scale(rpm, MOST_PEAK)
 
 
-def ray_angles(operation: Operation, axes: Axes) -> Floats:
+def ray_angles(operation: Operation, axes: Axes, count: int) -> Floats:
     """Angles (n,) of the rays, from inertia alone to gas at idling speed, rad."""
     if not operation.burns:
         return np.zeros(1)
     last = math.atan2(1.0, (operation.idle / axes.rpm) ** 2)
-    return np.linspace(math.atan(_NO_CHARGE), last, RAYS)
+    return np.linspace(math.atan(_NO_CHARGE), last, count)
+
+
+class Line(NamedTuple):
+    """A line of operation."""
+
+    name: str
+    point: Callable[[float], Point]  #: of a coordinate of the line, such as the speed
+    ends: tuple[float, float]  #: of the coordinate
+
+
+class _Crossing(NamedTuple):
+    """Where utilisations along a ray pass 1: the load, d ln load/d ln f there, and the nearest sample."""
+
+    load: float
+    slope: float
+    near: float
+
+
+def _crossing(usage: Mapping[float, float]) -> _Crossing | None:
+    """Find it between samples, or beyond the last; None if the utilisation does not grow there."""
+    loads = sorted(usage)
+    for low, high in pairwise(loads):
+        rise = (usage[high] - usage[low]) / (high - low)
+        if rise > 0 and (usage[high] >= 1 or high == loads[-1]):
+            load = max(low + (1 - usage[low]) / rise, 0.0)
+            near = min((at for at in loads if at > 0), key=lambda at: abs(at - load))
+            return _Crossing(load, -1 / max(rise * load, 1e-12), near)
+    return None
 
 
 class Explorer:
@@ -134,32 +187,120 @@ class Explorer:
     ) -> None:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
+        self._within = _OF_DEAR if states.dear else _FACTOR
         self._known: dict[tuple[Operation, Point], State] = {}
+        self._rays: dict[float, dict[float, State]] = {}  # by angle and load, those of the survey
+        self._edges: list[tuple[str, float, Limit]] = []
+        self.rest = {mode: required / worst.factor for mode, worst in states.rest.items()}
 
     def state(self, point: Point, operation: Operation | None = None) -> State:
         """Return the factors at a point; none where no state of contact carries the load."""
         operation = operation or self.operation
         key = (operation, point)
         if key not in self._known:
-            try:
-                self._known[key] = self._states.at(operation.cycle(*point))
-            except ContactError:
-                self._known[key] = {}
+            self._known[key] = self._tried(self._states.at, operation, point)
         return self._known[key]
 
+    def _tried(self, find: Callable[[CrankCycle], State], operation: Operation, point: Point) -> State:
+        try:
+            return find(operation.cycle(*point))
+        except ContactError:
+            return {}
+
+    def survey(self) -> LimitMap:
+        """Estimate the limits of the modes from one state on each of a few rays."""
+        angles = ray_angles(self.operation, self._axes, ANCHORS)
+        order = list(range(len(angles)))
+        if self._states.dear:  # the outer ones tell about where the limits of the inner ones are
+            order = [0, *order[:0:-1]]
+        for done, number in enumerate(order):
+            self._show(f"looking at every place of the rod, {done + 1} of {len(order)}")
+            angle = float(angles[number])
+            load = self._first(angle) if self._states.dear and done > 1 else 1.0
+            load = min(load, self._furthest(angle, self._axes))
+            found = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
+            while not found and load > _LEAST_LOAD:
+                load *= _LESS
+                found = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
+            self._rays[angle] = {load: found or {Mode.YIELD: _NO_STATE}}
+        return self._surveyed()
+
+    def _surveyed(self) -> LimitMap:
+        angles = sorted(self._rays)
+        every = {mode for ray in self._rays.values() for own in ray.values() for mode in own}
+        modes = [mode for mode in Mode if mode in every]
+        crossings = {mode: [self._on(angle, mode) for angle in angles] for mode in modes}
+        loads = {
+            mode: np.array([math.inf if one is None else max(one.load, 1e-9) for one in own])
+            for mode, own in crossings.items()
+        }
+        return LimitMap(self._axes, np.array(angles), loads, self.rest)
+
+    def _on(self, angle: float, mode: Mode) -> _Crossing | None:
+        """Where a mode limits a ray of the survey, between its states and rest."""
+        samples = {load: own[mode] for load, own in self._rays[angle].items() if mode in own}
+        if not samples:
+            return None
+        usage = {load: self._required / worst.factor for load, worst in samples.items()}
+        return _crossing({0.0: self.rest.get(mode, 0.0), **usage})
+
+    def _first(self, angle: float) -> float:
+        """Load of the first limit of a ray, as far as is known; 1 if nothing limits it."""
+        rpm, charge = self._axes.point(angle, 1.0)
+        of_rays = self._surveyed()
+        loads = [
+            (1 - self.rest.get(mode, 0.0)) / (1 / factor - self.rest.get(mode, 0.0))
+            for mode, factor in ending(of_rays.factors(np.array(rpm), np.array(charge))).items()
+            if 1 / factor > self.rest.get(mode, 0.0)
+        ]
+        return float(min(loads, default=1.0)) or 1.0
+
     def map(self) -> LimitMap:
-        """Find the limit of each mode on rays."""
-        self._show("looking at every place of the rod")
-        axes, angles = self._axes, ray_angles(self.operation, self._axes)
-        anchors = np.unique(np.linspace(0, len(angles) - 1, ANCHORS).round().astype(int))
-        points = [axes.point(float(angles[number]), 1.0) for number in anchors]
-        self._states.follow([self._states.usage(self.operation.cycle(*point)) for point in points])
+        """Find the limit of each mode on every ray, after a survey."""
+        if self._states.dear:
+            return self._interpolated()
+        angles = ray_angles(self.operation, self._axes, RAYS)
         found = []
-        for number, angle in enumerate(angles, 1):
+        for number, angle in enumerate(angles.tolist(), 1):
             self._show(f"limits on ray {number} of {len(angles)}")
-            found.append(self._on_ray(float(angle), axes))
+            found.append(self._on_ray(angle, self._axes))
+        return self._mapped(angles, found)
+
+    def _mapped(self, angles: Floats, found: Sequence[Mapping[Mode, Limit]]) -> LimitMap:
         modes = [mode for mode in Mode if any(mode in own for own in found)]
-        return LimitMap(axes, angles, {mode: tuple(own.get(mode) for own in found) for mode in modes})
+        limits = {mode: tuple(own.get(mode) for own in found) for mode in modes}
+        loads = {mode: np.array([self._load(one) for one in own]) for mode, own in limits.items()}
+        return LimitMap(self._axes, angles, loads, self.rest, limits)
+
+    def _load(self, limit: Limit | None) -> float:
+        if limit is None:
+            return math.inf
+        return float(self._axes.ray(np.asarray(limit.rpm), np.asarray(limit.scale))[1])
+
+    def _interpolated(self) -> LimitMap:
+        """Solve a second state near the first limit of each ray of the survey, unless one is near it."""
+        angles = sorted(self._rays)
+        for number, angle in enumerate(angles, 1):
+            known, first = self._rays[angle], self._first(angle)
+            first = min(first, self._furthest(angle, self._axes))
+            if min(abs(load / first - 1) for load in known) > _NEAR:
+                self._show(f"limits on ray {number} of {len(angles)}")
+                found = self._tried(self._states.survey, self.operation, self._axes.point(angle, first))
+                known[first] = found or {Mode.YIELD: _NO_STATE}
+        return self._mapped(np.array(angles), [dict(self._limits_on(angle)) for angle in angles])
+
+    def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
+        """Yield the limits of a ray by mode, between its states."""
+        most = self._furthest(angle, self._axes)
+        for mode in Mode:
+            edge = self._on(angle, mode)
+            if edge is None or not 0 < edge.load <= most:
+                continue
+            point, worst = self._axes.point(angle, edge.load), self._rays[angle][edge.near].get(mode)
+            if worst is not None:
+                apart = abs(edge.near / edge.load - 1) > _SOLVED
+                peak = self.operation.peak(*point)
+                yield mode, Limit(mode, *point, peak, worst, edge.slope, interpolated=apart)
 
     def _on_ray(self, angle: float, axes: Axes) -> dict[Mode, Limit]:
         most, known = self._furthest(angle, axes), dict[float, State]()
@@ -172,7 +313,7 @@ class Explorer:
             return known[load].get(mode) if known[load] else _NO_STATE
 
         found: dict[Mode, Limit] = {}
-        start = min(1.0, most)
+        start = min(self._first(angle), most)
         while not (worst(Mode.YIELD, start) and known[start]) and start > _LEAST_LOAD:
             start *= _LESS  # no state of contact carries so much
         for mode in known[start]:  # yield comes first
@@ -198,74 +339,75 @@ class Explorer:
     def _level(self, worst: Worst | None) -> float:
         return math.inf if worst is None else math.log(worst.factor / self._required)
 
-    def edges(
-        self,
-        of_rays: LimitMap,
-        points: Callable[[float], Point],
-        ends: tuple[float, float],
-    ) -> tuple[list[Limit], list[tuple[float, float]]]:
+    def edges(self, of_rays: LimitMap, line: Line) -> tuple[list[Limit], list[tuple[float, float]]]:
         """Find where the least factor passes the required one along a line of operation.
-
-        `points`: the point of a coordinate of the line, such as the speed, between its `ends`.
 
         Returns
         -------
         limits, safe
             One limit per edge of the intervals (low, high) of the coordinate that are safe.
         """
-        x = np.linspace(*ends, _POINTS)
-        line = np.array([points(float(each)) for each in x])
-        above = of_rays.least(*line.T) > 1
-        limits, bounds = list[Limit](), [ends[0]] if above[0] else []
+        x = np.linspace(*line.ends, _POINTS)
+        level = np.log(of_rays.least(*np.array([line.point(float(each)) for each in x]).T))
+        above = level > 0
+        limits, bounds = list[Limit](), [line.ends[0]] if above[0] else []
         for number in np.flatnonzero(np.diff(above)):
-            limit, at = self._refined(points, float(x[number]), float(x[number + 1]), ends)
+            low, high = x[number : number + 2].tolist()
+            slope = math.log(high / low) / float(level[number + 1] - level[number])
+            limit, at = self._refined(line, low * math.exp(-slope * float(level[number])), slope)
             limits.append(limit)
             bounds.append(at)
         if above[-1]:
-            bounds.append(ends[1])
+            bounds.append(line.ends[1])
         return limits, list(zip(bounds[::2], bounds[1::2], strict=True))
 
-    def _refined(
-        self, points: Callable[[float], Point], low: float, high: float, ends: tuple[float, float]
-    ) -> tuple[Limit, float]:
-        """Find the edge near an interval; every place is looked at there."""
+    def _refined(self, line: Line, start: float, slope: float) -> tuple[Limit, float]:
+        """Find the edge near a coordinate, d ln x/d level there; every place is looked at."""
+        for name, x, limit in self._edges:
+            if name == line.name and abs(x / start - 1) < _SAME:
+                return limit, x
         while True:
-            x, slope = _secant(lambda at: self._least(points(at))[0], low, high, ends)
-            point = points(x)
+            level = lambda at: self._least(line.point(at))[0]  # noqa: E731
+            x, slope = _secant(level, start, slope, line.ends, self._within)
+            point = line.point(x)
             if self._states.certify(self.operation.cycle(*point), self.state(point)):
-                return self._limit(point, slope), x
+                limit = self._limit(point, slope)
+                self._edges.append((line.name, x, limit))
+                return limit, x
             self._known.clear()
 
     def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode]:
         """The level of the least factor at a point, and its mode."""
         state = self.state(point, operation) or {Mode.YIELD: _NO_STATE}
-        return min((self._level(worst), mode) for mode, worst in state.items())
+        return min((self._level(worst), mode) for mode, worst in ending(state).items())
 
     def _limit(self, point: Point, slope: float, operation: Operation | None = None) -> Limit:
         """Return the limit by the least factor at a point."""
         of, (_, mode) = operation or self.operation, self._least(point, operation)
-        return Limit(mode, *point, of.peak(*point), self.state(point, operation)[mode], slope)
+        worst = (self.state(point, operation) or {Mode.YIELD: _NO_STATE})[mode]
+        return Limit(mode, *point, of.peak(*point), worst, slope)
 
-    def fastest(self, operation: Operation, start: float) -> Limit | None:
-        """Find the highest speed of another engine, from a speed near it; None if any is safe."""
-        most = self.operation.fastest
-        known = [min(start, most)]
-        edge = root(lambda rpm: self._least((rpm, 1.0), operation)[0], most, known)
-        if edge is None:
-            return None
-        return self._limit((edge[0], 1.0), edge[1], operation)
+    def fastest(self, of_rays: LimitMap, operation: Operation) -> Limit | None:
+        """Find the highest speed of another engine, whose gas hardly counts; None if any is safe."""
+        most, rpm = self.operation.fastest, self._axes.rpm
+        least = float(of_rays.least(np.array(rpm), np.array(0.0)))
+        known = [min(rpm * math.sqrt(least), most)]
+        edge = root(lambda at: self._least((at, 1.0), operation)[0], most, known, self._within)
+        return None if edge is None else self._limit((edge[0], 1.0), edge[1], operation)
 
 
-def _secant(level: Callable[[float], float], low: float, high: float, ends: tuple[float, float]) -> Point:
-    """Find where a level passes 0 near an interval; the place x and d ln x/d level there."""
-    a, b = low, high
-    values = {a: level(a), b: level(b)}
-    slope = math.log(b / a) / ((values[b] - values[a]) or 1e-12)
+def _secant(
+    level: Callable[[float], float], start: float, slope: float, ends: tuple[float, float], within: float
+) -> Point:
+    """Find where a level passes 0 near a place, by secants; the place x and d ln x/d level there."""
+    values = {start: level(start)}
+    before = slope
     for _ in range(_STEPS):
         x = min(values, key=lambda at: abs(values[at]))
-        if abs(values[x]) < _FACTOR:
+        if abs(values[x]) < within:
             break
-        step = min(max(x * math.exp(-slope * values[x]), ends[0]), ends[1])
+        step = x * math.exp(min(max(-slope * values[x], -_LEAP / 3), _LEAP / 3))
+        step = min(max(step, ends[0]), ends[1])
         above, below = ([at for at, value in values.items() if (value > 0) is side] for side in (True, False))
         if above and below:
             near = min(((p, q) for p in above for q in below), key=lambda pair: abs(pair[0] - pair[1]))
@@ -276,23 +418,24 @@ def _secant(level: Callable[[float], float], low: float, high: float, ends: tupl
         values[step] = level(step)
         slope = math.log(step / x) / ((values[step] - values[x]) or 1e-12)
     x = min(values, key=lambda at: abs(values[at]))
-    return x, _slope(values, x)
+    return x, _slope(values, x, before)
 
 
-def _slope(values: Mapping[float, float], x: float) -> float:
+def _slope(values: Mapping[float, float], x: float, otherwise: float = -1.0) -> float:
     """D ln x/d level at a place, from the nearest other one that is not so near that rounding counts."""
     others = [at for at in values if abs(math.log(at / x)) >= _APART and math.isfinite(values[at])]
     if not others:
-        return -1.0
+        return otherwise
     other = min(others, key=lambda at: abs(math.log(at / x)))
     change = values[other] - values[x]
-    return math.log(other / x) / change if change else -1.0
+    return math.log(other / x) / change if change else otherwise
 
 
 def root(
     level: Callable[[float], float],
     most: float,
     known: Mapping[float, object] | list[float],
+    within: float = _FACTOR,
 ) -> Point | None:
     """Find where a level that falls passes 0, by secants in ln x within a bracket.
 
@@ -303,7 +446,7 @@ def root(
     slope = -1.0
     for _ in range(_STEPS):
         x = min(values, key=lambda at: abs(values[at]))
-        if abs(values[x]) < _FACTOR:
+        if abs(values[x]) < within:
             break
         above = max((at for at, value in values.items() if value > 0), default=0.0)
         below = min((at for at, value in values.items() if value <= 0), default=math.inf)

@@ -1,18 +1,21 @@
-"""Safety factors against every mode of failure at an operating point, from unit solutions.
+"""Safety factors against every mode of failure at an operating point.
 
-Every place of the rod is evaluated at a few points only, on rays from rest through speed squared and charge.
-In these coordinates loads grow in proportion, and a norm of stress is convex: between two of these rays a
-place is at most as stressed as the mean of both says. The places that may be the worst somewhere are
-evaluated elsewhere, and every place again where a limit is stated in words.
+Those of a rod of one piece follow from unit solutions. Every place of the rod is evaluated at a few points
+only, on rays from rest through speed squared and charge. In these coordinates loads grow in proportion, and a
+norm of stress is convex: between two of these rays a place is at most as stressed as the mean of both says.
+The places that may be the worst somewhere are evaluated elsewhere, and every place again where a limit is
+stated in words.
 
 A cycle is evaluated in two stages: at every few degrees, then at every degree around the instants that
 decide.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -36,6 +39,16 @@ class Mode(StrEnum):
     YIELD = "yield"
     FATIGUE = "fatigue"
     BUCKLING = "buckling"
+    BOLT_YIELD = "bolt yield"
+    BOLT_FATIGUE = "bolt fatigue"
+    OPENING = "joint opening"
+    SLIP = "joint slip"
+    BUSHING = "bushing lifting"
+    SHELLS = "shell lifting"
+
+
+# Parts lift off their seats at an edge first, which is no failure: the answer tells from when on.
+ONSETS = frozenset({Mode.BUSHING, Mode.SHELLS})
 
 
 @dataclass(frozen=True)
@@ -51,49 +64,82 @@ State = Mapping[Mode, Worst]
 
 # Degrees from one instant of the first stage to the next, on all places and on those that may be the worst;
 # and half the width of the second, whose instants are a degree apart.
-_EVERY_PLACE, _COARSE, _WINDOW = 10, 12, 6
-# Places of a part that are looked at in the second stage against each mode.
-_CLOSEST = 12
+EVERY_PLACE, _COARSE, _WINDOW = 10, 12, 6
+# Places of a part that are looked at in the second stage against each mode: at most so many.
+_CLOSEST = 80
 # A place is followed if its utilisation comes as near to the largest, on any of so many rays between two that
 # were evaluated; and at most so many of a part for each.
 _NEAR, _BETWEEN, _MOST = 0.85, 4, 60
 _BLOCK = 2000  # rows evaluated at once
 _TINY = 1e-12
-_STRESSED = (Mode.YIELD, Mode.FATIGUE)
+STRESSED = (Mode.YIELD, Mode.FATIGUE)
 
 
-class States:
+class States(ABC):
     """The factors of a rod at any crank cycle."""
 
-    def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
-        self._analysis = analysis
-        self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
-        self._followed: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
-        # Crank angles around those that decided the last state, rad: they often decide the next one.
-        self._decided = np.zeros(0)
+    dear: ClassVar[bool] = False  #: whether a state takes as long as several static runs
+    unsettled: int = 0  #: number of states whose friction did not settle, and which are estimates
+
+    def __init__(self, rod: PreparedRod) -> None:
         stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
         material = rod.materials[part_at(rod.mesh.whole, least.x)]
         elastic = (material.youngs_modulus, material.yield_strength)
         self._column = min(column(plane, stations, least, *elastic).least for plane in Plane)
 
+    @property
+    def rest(self) -> State:
+        """Return the factors of the rod that nothing loads but its own bolts and fits."""
+        return {}
+
+    @abstractmethod
+    def at(self, cycle: CrankCycle) -> State:
+        """Return the factor of each mode over a cycle, with its place."""
+
+    @abstractmethod
+    def survey(self, cycle: CrankCycle) -> State:
+        """Return the factors over a cycle, for a first map."""
+
+    @abstractmethod
+    def certify(self, cycle: CrankCycle, state: State) -> bool:
+        """Look at every place; whether none is worse than those that a state is of, else follow it."""
+
+    def buckling(self, cycle: CrankCycle) -> Worst:
+        """Return the factor against buckling, which depends on the forces alone."""
+        pushed = compression(cycle.degrees)
+        worst = int(pushed.argmax())
+        force = max(float(pushed[worst]), _TINY)
+        return Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))
+
+
+class SuperposedStates(States):
+    """The factors of a rod of one piece."""
+
+    def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
+        super().__init__(rod)
+        self._analysis = analysis
+        self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
+        self._followed: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
+        # Crank angles around those that decided the last state, rad: they often decide the next one.
+        self._decided = np.zeros(0)
+        self._surveyed: list[list[Floats]] = []
+
     def usage(self, cycle: CrankCycle) -> list[Floats]:
         """Utilisations (2, n_rows) of every place of each part, against yield and fatigue."""
-        angles = np.arange(0, 720, _EVERY_PLACE) * DEG
-        weights = self._analysis.weights(cycle, np.append(angles, _peak(cycle)))
+        angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
+        weights = self._analysis.weights(cycle, angles)
+        return [usage_of(part, weights) for part in self._parts]
 
-        def block(item: tuple[PartRows, int]) -> Floats:
-            part, start = item
-            rows = np.arange(start, min(start + _BLOCK, len(part.points)))
-            return _usage(part, part.stress(weights, rows), rows)
+    def survey(self, cycle: CrankCycle) -> State:
+        """Look at every place, and keep what `follow` needs."""
+        self._surveyed.append(self.usage(cycle))
+        most = np.max([own.max(axis=1) for own in self._surveyed[-1]], axis=0)
+        found = {mode: Worst(1 / most) for mode, most in zip(STRESSED, most, strict=True) if most > 0}
+        return found | {Mode.BUCKLING: self.buckling(cycle)}
 
-        found = []
-        for part in self._parts:
-            starts = [(part, start) for start in range(0, len(part.points), _BLOCK)]
-            found.append(np.concatenate(list(side_by_side(block, starts)), axis=1))
-        return found
-
-    def follow(self, rays: Sequence[Sequence[Floats]]) -> None:
-        """Follow the places that may be the worst between rays, by the utilisations of each on every ray."""
+    def follow(self) -> None:
+        """Follow the places that may be the worst between the rays that were surveyed in their order."""
+        rays = self._surveyed
         for before, after in pairwise(rays if len(rays) > 1 else [*rays, *rays]):
             for share in np.linspace(0, 1, _BETWEEN + 1):
                 between = [(1 - share) * a + share * b for a, b in zip(before, after, strict=True)]
@@ -115,56 +161,69 @@ class States:
     def certify(self, cycle: CrankCycle, state: State) -> bool:
         """Look at every place; whether none is worse than those that a state is of, else follow it."""
         usage, right = self.usage(cycle), True
-        for number, mode in enumerate(_STRESSED):
+        for number, mode in enumerate(STRESSED):
             if mode in state:
                 right &= max(float(own[number].max()) for own in usage) <= 1.001 / state[mode].factor
         return right or not self._follow(usage, 0.97)
 
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place."""
-        coarse = np.append(np.arange(0, 720, _COARSE) * DEG, _peak(cycle))
+        if not any(map(len, self._followed)):
+            self.follow()
+        coarse = np.append(np.arange(0, 720, _COARSE) * DEG, gas_peak(cycle))
         angles = np.union1d(coarse, self._decided)
-        weights = self._analysis.weights(cycle, angles)
-        histories = [part.stress(weights, rows) for part, rows in self._pairs()]
-        usage = [_usage(part, own, rows) for (part, rows), own in zip(self._pairs(), histories, strict=True)]
-        closest = [np.unique(np.argsort(-own, axis=1)[:, :_CLOSEST]) for own in usage]
-        self._decided = _windows(angles, histories, usage)
-        windows = np.setdiff1d(self._decided, angles)
-        every, found = np.append(angles, windows), dict[Mode, Worst]()
-        if windows.size:
-            more = self._analysis.weights(cycle, windows)
-            weights = Weights(*map(np.hstack, zip(weights, more, strict=True)))
-        for (part, rows), some in zip(self._pairs(), closest, strict=True):
-            history = part.stress(weights, rows[some])
-            for mode, used in zip(_STRESSED, _usage(part, history, rows[some]), strict=True):
-                row = int(used.argmax())
-                factor = 1 / max(float(used[row]), _TINY)
-                if used[row] > 0 and (mode not in found or factor < found[mode].factor):
-                    signed = signed_equivalent(history[row : row + 1])[0]
-                    x, y, z = part.points[rows[some[row]]].tolist()
-                    found[mode] = Worst(factor, (x, y, z), float(every[np.abs(signed).argmax()]))
-        found[Mode.BUCKLING] = self.buckling(cycle)
-        return found
+        weights, pairs = self._analysis.weights(cycle, angles), self._pairs()
+        histories = [part.stress(weights, rows) for part, rows in pairs]
+        usage = [judged(part, own, rows) for (part, rows), own in zip(pairs, histories, strict=True)]
+        some = [(part, rows[closest(own)]) for (part, rows), own in zip(pairs, usage, strict=True)]
+        self._decided = decisive(angles, histories, usage)
+        more = np.setdiff1d(self._decided, angles)
+        if more.size:
+            weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
+        found = worst([(part, rows, part.stress(weights, rows)) for part, rows in some], [*angles, *more])
+        return found | {Mode.BUCKLING: self.buckling(cycle)}
 
     def _pairs(self) -> list[tuple[PartRows, Ints]]:
         every = zip(self._parts, self._followed, strict=True)
         return [(part, rows) for part, rows in every if rows.size]
 
-    def buckling(self, cycle: CrankCycle) -> Worst:
-        """Return the factor against buckling, which depends on the forces alone."""
-        pushed = compression(cycle.degrees)
-        worst = int(pushed.argmax())
-        force = max(float(pushed[worst]), _TINY)
-        return Worst(self._column / force, None, float(cycle.degrees.crank_angle[worst]))
 
-
-def _peak(cycle: CrankCycle) -> float:
+def gas_peak(cycle: CrankCycle) -> float:
     """Crank angle of the largest gas pressure, rad."""
     angles = np.concatenate([cycle_angles(), cycle.gas.samples])
     return float(angles[cycle.gas.pressure(angles, np.asarray(cycle.speed)).argmax()])
 
 
-def _usage(part: PartRows, history: Floats, rows: Ints) -> Floats:
+def usage_of(part: PartRows, weights: Weights) -> Floats:
+    """Utilisations (2, n_rows) of every place of a part at instants, against yield and fatigue."""
+
+    def block(start: int) -> Floats:
+        rows = np.arange(start, min(start + _BLOCK, len(part.points)))
+        return judged(part, part.stress(weights, rows), rows)
+
+    return np.concatenate(list(side_by_side(block, range(0, len(part.points), _BLOCK))), axis=1)
+
+
+def closest(usage: Floats) -> Ints:
+    """Return the rows of the largest of the utilisations (2, n)."""
+    return np.unique(np.argsort(-usage, axis=1)[:, :_CLOSEST])
+
+
+def worst(places: Sequence[tuple[PartRows, Ints, Floats]], angles: Sequence[float]) -> dict[Mode, Worst]:
+    """Return the least factors among rows of parts with their histories (n, 6, n_instants)."""
+    found = dict[Mode, Worst]()
+    for part, rows, history in places:
+        for mode, used in zip(STRESSED, judged(part, history, rows), strict=True):
+            row = int(used.argmax())
+            factor = 1 / max(float(used[row]), _TINY)
+            if used[row] > 0 and (mode not in found or factor < found[mode].factor):
+                signed = signed_equivalent(history[row : row + 1])[0]
+                x, y, z = part.points[rows[row]].tolist()
+                found[mode] = Worst(factor, (x, y, z), float(angles[np.abs(signed).argmax()]))
+    return found
+
+
+def judged(part: PartRows, history: Floats, rows: Ints) -> Floats:
     """Utilisations (2, n) against yield and fatigue of histories (n, 6, n_instants) of some rows."""
     signed = signed_equivalent(history)
     highest, lowest = signed.max(axis=1), signed.min(axis=1)
@@ -174,14 +233,16 @@ def _usage(part: PartRows, history: Floats, rows: Ints) -> Floats:
     )
 
 
-def _windows(angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats]) -> Floats:
-    """Crank angles around the instants at which the worst places of each mode have their extremes."""
+def decisive(
+    angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats], window: int = _WINDOW
+) -> Floats:
+    """Crank angles within so many degrees of the instants at which the worst places have their extremes."""
     found = set[int]()
-    for mode in range(len(_STRESSED)):
+    for mode in range(len(STRESSED)):
         number = int(np.argmax([own[mode].max(initial=0.0) for own in usage]))
         for row in np.argsort(-usage[number][mode])[:3]:
             signed = signed_equivalent(histories[number][row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}
-    around = np.arange(-_WINDOW, _WINDOW + 1)
+    around = np.arange(-window, window + 1)
     centres = np.round(angles[sorted(found)] / DEG)
     return np.asarray(np.unique(np.mod(centres[:, None] + around, 720)) * DEG)

@@ -211,7 +211,10 @@ def search_study(study: Study) -> Study:
     study.require_loading()
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
     tolerance = given if given is not None or size is not None else TOLERANCE
-    cycle = study.engine is not None
+    cycle, least = study.engine is not None, None if study.optimise is None else study.optimise.min_rpm
+    if least is not None:
+        speeds = study.engine_speeds(study.require_engine())
+        study = replace(study, speed=replace(study.speed, rpm=tuple(dict.fromkeys((*speeds, least)))))
     options = replace(study.analysis, tolerance_percent=tolerance, all_cases=True, draft=False, cycle=cycle)
     return replace(study, rod=replace(study.rod, mass=None), analysis=options)
 

@@ -29,11 +29,13 @@ def write_limits_page(
     places: Mapping[str, Sequence[str]],
     table: Sequence[Sequence[str]],
     notes: Sequence[str],
+    onsets: Sequence[str] = (),
 ) -> None:
     """Write the page.
 
     `text`: the answer in words; `factors` (m, n) over that required by mode, at the points of the map;
-    `places`: where each point of a mode's line is, in words; `table`: ranges of safe peak pressures.
+    `places`: where each point of a mode's line is, in words; `table`: ranges of safe peak pressures;
+    `onsets`: modes that do not end a rod.
 
     Raises
     ------
@@ -47,6 +49,7 @@ def write_limits_page(
         "peak": _rounded(bar * shown.peak[::_EVERY]),
         "unit": unit("bar"),
         "elastic": shown.elastic,
+        "onsets": onsets,
         "factors": {
             mode: [_rounded(np.minimum(row, _MOST)) for row in own[::_EVERY, ::_EVERY]]
             for mode, own in factors.items()

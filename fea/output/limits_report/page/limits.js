@@ -2,7 +2,7 @@
 const d = JSON.parse(document.getElementById("data").textContent);
 const canvas = document.getElementById("map"), g = canvas.getContext("2d"), under = document.getElementById("under");
 const colors = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22"];
-const modes = Object.keys(d.factors), box = { left: 130, right: 1480, top: 30, bottom: 980 };
+const modes = Object.keys(d.factors), ending = modes.filter((mode) => !d.onsets.includes(mode)), box = { left: 130, right: 1480, top: 30, bottom: 980 };
 const last = (list) => list[list.length - 1];
 const x = (rpm) => box.left + (rpm / last(d.rpm)) * (box.right - box.left);
 const y = (bar) => box.bottom - (bar / last(d.peak)) * (box.bottom - box.top);
@@ -25,7 +25,7 @@ function region() {
       const rpm = ((px + 3 - box.left) / (box.right - box.left)) * last(d.rpm);
       const bar = ((box.bottom - py - 3) / (box.bottom - box.top)) * last(d.peak);
       const beyond = "yield" in d.factors && factor("yield", rpm, bar) * d.elastic < 1;
-      const safe = modes.every((mode) => factor(mode, rpm, bar) > 1);
+      const safe = ending.every((mode) => factor(mode, rpm, bar) > 1);
       if (beyond || safe) {
         g.fillStyle = beyond ? "#d9d9d9" : "#d9efd9";
         g.fillRect(px, py, 6, 6);
@@ -114,7 +114,7 @@ function told(event) {
   const bar = ((box.bottom - py) / (box.bottom - box.top)) * last(d.peak);
   if (rpm < d.rpm[0] || rpm > last(d.rpm) || bar < 0 || bar > last(d.peak)) return;
   const found = modes.map((mode) => [mode, factor(mode, rpm, bar)]).sort((a, b) => a[1] - b[1]);
-  const [mode, least] = found[0];
+  const [mode, least] = found.find(([name]) => ending.includes(name));
   const all = found.map(([name, value]) => `${name} ${value >= 10 ? "> 10" : value.toFixed(2)}`).join(", ");
   const lead = `${rpm.toFixed(0)} rpm, ${bar.toFixed(0)} ${d.unit}: ${least >= 1 ? "safe" : "not safe"}`;
   under.textContent = `${lead}; governed by ${mode}${place(mode, rpm, bar)}. Factors: ${all}.`;

@@ -1,0 +1,226 @@
+"""Safety factors of a rod in parts at an operating point: a crank cycle of its own, with its friction.
+
+Friction makes an instant depend on those before it, and preload makes stress no multiple of the load. A
+point is therefore gone through as `fea run --cycle` does, and the stress of its instants is solved directly.
+What is interpolated anyway is estimated from the instants that decide.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.analysis.assembly_report import judged_bolts
+from fea.analysis.cycle.basis import FullBasis
+from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.unit_solutions import UnitSolutions
+from fea.analysis.prepare import PreparedRod
+from fea.apps.limits.states import (
+    EVERY_PLACE,
+    Mode,
+    State,
+    States,
+    Worst,
+    closest,
+    decisive,
+    gas_peak,
+    judged,
+    usage_of,
+    worst,
+)
+from fea.base.units import DEG
+from fea.contact.assembly_state import AssemblyState, FaceState
+from fea.pins.assembly import AssemblyPins
+from fea.pins.model import Fields, Response, UnitLoads, Weights
+from fea.solid.errors import UnsettledError
+from fea.solid.parity import Parity
+from geometry.arrays import Floats, Ints
+from geometry.surfaces import Surface
+from loads.cases import peak_cases
+from loads.crank_cycle import CrankCycle
+from loads.instants import Instants
+
+# Points of a survey at which the whole cycle is gone through.
+_FULL = 2
+# Instants whose responses are in memory at once.
+_AT_ONCE = 24
+# Forces of one parity, over those of the other, that are none; and a utilisation that is none.
+_ROUNDING, _TINY = 1e-12, 1e-12
+_SEATS = {Mode.BUSHING: Surface.BUSHING_SEAT, Mode.SHELLS: Surface.SHELL_SEAT}
+
+
+@dataclass(frozen=True)
+class _Forces:
+    """The forces of one parity at instants, each as a unit load."""
+
+    responses: Sequence[Response]
+    parity: Parity
+
+    @property
+    def count(self) -> int:
+        parts = [[np.abs(one.forces.part(parity)).max() for one in self.responses] for parity in Parity]
+        own = np.max(parts[list(Parity).index(self.parity)])
+        return len(self.responses) if own > _ROUNDING * np.max(parts) else 0
+
+    def forces(self, units: slice) -> list[Floats]:
+        return [one.forces.part(self.parity) for one in self.responses[units]]
+
+    def sums(self, _units: slice) -> None:
+        return None
+
+    def traction(self, units: slice) -> dict[Surface, Floats]:
+        some = self.responses[units]
+        return {
+            surface: np.stack([one.traction[surface].part(self.parity) for one in some], axis=-1)
+            for surface in some[0].traction
+        }
+
+
+class _Alone(UnitLoads):
+    """Instants that are unit loads of their own."""
+
+    def __init__(self, responses: Sequence[Response]) -> None:
+        self._fields = (_Forces(responses, Parity.SYMMETRIC), _Forces(responses, Parity.ANTISYMMETRIC))
+
+    def fields(self) -> tuple[Fields, Fields]:
+        return self._fields
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
+        even, odd = (np.eye(own.count, len(instants)) for own in self._fields)
+        return Weights(even, odd)
+
+
+class _Solved(NamedTuple):
+    """Instants with the stress of every place."""
+
+    parts: list[PartRows]
+    weights: Weights
+    states: list[AssemblyState]
+
+    def histories(self, rows: Sequence[Ints]) -> list[Floats]:
+        """Stress (n, 6, n_instants) of some rows of each part."""
+        return [part.stress(self.weights, some) for part, some in zip(self.parts, rows, strict=True)]
+
+
+class AssembledStates(States):
+    """The factors of a rod in parts."""
+
+    dear = True
+
+    def __init__(self, rod: PreparedRod, pins: AssemblyPins) -> None:
+        super().__init__(rod)
+        self._rod, self._pins = rod, pins
+        self._start = pins.assembly.sums(pins.assembly.assembled.start)
+        self._surveyed, self._decided = 0, np.zeros(0)  # decided: crank angles, rad
+
+    @property
+    def rest(self) -> State:
+        """Return the factors of the rod that is put together, as warm as the engine."""
+        return self._worst(self._solved(self._pins.resting), np.zeros(1))
+
+    def survey(self, cycle: CrankCycle) -> State:
+        """Return the factors over a cycle; after two, at the instants that decided before and at its peaks.
+
+        These are solved without what came before them.
+        """
+        if self._surveyed < _FULL:
+            self._surveyed += 1
+            return self.at(cycle)
+        return self._estimated(cycle)
+
+    def _estimated(self, cycle: CrankCycle) -> State:
+        peaks = peak_cases(cycle).cases
+        angles = np.union1d(self._decided, peaks.crank_angle[peaks.in_cycle])
+        first = self._solved(cycle.at(angles))
+        return self._worst(first, angles) | {Mode.BUCKLING: self.buckling(cycle)}
+
+    def certify(self, cycle: CrankCycle, state: State) -> bool:  # noqa: ARG002
+        """Every place was looked at."""
+        return True
+
+    def at(self, cycle: CrankCycle) -> State:
+        """Return the factor of each mode over a cycle, with its place; every place is looked at."""
+        angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
+        try:
+            first = self._solved(cycle.at(angles), cycle)
+        except UnsettledError:
+            self.unsettled += 1
+            return self._estimated(cycle)
+        rows = [closest(usage_of(part, first.weights)) for part in first.parts]
+        histories = first.histories(rows)
+        usage = [judged(*own) for own in zip(first.parts, histories, rows, strict=True)]
+        self._decided = np.union1d(self._decided, decisive(angles, histories, usage, 0))
+        more = np.setdiff1d(decisive(angles, histories, usage), angles)
+        second = self._solved(cycle.at(more), cycle)
+        both = zip(histories, second.histories(rows), strict=True)
+        found = worst(
+            [*zip(first.parts, rows, (np.concatenate(own, axis=2) for own in both), strict=True)],
+            [*angles, *more],
+        )
+        found |= self._of_parts([*first.states, *second.states], [*angles, *more])
+        return found | {Mode.BUCKLING: self.buckling(cycle)}
+
+    def _worst(self, solved: _Solved, angles: Floats) -> dict[Mode, Worst]:
+        """Return the least factors at instants."""
+        rows = [closest(usage_of(part, solved.weights)) for part in solved.parts]
+        places = [*zip(solved.parts, rows, solved.histories(rows), strict=True)]
+        return worst(places, angles.tolist()) | self._of_parts(solved.states, angles.tolist())
+
+    def _solved(self, instants: Instants, cycle: CrankCycle | None = None) -> _Solved:
+        """Stress of every place at instants, and what bolts and interfaces do."""
+        units, states, loads = list[UnitSolutions](), list[AssemblyState](), list[_Alone]()
+        for some in np.array_split(np.arange(len(instants)), -(-len(instants) // _AT_ONCE)):
+            responses = self._pins.respond(instants[some], cycle)
+            loads = [_Alone(responses)]
+            units.append(self._rod.solved_units(loads[0].fields(), single=True))
+            states += [one.assembly for one in responses if one.assembly is not None]
+        every, one = reduce(UnitSolutions.followed_by, units), np.eye(len(instants))
+        weights = Weights(one, one)
+        if not every.parts[0].odd.shape[2]:  # nothing acts in the other parity
+            every = replace(every, parts=tuple(replace(part, odd=part.even) for part in every.parts))
+            weights = Weights(one, 0 * one)
+        analysis = self._rod.superposing(FullBasis(loads[0], lambda _fields: every))
+        parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
+        return _Solved(parts, weights, states)
+
+    def _of_parts(self, states: Sequence[AssemblyState], angles: Sequence[float]) -> dict[Mode, Worst]:
+        """Return the factors of bolts, joint and fits."""
+        assembling = self._rod.assembling
+        if assembling is None:
+            raise ValueError("a rod of one piece has no bolts")
+        bolts = judged_bolts(assembling, states)
+        places = [bolt.at for bolt in self._start.bolts]
+        hard = min(range(len(bolts)), key=lambda number: bolts[number].working_safety)
+        tired = min(range(len(bolts)), key=lambda number: bolts[number].bending_fatigue_safety)
+        at = angles[bolts[hard].largest_at]
+        found = {
+            Mode.BOLT_YIELD: Worst(bolts[hard].working_safety, places[hard], at),
+            Mode.BOLT_FATIGUE: Worst(bolts[tired].bending_fatigue_safety, places[tired]),
+        }
+        joint, before = [state.joint for state in states], self._start.joint
+        slip = [own.slip_safety or math.inf for own in joint]
+        found[Mode.SLIP] = Worst(min(slip), None, angles[int(np.argmin(slip))])
+        edge = before.edge_pressure or 0.0
+        lost = {Mode.OPENING: [_lost(own.edge_pressure or 0.0, edge, own) for own in joint]}
+        for mode, seat in _SEATS.items():
+            if seat in self._start.faces:
+                held = self._start.faces[seat].least
+                faces = [state.faces[seat] for state in states]
+                lost[mode] = [_lost(own.least if own.open_share == 0 else 0.0, held, own) for own in faces]
+        for mode, usage in lost.items():
+            if math.isfinite(most := max(usage)):
+                found[mode] = Worst(1 / max(most, _TINY), None, angles[int(np.argmax(usage))])
+        return found
+
+
+def _lost(left: float, before: float, face: FaceState) -> float:
+    """Share that loads have taken of a pressure; beyond 1, the share of the area that has opened.
+
+    Infinite where there was none: nothing holds such parts together.
+    """
+    if before <= 0:
+        return math.inf
+    return 1 - left / before if left > 0 else 1 + face.open_share

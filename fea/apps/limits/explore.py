@@ -1,0 +1,141 @@
+"""What is found of a rod: the answer first, then the map."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from fea.analysis.adapt import Adapted
+from fea.analysis.prepare import PreparedRod
+from fea.analysis.speed import SpeedResult, solve_speed
+from fea.apps.limits.assembled_states import AssembledStates
+from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
+from fea.apps.limits.operation import Operation
+from fea.apps.limits.states import Mode, States, SuperposedStates
+
+# Least charge that is looked at.
+LEAST_CHARGE = 0.02
+# Of the largest speed, where no pressure is safe at that of the study.
+_LOWER = 0.9
+
+
+class Reached(NamedTuple):
+    """The end of what is safe along a line of operation."""
+
+    limit: Limit | None  #: None where nothing ends it
+    low: float  #: low, high: the safe interval of the line's coordinate, rpm or MPa
+    high: float
+    least: float  #: where the line begins
+    rpm: float = math.nan  #: of a line of one speed
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found of a rod."""
+
+    rod: PreparedRod
+    operation: Operation
+    rpm: float  #: the highest of the study
+    at_rpm: float  #: at which the largest peak pressure was asked for
+    static: SpeedResult  #: of `rpm`
+    #: speed, pressure: along the line of full load, and at one speed; None where nothing is safe
+    speed: Reached | None
+    pressure: Reached | None
+    closed: Limit | None  #: with the throttle closed; None where nothing ends it
+    #: A mode with its utilisation beyond 1 before anything loads the rod; None where there is none
+    spent: tuple[Mode, float] | None
+    unsettled: int  #: number of states whose friction did not settle
+    of_rays: LimitMap
+
+
+def explore(
+    adapted: Adapted,
+    rpm: float,
+    at_rpm: float | None,
+    show: Callable[[str], None],
+    answered: Callable[[Found], None] = lambda _found: None,
+) -> Found:
+    """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
+
+    `answered` is told what is found before the map is made, of a survey.
+    """
+    rod = adapted.rod
+    static = adapted.results.get(rpm) or solve_speed(rod, rpm)
+    operation = Operation(rod.engine, rod.mass)
+    required = rod.options.min_safety or 1.0
+    axes = _axes(static, operation, rpm, required)
+    states = _states(rod, rpm, show)
+    explorer = Explorer(states, operation, axes, required=required, show=show)
+
+    def found(of_rays: LimitMap) -> Found:
+        show("largest speed and pressure")
+        speed = _speed(explorer, of_rays, rpm)
+        pressure = None
+        if operation.burns:
+            pressure = _pressure(explorer, of_rays, at_rpm or rpm)
+            if pressure is None and speed is not None and at_rpm is None:
+                lower = max(100 * math.floor(_LOWER * speed.high / 100), operation.idle)
+                pressure = _pressure(explorer, of_rays, lower)
+        closed = explorer.fastest(of_rays, operation.closed_throttle())
+        worst = min(ending(explorer.rest).items(), key=lambda each: -each[1], default=None)
+        return Found(
+            rod=rod,
+            operation=operation,
+            rpm=rpm,
+            at_rpm=at_rpm or rpm,
+            static=static,
+            speed=speed,
+            pressure=pressure,
+            closed=closed,
+            spent=worst if worst is not None and worst[1] > 1 else None,
+            unsettled=states.unsettled,
+            of_rays=of_rays,
+        )
+
+    first = found(explorer.survey())
+    answered(first)
+    of_rays = explorer.map()
+    return replace(first, of_rays=of_rays) if states.dear else found(of_rays)
+
+
+def _states(rod: PreparedRod, rpm: float, show: Callable[[str], None]) -> States:
+    pins = rod.assembly_contact
+    if pins is not None:
+        return AssembledStates(rod, pins)
+    show("unit solutions")
+    return SuperposedStates(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
+
+
+def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float) -> Axes:
+    """Estimate the limits by inertia alone and by gas alone from solved load cases."""
+    tension, gas = (static.cases.get(name) for name in ("tension", "gas"))
+    fast = rpm if tension is None else rpm * math.sqrt(tension.min_safety_factor / required)
+    fast = min(fast, operation.fastest)
+    if gas is None:
+        return Axes(fast, 1.0)
+    return Axes(fast, min(gas.min_safety_factor / required, most_charge(operation, operation.idle)))
+
+
+def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
+    """The end of the speeds at full load around that of the study, or below it."""
+    operation = explorer.operation
+    ends_ = (min(operation.idle, rpm), operation.fastest)
+    edges, safe = explorer.edges(of_rays, Line("load", lambda at: (at, operation.today(at)), ends_))
+    around = [each for each in safe if each[0] <= rpm] or safe[:1]
+    if not around:
+        return None
+    low, high = around[-1]
+    return Reached(next((limit for limit in edges if limit.rpm == high), None), low, high, ends_[0])
+
+
+def _pressure(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
+    """The end of the highest peak pressures that are safe at a speed."""
+    operation = explorer.operation
+    ends_ = (operation.peak(rpm, LEAST_CHARGE), MOST_PEAK)
+    line = Line(f"{rpm} rpm", lambda at: (rpm, operation.scale(rpm, at)), ends_)
+    edges, safe = explorer.edges(of_rays, line)
+    if not safe:
+        return None
+    low, high = safe[-1]
+    last = next((limit for limit in edges if math.isclose(limit.peak, high)), None)
+    return Reached(last, low, high, ends_[0], rpm)
