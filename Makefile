@@ -1,5 +1,6 @@
 # make run    set up what is missing, then analyse the default engine at 6000 rpm with pictures
 # make test   set up what is missing, then run the tests
+# make docs   build the manual into docs/_build/html
 # make lint   style, types and the direction of imports
 # make setup  only set up
 
@@ -12,7 +13,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # They start the program some hundred times: it is compiled once, whatever the environment says.
 COMPILED := PYTHONDONTWRITEBYTECODE=
 
-.PHONY: run test lint setup clean
+.PHONY: run test lint docs setup clean
 
 run: $(VENV)/.run
 	$(BIN)/fea run --rpm 6000 --screenshot
@@ -29,10 +30,16 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy --config-file tests/benchmarks/mypy.ini
 	$(BIN)/lint-imports
 
+# One page after the other: what the pages run takes all processors.
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build/html
+	$(BIN)/codespell
+	@echo "docs/_build/html/index.html"
+
 setup: $(VENV)/.run
 
 clean:
-	rm -rf $(VENV) build dist
+	rm -rf $(VENV) build dist docs/_build
 
 # The stamps say that everything is installed; an environment whose making was interrupted has none, and
 # is made anew if its pip does not work.
@@ -46,4 +53,9 @@ $(VENV)/.run: pyproject.toml
 $(VENV)/.dev: $(VENV)/.run
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --group dev
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[sweep]" --group docs
 	@touch $@

@@ -1,0 +1,43 @@
+"""How the manual is built: `make docs`."""
+
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent), str(HERE / "_extensions")]
+
+from fea.base.version import __version__  # noqa: E402
+
+project = "fea"
+author = "The authors of conrod-fea"
+copyright = "GPL-3.0-or-later"  # noqa: A001
+release = version = __version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "numpydoc",
+    "program",
+]
+language = "en"
+exclude_patterns = ["_build", "_extensions"]
+nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages, whose manuals are not at hand offline
+
+myst_enable_extensions = ["amsmath", "attrs_block", "colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 4
+suppress_warnings = ["myst.strikethrough"]
+
+numpydoc_show_class_members = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+
+html_theme = "furo"
+html_title = f"fea {__version__}"
+html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static/mathjax/tex-svg.js")]
+html_css_files = ["manual.css"]
+html_copy_source = False
+html_theme_options = {"navigation_with_keys": True}
+mathjax_path = "tex-svg.js"
