@@ -8,7 +8,7 @@ import sys
 import tempfile
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -203,9 +203,9 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
 
 
 def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
-    with tempfile.TemporaryDirectory() as folder, path.open("rb") as file:
+    with path.open("rb") as file, ExitStack() as stack:
         if file.read(len(BOM_UTF8)) == BOM_UTF8:  # some editors put this mark before the text
-            path = Path(folder, path.name)
+            path = Path(stack.enter_context(tempfile.TemporaryDirectory()), path.name)
             path.write_bytes(file.read())
         entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
     gmsh.model.occ.synchronize()
