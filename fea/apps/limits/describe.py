@@ -150,9 +150,11 @@ def _sentences(
         yield from _of_pressure(found, pressure)
     if closed is not None:
         yield f"With the throttle closed: {with_bar(closed.value, closed.bar, 'rpm')}; there {ends(closed)}."
+    if all(material.endurance_limit is None for material in found.rod.materials):
+        yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
     rpm = np.linspace(operation.idle, operation.fastest, 500)
     factors = found.of_rays.factors(rpm, np.array([operation.today(each) for each in rpm.tolist()]))
-    for mode in ONSETS & factors.keys():
+    for mode in sorted(ONSETS & factors.keys()):
         if (factors[mode] < 1).any():
             at = float(rpm[int((factors[mode] < 1).argmax())])
             yield f"From about {float(f'{at:.2g}'):.0f} rpm {ENDS[mode.value]}."
