@@ -24,6 +24,7 @@ from fea.apps.limits.states import (
     State,
     States,
     Worst,
+    around,
     closest,
     decisive,
     gas_peak,
@@ -153,7 +154,9 @@ class AssembledStates(States):
         histories = first.histories(rows)
         usage = [judged(*own) for own in zip(first.parts, histories, rows, strict=True)]
         self._decided = np.union1d(self._decided, decisive(angles, histories, usage, 0))
-        more = np.setdiff1d(decisive(angles, histories, usage), angles)
+        least = self._of_parts(first.states, angles.tolist()).values()
+        of_parts = around(np.array([own.crank_angle for own in least if own.crank_angle is not None]))
+        more = np.setdiff1d(np.union1d(decisive(angles, histories, usage), of_parts), angles)
         second = self._solved(cycle.at(more), cycle)
         both = zip(histories, second.histories(rows), strict=True)
         found = worst(

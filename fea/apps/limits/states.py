@@ -243,6 +243,10 @@ def decisive(
         for row in np.argsort(-usage[number][mode])[:3]:
             signed = signed_equivalent(histories[number][row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}
-    around = np.arange(-window, window + 1)
-    centres = np.round(angles[sorted(found)] / DEG)
-    return np.asarray(np.unique(np.mod(centres[:, None] + around, 720)) * DEG)
+    return around(angles[sorted(found)], window)
+
+
+def around(angles: Floats, window: int = _WINDOW) -> Floats:
+    """Crank angles, a degree apart, within so many degrees of each of some."""
+    degrees = np.round(angles / DEG)[:, None] + np.arange(-window, window + 1)
+    return np.asarray(np.unique(np.mod(degrees, 720)) * DEG)
