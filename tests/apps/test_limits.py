@@ -9,7 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 from program import fea as program
+from scipy.interpolate import RegularGridInterpolator
 
 import fea
 from fea.analysis.assembling import Assembling
@@ -77,13 +79,31 @@ def test_summary_and_its_sentence(folder):
     assert pressure["rpm"] == 3000 < summary["rpm"]
     assert "no peak pressure" not in summary["text"]
     assert summary["closed_throttle"]["value"] > largest["value"]  # no gas pushes, and gas relieves little
-    page = (folder / "report.html").read_text()
-    shown = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
-    assert shown["unit"] == "psi"
-    assert shown["closed"][1] == pytest.approx(
-        summary["closed_throttle"]["peak_pressure_bar"] * 14.5038, rel=1e-3
-    )
     assert set(summary["files"]) == {path.name for path in folder.iterdir()}
+
+
+def test_the_page_knows_where_the_map_is_and_what_governs(folder):
+    page = (folder / "report.html").read_text()
+    shown = json.loads(re.search(r'id="map-data">(.*?)</script>', page, re.DOTALL)[1])
+    rows = csv.DictReader((folder / "limits.csv").read_text().splitlines())
+    row = [each for each in rows if each["mode"] == "fatigue"][5]
+    point = shown["lines"]["fatigue"][5]
+    assert shown["unit"] == "psi"
+    assert point["peak"] == pytest.approx(float(row["peak_pressure_bar"]) * 14.5038, rel=1e-4)
+    assert point["at"] == pytest.approx([float(row[f"{axis}_mm"]) for axis in "xyz"], rel=1e-6, abs=1e-6)
+    assert point["name"]
+    assert point["angle"] == pytest.approx(float(row["crank_deg"]))
+    # Utilisations are linear between points of the map; there the factor is that required.
+    rpm, peak = np.array(shown["rpm"]), np.array(shown["peak"])
+    usage = RegularGridInterpolator((peak, rpm), 1 / np.array(shown["factors"]["fatigue"]))
+    assert usage((point["peak"], point["rpm"])) == pytest.approx(1.0, abs=0.02)
+    # The frame of the axes, which is black, is where the page takes it to be.
+    picture = imread(folder / "limits.png")[..., :3].mean(axis=2)
+    left, right, top, bottom = shown["box"]
+    height, width = picture.shape
+    for across, up in ((left, 0.5), (right, 0.5), (0.5, top), (0.5, bottom)):
+        x, y = round(across * width), round(up * height)
+        assert picture[y - 2 : y + 3, x - 2 : x + 3].min() < 0.3
 
 
 def test_speed_by_inertia_alone_grows_with_the_root_of_strength():

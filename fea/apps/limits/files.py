@@ -2,21 +2,22 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fea.analysis.result import Run
 from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import Found
 from fea.apps.limits.figures import LimitFigures, LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, Limit, ending, least_of
 from fea.apps.limits.states import ONSETS, Mode
-from fea.base.units import BAR
+from fea.base.units import BAR, DEG
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
-from fea.output.limits_report.report import write_limits_page
 from fea.output.plots.limits import MapLine, MapPlot, plot_limits
+from fea.output.report.limits_page import write_limits_page
 from fea.output.text import write_text
-from fea.study.study import Study
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK
 
@@ -25,26 +26,26 @@ FILES = (STUDY, SUMMARY, TABLE, MAP, REPORT)
 _COLUMNS, _LINES = 160, 140  # of the map
 
 
-def write_files(
-    folder: Path, study: Study, found: Found, figures: LimitsFigures, speeds: list[float]
-) -> None:
-    """Write the files."""
-    write_text(folder / STUDY, study.text())
+def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, speeds: list[float]) -> None:
+    """Write the files; `run`: that of the highest speed."""
+    write_text(folder / STUDY, run.study.text())
     write_text(folder / SUMMARY, json_text(figures))
     head = "mode,rpm,peak_pressure_bar,gas_scale,bar_percent,interpolated,x_mm,y_mm,z_mm,crank_deg"
     lines = [head, *map(_row, figures.limits)]
     write_text(folder / TABLE, "\n".join(lines) + "\n")
     shown, factors = _plot(found, figures, speeds)
-    plot_limits(folder / MAP, shown)
+    box = plot_limits(folder / MAP, shown)
     bars = Bars(found)
     places = {
-        mode.value: ["" if one is None else bars.place(one) for one in own]
-        for mode, own in found.of_rays.limits.items()
+        mode.value: [one and _place(one, bars) for one in own] for mode, own in found.of_rays.limits.items()
     }
     notes = [str(note) for note in (*figures.notes, *figures.left_out)]
     write_limits_page(
         folder / REPORT,
         shown,
+        run,
+        picture=(folder / MAP).read_bytes(),
+        box=box,
         text=figures.text,
         factors=factors,
         places=places,
@@ -52,6 +53,11 @@ def write_files(
         notes=notes,
         onsets=sorted(ONSETS),
     )
+
+
+def _place(limit: Limit, bars: Bars) -> dict[str, Any]:
+    angle = limit.worst.crank_angle
+    return {"name": bars.place(limit), "at": limit.worst.at, "angle": angle and angle / DEG}
 
 
 def _row(own: LimitFigures) -> str:

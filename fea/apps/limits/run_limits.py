@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fea.analysis.adapt import adapt_mesh
+from fea.analysis.result import run_result
 from fea.apps.limits.describe import figures_of, words
 from fea.apps.limits.explore import explore
 from fea.apps.limits.figures import LimitsFigures
@@ -70,5 +71,7 @@ def limits(
     figures = replace(figures_of(study, found, adapted, clock), files=FILES)
     if folder is not None:
         with run_folder(folder) as part:
-            write_files(part, study, found, figures, speeds)
+            write_files(
+                part, replace(run_result(study, adapted, found.static), study=study), found, figures, speeds
+            )
     return figures

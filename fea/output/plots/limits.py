@@ -39,15 +39,15 @@ class MapPlot:
     boost: Sequence[tuple[float, float]]  #: peak pressures, bar, of round pressures of boost, bar
 
 
-def plot_limits(path: Path, shown: MapPlot) -> None:
-    """Draw the map.
+def plot_limits(path: Path, shown: MapPlot) -> tuple[float, ...]:
+    """Draw the map; left, right, top and bottom end of its axes, in shares of the picture from the top left.
 
     Raises
     ------
     PictureError
         The file could not be written.
     """
-    figure = new_figure(9, 6.2)
+    figure = new_figure(9, 6.6)
     axes = figure.subplots()
     axes.contourf(shown.rpm, shown.peak, shown.factor, levels=[1.0, np.inf], colors=["#d9efd9"])
     beyond = np.where(shown.yielding > shown.elastic, 1.0, 0.0)
@@ -79,5 +79,7 @@ def plot_limits(path: Path, shown: MapPlot) -> None:
             [peak for _, peak in shown.boost], [f"{in_unit(boost, 'bar'):.3g}" for boost, _ in shown.boost]
         )
         right.set_ylabel(in_heading("boost at the study's speed, bar"))
-    axes.legend(loc="center left", bbox_to_anchor=(1.1, 0.5), frameon=False)
-    save(figure, path)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    save(figure, path, dpi=160)
+    box = axes.get_position()
+    return tuple(round(float(end), 5) for end in (box.x0, box.x1, 1 - box.y1, 1 - box.y0))

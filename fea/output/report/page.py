@@ -2,6 +2,7 @@
 
 import base64
 import webbrowser
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import replace
@@ -115,23 +116,28 @@ _SCRIPTS = (
 
 def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
-    parts, script = sections(run), ""
-    if drawn is not None:
-        body = "\n".join(page_file("report", name) for name in _SCRIPTS)
-        script = f'(() => {{\n"use strict";\n{body}}})();\n'
-    return html_page(
-        "report",
-        "report.html.jinja",
-        page_file("report", "report.css"),
-        script,
-        **_head(run, picture),
-        sections=parts,
-        scene=drawn,
-        header=None if drawn is None else embedded_json(_with_charts(drawn, parts)),
-        numbers="" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
-        scales=() if drawn is None else _scales(drawn.header["exaggeration"]),
-        without_motion=run.without_motion or _NOT_KEPT if run.motion is None and run.envelope else "",
-    )
+    parts = sections(run)
+    of_rod, script = viewer(run, drawn, parts=parts)
+    style = page_file("report", "report.css")
+    head = _head(run, picture)
+    return html_page("report", "report.html.jinja", style, script, **head, sections=parts, **of_rod)
+
+
+def viewer(
+    run: Run, drawn: Scene | None, more: Sequence[str] = (), parts: Sequence[Section] = ()
+) -> tuple[dict[str, Any], str]:
+    """Return what the templates of the rod in three dimensions need, and its script with `more` files."""
+    values = {
+        "scene": drawn,
+        "header": None if drawn is None else embedded_json(_with_charts(drawn, parts)),
+        "numbers": "" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
+        "scales": () if drawn is None else _scales(drawn.header["exaggeration"]),
+        "without_motion": run.without_motion or _NOT_KEPT if run.motion is None and run.envelope else "",
+    }
+    if drawn is None:
+        return values, ""
+    body = "\n".join(page_file("report", name) for name in (*_SCRIPTS, *more))
+    return values, f'(() => {{\n"use strict";\n{body}}})();\n'
 
 
 def head(run: Run, picture: bytes | None = None) -> str:
@@ -153,7 +159,7 @@ def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 
 
-def _with_charts(drawn: Scene, parts: list[Section]) -> dict[str, Any]:
+def _with_charts(drawn: Scene, parts: Sequence[Section]) -> dict[str, Any]:
     """The header of the scene; the charts only where there is a slider that moves along them."""
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"])
     charts = [chart.moving() for part in parts for chart in part.charts] if turns else []

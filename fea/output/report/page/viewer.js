@@ -38,7 +38,10 @@ class Viewer {
     part("loads").addEventListener("change", (event) => this.show({ loads: event.target.checked }));
     part("home").addEventListener("click", () => this.home());
     this.root.querySelectorAll("[data-spot]").forEach((button) => {
-      button.addEventListener("click", () => this.fly(this.header.spots[Number(button.dataset.spot)]));
+      button.addEventListener("click", () => {
+        this.fly(this.header.spots[Number(button.dataset.spot)]);
+        this.canvas.scrollIntoView({ block: "nearest" });
+      });
     });
     const slider = part("angle");
     if (slider) {
@@ -172,8 +175,8 @@ class Viewer {
     this.glide(from, this.camera.state());
   }
 
-  // Fly to a place, to a side from which it is seen.
-  fly(spot) {
+  // Fly to a place, to a side from which it is seen; half the height that is seen then, over the rod's length.
+  fly(spot, half = 0.11) {
     this.pause();
     const changes = { result: spot.result, field: spot.field, spot: this.surface.nearest(spot.at) };
     const { kind, angle } = this.results.get(spot.result).header;
@@ -183,8 +186,7 @@ class Viewer {
     const from = this.camera.state(), place = this.placeOf(changes.spot);
     const normal = unit(Array.from(this.surface.nodeNormals.subarray(3 * changes.spot, 3 * changes.spot + 3)));
     this.camera.look(this.towards(normal, place));
-    this.glide(from, { ...this.camera.state(), middle: place, half: 0.11 * this.camera.extent });
-    this.canvas.scrollIntoView({ block: "nearest" });
+    this.glide(from, { ...this.camera.state(), middle: place, half: half * this.camera.extent });
   }
 
   towards(normal, place) {
