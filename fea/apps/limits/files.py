@@ -37,7 +37,8 @@ def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, sp
     box = plot_limits(folder / MAP, shown)
     bars = Bars(found)
     places = {
-        mode.value: [one and _place(one, bars) for one in own] for mode, own in found.of_rays.limits.items()
+        mode.value: [None if one is None else _place(one, bars) for one in own]
+        for mode, own in found.of_rays.limits.items()
     }
     notes = [str(note) for note in (*figures.notes, *figures.left_out)]
     write_limits_page(
