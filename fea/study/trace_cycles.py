@@ -1,5 +1,6 @@
 """Samples over crank angle, as recorded, become one cycle: cycles averaged, a lone revolution completed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,14 +37,14 @@ class Recording:
         return float(self.angles[int(np.argmax(self.pressures))])
 
 
-def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) -> Recording:
+def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
     """Fold recorded samples into one cycle, or one revolution where there is no more.
 
     Angles (n,) are in degrees in the order of the file, and may begin anew with every revolution or cycle;
-    pressures (n, m) have a column per cycle. Messages name the file and count lines from `first_line`. Raises
+    pressures (n, m) have a column per cycle. Messages name the file and the `lines` of the samples. Raises
     `InvalidValue`: the angles are not sorted, or do not cover a revolution.
     """
-    turned = _unwrapped(angles, source, first_line)
+    turned = _unwrapped(angles, source, lines)
     steps = np.diff(turned)
     steps = steps[steps > 0]
     require(steps.size > 1, "engine.gas", source, "must contain at least three crank angles")
@@ -64,7 +65,7 @@ def recorded(angles: Floats, pressures: Floats, source: str, first_line: int) ->
     return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
 
 
-def _unwrapped(angles: Floats, source: str, first_line: int) -> Floats:
+def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
     """Continue the angle where it begins anew."""
     steps = np.diff(angles)
     falls = np.flatnonzero(steps < 0)
@@ -75,7 +76,7 @@ def _unwrapped(angles: Floats, source: str, first_line: int) -> Floats:
     if wrong.size:
         i = int(falls[wrong[0]])
         raise InvalidValue(
-            f"{source} near line {first_line + i + 1}, crank angle",
+            f"{source} near line {lines[i + 1]}, crank angle",
             float(angles[i + 1]),
             f"must increase from line to line, or begin anew after a revolution (it follows {angles[i]:g})",
             "Sort the lines by crank angle.",

@@ -1,12 +1,11 @@
 """Tables of numbers in text files: separator, decimal sign and header are found from the lines themselves."""
 
 import codecs
+import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from io import StringIO
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +23,6 @@ _COMMA = re.compile(_NUMBER.replace(r"\.", ","), re.ASCII)
 _NOT_FINITE = {"nan", "inf", "-inf", "+inf", "infinity", "-infinity"}
 _COMMENTS = ("#", "%")
 _SAMPLE = 200  # lines from which the form of a table is found
-_ROW = re.compile(r"at row (\d+)")  # in numpy's messages, counted from 0 or 1
 _LONGEST_LINE = 2**16  # characters
 _MOST_COLUMNS = 1000
 _MOST_NAME_LINES = 3  # names, units and symbols stand in lines of their own
@@ -52,12 +50,9 @@ class Form(NamedTuple):
     exact: bool = False  #: whether lines with more cells are refused
 
     def fits(self, line: Line) -> bool:
-        """Whether a line is a row of the table."""
+        """Whether a line that is no comment is a row of the table."""
         cells = cells_of(line.text, self.separator)
-        numbers = len(cells) == self.cells and all(
-            _is_number(cells[i], comma=self.comma) for i in self.numbers
-        )
-        return numbers and not line.is_comment
+        return len(cells) == self.cells and all(_is_number(cells[i], comma=self.comma) for i in self.numbers)
 
 
 @dataclass(frozen=True)
@@ -68,36 +63,29 @@ class TraceTable:
     names: tuple[str, ...]  #: of the columns by the header, "" where there is none; columns of text included
     numbers: tuple[int, ...]  #: which columns (from 0) hold numbers
     values: Floats  #: (n, k), the columns of `numbers`
-    first_line: int  #: line of the first row in the file
+    lines: tuple[int, ...]  #: number of each row's line in the file
 
     def column(self, index: int) -> Floats:
         """Values of a column (from 0) that holds numbers, (n,)."""
         return np.asarray(self.values[:, self.numbers.index(index)], dtype=np.float64)
 
 
-def read_trace_table(text: str, source: str, remedy: str) -> TraceTable:
-    """Find the table in a text.
+def read_trace_table(lines: Sequence[Line], source: str, remedy: str) -> TraceTable:
+    """Find the table in the lines of a file.
 
     Raises `InvalidValue`: there is no table with two columns of numbers, or one of its lines breaks its form.
     """
-    sample = list(islice(lines_of(text), _SAMPLE))
-    require(bool(sample), "engine.gas", source, "contains no data", remedy)
+    require(bool(lines), "engine.gas", source, "contains no data", remedy)
+    sample = lines[:_SAMPLE]
     form = _form([line for line in sample if not line.is_comment], source, remedy)
-    start = next(line.number for line in sample if form.fits(line))
-    names = _names([line for line in sample if line.number < start], form, source)
-    return read_rows(text, form, names, start, source)
+    start = next(i for i, line in enumerate(sample) if not line.is_comment and form.fits(line))
+    return read_rows(lines[start:], form, _names(sample[:start], form, source), source)
 
 
-def lines_of(text: str, first: int = 1) -> Iterator[Line]:
-    """Yield the lines that are not blank; `first` is the number of the first line."""
-    start, number = 0, first
-    while start < len(text):
-        end = text.find("\n", start)
-        end = len(text) if end < 0 else end
-        line = text[start : min(end, start + _LONGEST_LINE)]
-        if line.strip():
-            yield Line(number, line)
-        start, number = end + 1, number + 1
+def lines_of(text: str) -> list[Line]:
+    """Return the lines that are not blank."""
+    lines = re.split("\r\n|\r|\n", text)
+    return [Line(number, line[:_LONGEST_LINE]) for number, line in enumerate(lines, 1) if line.strip()]
 
 
 def cells_of(text: str, separator: str | None) -> list[str]:
@@ -173,57 +161,31 @@ def _require_preamble(line: Line, form: Form, source: str) -> None:
     require(not names, f"{source} line {line.number}", line.text, rule, remedy)
 
 
-def read_rows(text: str, form: Form, names: tuple[str, ...], first_line: int, source: str) -> TraceTable:
-    """Read the rows from a line on.
+def read_rows(lines: Iterable[Line], form: Form, names: tuple[str, ...], source: str) -> TraceTable:
+    """Read the rows of a table.
 
     Raises `InvalidValue`: a line does not have the form; the message names it.
     """
-    body = "".join(text.split("\n", first_line - 1)[first_line - 1 :])
-    if all(line.is_comment for line in lines_of(body)):
-        return TraceTable(source, names, form.numbers, np.zeros((0, len(form.numbers))), first_line)
-    try:
-        values = np.loadtxt(
-            StringIO(body.replace(",", ".") if form.comma else body),
-            delimiter=form.separator,
-            usecols=None if form.exact else form.numbers,
-            comments="#",
-            quotechar='"',
-            ndmin=2,
-        )
-    except ValueError as error:
-        row = _ROW.search(str(error))
-        broken = _broken(body, form, names, first_line, source, after=int(row[1]) - 2 if row else 0)
-        unread = InvalidValue("engine.gas", source, f"contains a number that cannot be read ({error})")
-        raise broken or unread from error
-    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    # A point beside decimal commas may separate thousands.
-    doubtful = (form.comma and "." in body) or values.shape[1] != len(form.numbers)
-    if bad.size or doubtful:
-        broken = _broken(body, form, names, first_line, source, after=0 if doubtful else int(bad[0]))
-        if broken is not None:
-            raise broken
-    return TraceTable(source, names, form.numbers, values, first_line)
-
-
-def _broken(
-    body: str, form: Form, names: tuple[str, ...], first_line: int, source: str, *, after: int
-) -> InvalidValue | None:
-    """Name the first line that does not have the form of the others, None where all have it.
-
-    The first `after` rows are known to have it.
-    """
-    rows = (line for line in lines_of(body, first_line) if not line.is_comment)
-    for line in islice(rows, max(after, 0), None):
-        cells = cells_of(line.text, form.separator)
-        where = f"{source} line {line.number}"
-        if len(cells) <= form.numbers[-1] or (form.exact and len(cells) > form.cells):
-            return InvalidValue(where, line.text, f"must have {form.cells} columns like the lines above it")
+    rows, numbers = [], []
+    sign = "comma" if form.comma else "point"
+    for line in lines:
+        if line.is_comment:
+            continue
+        cells, where = cells_of(line.text.partition("#")[0], form.separator), f"{source} line {line.number}"
+        complete = len(cells) > form.numbers[-1] and not (form.exact and len(cells) > form.cells)
+        require(complete, where, line.text, f"must have {form.cells} columns like the lines above it")
         for i in form.numbers:
-            if not _is_number(cells[i], comma=form.comma) or cells[i].lower() in _NOT_FINITE:
-                sign = "comma" if form.comma else "point"
+            if not _is_number(cells[i], comma=form.comma) or not math.isfinite(_number(cells[i])):
                 rule = f"must be a finite number, with a decimal {sign} as above"
-                return InvalidValue(f"{where}, {names[i] or f'column {i + 1}'}", cells[i], rule)
-    return None
+                raise InvalidValue(f"{where}, {names[i] or f'column {i + 1}'}", cells[i], rule)
+        rows.append([_number(cells[i]) for i in form.numbers])
+        numbers.append(line.number)
+    values = np.reshape(rows, (-1, len(form.numbers)))
+    return TraceTable(source, names, form.numbers, values, tuple(numbers))
+
+
+def _number(cell: str) -> float:
+    return float(cell.replace(",", "."))
 
 
 LARGEST_TRACE = 2**24  # bytes: a hundred cycles in steps of a tenth of a degree

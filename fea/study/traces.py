@@ -1,5 +1,6 @@
 """Pressure traces from files of measurements: what keys and headings leave open is decided and told."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
@@ -89,8 +90,8 @@ def parse_trace(
     text: str, source: str, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE
 ) -> Imported:
     """Turn the text of a file into a trace; `source` is its name in messages."""
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
-    header = next((line for line in lines_of(text) if not line.is_comment), Line(0, ""))
+    lines = lines_of(text)
+    start, header = next(((i, line) for i, line in enumerate(lines) if not line.is_comment), (0, Line(0, "")))
     names = cells_of(header.text, ",")
     speeds = [name for name in names[1:] if speed_of(name) is not None]
     documented = names[:1] == [DOCUMENTED[0]] and (
@@ -98,14 +99,14 @@ def parse_trace(
     )
     if documented and not keys.given:
         form = Form(",", comma=False, cells=len(names), numbers=tuple(range(len(names))), exact=True)
-        table = read_rows(text, form, tuple(names), header.number + 1, source)
+        table = read_rows(lines[start + 1 :], form, tuple(names), source)
         angles = table.values[:, 0]
         if not (angles.size and (angles.min() < 0 or angles.max() > _CYCLE)):
-            return Imported(_documented(text, table, speeds), keys)
+            return Imported(_documented(table, speeds), keys)
     if documented and speeds and keys.pressure_column is None:
-        first = _import(text, source, replace(keys, pressure_column=speeds[0]), around)
+        first = _import(lines, source, replace(keys, pressure_column=speeds[0]), around)
         rest = [
-            _import(text, source, replace(first.keys, pressure_column=column), around)
+            _import(lines, source, replace(first.keys, pressure_column=column), around)
             for column in speeds[1:]
         ]
         trace = replace(
@@ -114,20 +115,17 @@ def parse_trace(
             speeds=np.array([speed_of(column) for column in speeds], dtype=np.float64) * RPM,
         )
         return Imported(trace, replace(first.keys, pressure_column=None))
-    return _import(text, source, keys, around)
+    return _import(lines, source, keys, around)
 
 
-def _documented(text: str, table: TraceTable, speeds: list[str]) -> Trace:
+def _documented(table: TraceTable, speeds: list[str]) -> Trace:
     """The trace of a file in our own format: gauge pressures over 0…720°."""
     angles, source = table.values[:, 0], table.source
     back = np.flatnonzero(np.diff(angles) <= 0)
     if back.size:
         after = int(back[0]) + 1
-        rows = [
-            line.number for line in lines_of(text) if not line.is_comment and line.number >= table.first_line
-        ]
         raise InvalidValue(
-            f"{source}: line {rows[after]}, crank_deg",
+            f"{source}: line {table.lines[after]}, crank_deg",
             float(angles[after]),
             f"must increase from line to line (it follows {angles[after - 1]:g})",
             "Sort the lines and drop repeated angles.",
@@ -162,10 +160,10 @@ class _Assumption(NamedTuple):
         return f"{self.key} = {value} ({self.why})"
 
 
-def _import(text: str, source: str, keys: TraceKeys, around: Surroundings) -> Imported:
-    table = read_trace_table(text, source, _REMEDY)
+def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroundings) -> Imported:
+    table = read_trace_table(lines, source, _REMEDY)
     columns = trace_columns(table, keys)
-    recording = recorded(columns.angles, columns.pressures, source, table.first_line)
+    recording = recorded(columns.angles, columns.pressures, source, table.lines)
     offset, assumed = _offset(recording, keys, source)
     strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
     angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
