@@ -74,10 +74,7 @@ _Named = list[tuple[Surface, int]]
 def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
     """Draw a body in a new model of the open session; return gmsh's face tags per surface.
 
-    Raises
-    ------
-    GeometryError
-        The CAD kernel failed.
+    Raises `GeometryError`: the CAD kernel failed.
     """
     gmsh.model.add("body")
     with attempt("sweep the outline"):

@@ -134,12 +134,8 @@ def checked_features(
 ) -> tuple[Feature, ...]:
     """Find the faces that need small elements; kinds that the rod lacks are absent.
 
-    Bosses and bolts are turned about the big end's axis by `turn`, rad.
-
-    Raises
-    ------
-    GeometryError
-        Faces are missing, or their area is off by more than `TOLERANCE`.
+    Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: faces are
+    missing, or their area is off by more than `TOLERANCE`.
     """
     slack, every = SLACK * rod.length, list(_expected(rod, turn))
     matching = [tuple(face.tag for face in faces if one.matches(face, slack=slack)) for one in every]
@@ -204,10 +200,7 @@ def check_contacts(
 ) -> None:
     """Compare the faces between parts and under bolts with the areas that the dimensions give.
 
-    Raises
-    ------
-    GeometryError
-        Faces are missing, or their area is off by more than `TOLERANCE`.
+    Raises `GeometryError`: faces are missing, or their area is off by more than `TOLERANCE`.
     """
     drawn = {surface: [*named.get(surface, ())] for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     for interface in interfaces:

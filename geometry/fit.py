@@ -65,12 +65,7 @@ def fit(rod: Rod, targets: Targets, free: Sequence[str]) -> Fit:
     """Adjust free dimensions of a rod until its mass properties come as close as possible to the targets.
 
     Bounded least squares over the relative misfits; each dimension may change by the factor `SPAN` either
-    way.
-
-    Raises
-    ------
-    InvalidValue
-        No target, no free dimension, or a name that is not a dimension.
+    way. Raises `InvalidValue`: no target, no free dimension, or a name that is not a dimension.
     """
     from scipy.optimize import least_squares  # noqa: PLC0415 - only a fit needs it
 

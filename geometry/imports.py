@@ -129,10 +129,7 @@ _TRIANGLES = (".3mf", ".amf", ".obj", ".ply")
 def require_readable(name: str, path: Path) -> None:
     """Refuse a file that only a CAD program reads, `name` being what gives it.
 
-    Raises
-    ------
-    InvalidValue
-        It is such a file.
+    Raises `InvalidValue`: it is such a file.
     """
     suffix = path.suffix.lower()
     rule = "is a surface of triangles in a format that is not read"

@@ -13,10 +13,8 @@ from geometry.errors import require_number, require_positive
 class Rod(Dimensions):
     """A connecting rod whose dimensions obey every rule; `proportioned` derives missing ones.
 
-    Raises
-    ------
-    InvalidValue
-        A dimension breaks a rule; the message names it by its key in a study (``rod.web_thickness_mm``).
+    Raises `InvalidValue`: a dimension breaks a rule; the message names it by its key in a study
+    (``rod.web_thickness_mm``).
     """
 
     def __post_init__(self) -> None:
@@ -27,12 +25,8 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     """Complete a rod from the distance of its bores and their diameters, mm.
 
     Any other field of `Rod` may be given; the rest follows from these, in usual proportions of forged
-    automotive rods (ours: no published rule).
-
-    Raises
-    ------
-    InvalidValue
-        A given or derived dimension breaks a rule.
+    automotive rods (ours: no published rule). Raises `InvalidValue`: a given or derived dimension breaks a
+    rule.
     """
     rod: dict[str, Any] = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
     rod |= {"shank_section": ShankSection.I} | given

@@ -59,14 +59,8 @@ class Solid:
 def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None = None) -> Solid:
     """Draw a rod, or a symmetry cell of it, in a new model of the open session.
 
-    Without an assembly the rod is one piece, with its bushing bonded to it.
-
-    Raises
-    ------
-    InvalidValue
-        The rod does not have the symmetry, or the parts do not go together.
-    GeometryError
-        The CAD kernel failed.
+    Without an assembly the rod is one piece, with its bushing bonded to it. Raises `InvalidValue`: the rod
+    does not have the symmetry, or the parts do not go together; `GeometryError`: the CAD kernel failed.
     """
     if assembly is not None:
         check(rod, assembly)

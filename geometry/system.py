@@ -129,12 +129,7 @@ def replaced(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path`; the file written there replaces `path` when the block ends.
 
     If the block ends with an exception (such as a full disk), `path` stays as it was. Anything that is not a
-    regular file, such as a pipe, is written directly.
-
-    Raises
-    ------
-    OSError
-        With the name of `path`.
+    regular file, such as a pipe, is written directly. Raises `OSError`: with the name of `path`.
     """
     import secrets  # noqa: PLC0415 - it takes OpenSSL with it
 

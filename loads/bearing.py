@@ -91,10 +91,7 @@ class BorePressure:
     def parse(cls, name: str) -> "BorePressure":
         """Read a name of the study file.
 
-        Raises
-        ------
-        InvalidValue
-            When the name is unknown or its arc is not within 1…180 degrees.
+        Raises `InvalidValue`: the name is unknown or its arc is not within 1…180 degrees.
         """
         if name == "webster":
             return cls(name, Arc(Shape.COSINE, math.pi), Arc(Shape.UNIFORM, math.radians(120)))

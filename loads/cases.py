@@ -96,12 +96,7 @@ def given(pin_axial: float, pin_transverse: float = 0.0) -> Instants:
     """Return the case of a given pin force, N, on a rod at rest, which the crank end reacts.
 
     The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped big
-    end).
-
-    Raises
-    ------
-    InvalidValue
-        A force is not a finite number, or there is none.
+    end). Raises `InvalidValue`: a force is not a finite number, or there is none.
     """
     force = [require_number("forces.pin_N", pin_axial), require_number("forces.pin_N", pin_transverse)]
     rule, remedy = "at least one component must not be zero", "Give [axial, transverse] in newtons."

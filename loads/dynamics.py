@@ -54,12 +54,8 @@ def cycle(
     """Compute the forces at given crank angles and constant speeds.
 
     `rod`: mass, centre of gravity (both in-plane components count) and I_z; `speed`: rad/s, broadcast against
-    `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles).
-
-    Raises
-    ------
-    InvalidValue
-        When an angle or a speed is not finite or a speed is negative.
+    `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles). Raises `InvalidValue`: an angle
+    or a speed is not finite or a speed is negative.
     """
     motion = kinematics(engine, crank_angle, speed)
     beta, theta = motion.rod_angle, motion.crank_angle
@@ -139,12 +135,8 @@ def whole_engine(
 
     Its force on the frame is turned from its axis to that of the first.
 
-    `speed`: rad/s, broadcast against `crank_angle` (rad, of the first cylinder).
-
-    Raises
-    ------
-    InvalidValue
-        When an angle or a speed is not finite or a speed is negative.
+    `speed`: rad/s, broadcast against `crank_angle` (rad, of the first cylinder). Raises `InvalidValue`: an
+    angle or a speed is not finite or a speed is negative.
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
     cycles = tuple(cycle(engine, rod, gas, speed, theta - after) for after in engine.firing_angles)

@@ -13,11 +13,8 @@ MOST_CYLINDERS = 100
 class Engine:
     """Crank, rod and piston of one cylinder, and how the cylinders are phased.
 
-    Raises
-    ------
-    InvalidValue
-        A value breaks its rule: the crank must be able to turn, so (r + |offset|)/l < 1, and with friction
-        the piston must not jam, so μ tan β < 1 over the whole turn.
+    Raises `InvalidValue`: a value breaks its rule: the crank must be able to turn, so (r + |offset|)/l < 1,
+    and with friction the piston must not jam, so μ tan β < 1 over the whole turn.
     """
 
     #: crank_radius, rod_length, bore: mm; the rod is longer than the crank radius plus the pin offset

@@ -24,11 +24,9 @@ _CLOSURE = 0.05
 class Trace:
     """Measured pressure, periodic over one cycle and linear between its samples.
 
-    Raises
-    ------
-    InvalidValue
-        The samples are too few or unsorted, do not cover the cycle, differ too much between its start and
-        end, or contain a pressure that no engine reaches (the message then suggests the unit).
+    Raises `InvalidValue`: the samples are too few or unsorted, do not cover the cycle, differ too much
+    between its start and end, or contain a pressure that no engine reaches (the message then suggests the
+    unit).
     """
 
     crank_angles: Floats  #: (n,) rad, increasing, within one cycle 0…4π

@@ -33,13 +33,8 @@ def tetrahedralise(
 
     `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
     several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
-    order had inverted are mended; nodes stand in the order of `mesh.tetmesh`.
-
-    Raises
-    ------
-    MeshError
-        gmsh failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings
-        may help.
+    order had inverted are mended; nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh
+    failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.spots)
@@ -131,11 +126,7 @@ def mesh_body(
     """Draw and mesh a body in a gmsh session of its own.
 
     `size` is the edge length away from the surfaces `fine`, mm, from which it grows per distance by `growth`.
-
-    Raises
-    ------
-    GeometryError, MeshError
-        No solid or no usable mesh could be made.
+    Raises `GeometryError` and `MeshError`: no solid or no usable mesh could be made.
     """
     with session():
         faces = draw(body)

@@ -165,12 +165,8 @@ def repaired(
     `attempt` meshes it with the changed settings that it is given as ``repair=``; `repair` is what an earlier
     mesh of the model needed, to begin with. `flaws` returns the changes; None for a sound mesh. If every
     attempt has flaws, the first mesh is returned, and the checks of the run will fail on it. `tell` is called
-    with the cause of each new attempt.
-
-    Raises
-    ------
-    MeshError
-        No attempt produced a mesh; this is the first failure.
+    with the cause of each new attempt. Raises `MeshError`: no attempt produced a mesh; this is the first
+    failure.
     """
     first, failure = None, None
     for rounds in count():

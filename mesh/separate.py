@@ -18,12 +18,8 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
 
     Parts that share facets and are not named in `interfaces` stay joined. The second result (n_nodes,) is the
     earlier number of each node. Row k of the second side is the facet of row k of the first, turned over:
-    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``.
-
-    Raises
-    ------
-    ValueError
-        The mesh has only one part.
+    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: the mesh has
+    only one part.
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")

@@ -60,10 +60,7 @@ class Slice:
 def cut(mesh: TetMesh, station: float) -> Slice:
     """Cut a mesh at x = `station`, mm; second-order elements as eight straight ones.
 
-    Raises
-    ------
-    ValueError
-        The plane misses the mesh.
+    Raises `ValueError`: the plane misses the mesh.
     """
     (section,) = _cuts(mesh, [station])
     return section

@@ -55,10 +55,7 @@ class MeshError(RuntimeError):
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
     """The elements of a part, with the named facets that belong to them, and each node's number in the whole.
 
-    Raises
-    ------
-    ValueError
-        The mesh has no parts.
+    Raises `ValueError`: the mesh has no parts.
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")
@@ -107,10 +104,8 @@ def faces_behind(mesh: TetMesh) -> dict[Surface, tuple[Ints, Ints]]:
 def outward(mesh: TetMesh) -> TetMesh:
     """Return the mesh with every facet oriented outwards from the element behind it.
 
-    Raises
-    ------
-    MeshError
-        A facet bounds no element or two elements: the surface of a damaged solid may fold onto itself.
+    Raises `MeshError`: a facet bounds no element or two elements: the surface of a damaged solid may fold
+    onto itself.
     """
     even, oriented = _even(element_faces(mesh.tets)), {}
     for surface, (face, count) in faces_behind(mesh).items():

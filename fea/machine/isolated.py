@@ -190,11 +190,7 @@ class IsolatedProcess:
         """Return the result of a picklable job, or raise its error.
 
         After `seconds` of wall time the process is killed; the listener is called with lines of progress.
-
-        Raises
-        ------
-        CrashError, OvertimeError
-            The process has ended; it cannot be given another job.
+        Raises `CrashError` and `OvertimeError`: the process has ended; it cannot be given another job.
         """
         self.begin(job, *arguments)
         return self.result(listener, seconds=seconds)  # type: ignore[no-any-return]

@@ -74,14 +74,9 @@ def discretise(rod: RodTable, materials: MaterialsOf, request: MeshRequest, cloc
     The smallest symmetry cell is meshed; larger cells are assembled from its reflections, so that the mesh of
     the whole rod does not depend on which part is solved.
 
-    `materials`: gives the material of each named part: a mesh whose mass is off is made again.
-
-    Raises
-    ------
-    InvalidValue
-        The rod has no dimensions or not the requested symmetry, or its parts do not go together.
-    GeometryError, MeshError
-        No solid or no usable mesh could be made.
+    `materials`: gives the material of each named part: a mesh whose mass is off is made again. Raises
+    `InvalidValue`: the rod has no dimensions or not the requested symmetry, or its parts do not go together;
+    `GeometryError` and `MeshError`: no solid or no usable mesh could be made.
     """
     drawing, kept = _Drawing(rod, materials, request.assembly), _kept.get()
     if kept is not None:
@@ -157,12 +152,8 @@ def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
 
     `base`: made with `MeshRequest.movable`.
 
-    Returns None where the mesh cannot follow: see `mesh.moving.MovableMesh.moved`.
-
-    Raises
-    ------
-    GeometryError
-        No solid could be made.
+    Returns None where the mesh cannot follow: see `mesh.moving.MovableMesh.moved`. Raises `GeometryError`: no
+    solid could be made.
     """
     if base.movable is None:
         return None
@@ -263,10 +254,7 @@ def _mesh_opened(drawing: _Drawing, request: MeshRequest) -> Drawn:
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
     """The symmetry cell to solve: the smallest one unless a larger one is requested.
 
-    Raises
-    ------
-    InvalidValue
-        The rod does not have the requested symmetry.
+    Raises `InvalidValue`: the rod does not have the requested symmetry.
     """
     if asked is Symmetry.AUTO:
         return smallest

@@ -48,14 +48,9 @@ _STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) g
 def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Read the mesh of a rod and name its bores; it is solved as a whole.
 
-    `request`: its order is that of the study: first order cannot be had from a second-order mesh.
-
-    Raises
-    ------
-    InvalidValue
-        The file is too large or cannot be read, or the study asks for another order.
-    MeshError
-        The mesh is damaged or cannot be used, or its bores cannot be identified.
+    `request`: its order is that of the study: first order cannot be had from a second-order mesh. Raises
+    `InvalidValue`: the file is too large or cannot be read, or the study asks for another order; `MeshError`:
+    the mesh is damaged or cannot be used, or its bores cannot be identified.
     """
     with clock("mesh"):
         try:

@@ -38,10 +38,7 @@ class EngineLoading:
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
         """Read the engine of a study, for a rod of a length, mm.
 
-        Raises
-        ------
-        InvalidValue
-            A value of the engine breaks a rule.
+        Raises `InvalidValue`: a value of the engine breaks a rule.
         """
         engine = table.engine(rod_length)
         return cls(engine, table.gas_model(engine), table)
@@ -49,10 +46,7 @@ class EngineLoading:
     def with_gas(self, gas: str) -> "EngineLoading":
         """Return the engine with another gas, named as in [engine].
 
-        Raises
-        ------
-        InvalidValue
-            See `EngineTable.gas_model`.
+        Raises `InvalidValue`: see `EngineTable.gas_model`.
         """
         table = self.table.with_gas(gas)
         return EngineLoading(self.engine, table.gas_model(self.engine), table)
@@ -64,10 +58,7 @@ class EngineLoading:
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
         """Find the peak cases of the crank cycle.
 
-        Raises
-        ------
-        InvalidValue
-            Nothing loads the rod, or no speed is given.
+        Raises `InvalidValue`: nothing loads the rod, or no speed is given.
         """
         if rpm is None:
             raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
@@ -119,10 +110,7 @@ class DutyLoads:
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
         """Read the gas of every entry; without any it is the engine's.
 
-        Raises
-        ------
-        InvalidValue
-            A gas needs a key of the engine that is missing, or a file that cannot be read.
+        Raises `InvalidValue`: a gas needs a key of the engine that is missing, or a file that cannot be read.
         """
         if table.gas is None:
             return cls(table, (loading,) * len(table.rpm))

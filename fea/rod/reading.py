@@ -27,10 +27,7 @@ def read_isolated(
 ) -> Result:
     """Return the result of a job as `isolated` does; `who` could not do `what` where its process ends.
 
-    Raises
-    ------
-    GeometryError
-        It crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
+    Raises `GeometryError`: it crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
     """
     return reading_errors(
         lambda: isolated(job, seconds=seconds or SECONDS, memory=memory, listener=listener), what, who

@@ -41,12 +41,8 @@ def rod_of_kind(
 ) -> RodOfKind:
     """Return a rod of a kind, by the distance and the diameters of its bores, mm.
 
-    Its cap screws are of the given `thread`, or of one that suits the big end.
-
-    Raises
-    ------
-    InvalidValue
-        There is no such kind, or a dimension breaks a rule.
+    Its cap screws are of the given `thread`, or of one that suits the big end. Raises `InvalidValue`: there
+    is no such kind, or a dimension breaks a rule.
     """
     one_of(_kinds())("--kind", kind)
     told = _kinds()[kind]

@@ -247,12 +247,8 @@ class Study:
     def with_rod(self, **dimensions: Any) -> "Study":
         """Return the study with other dimensions of its rod; the others stay as they are.
 
-        Their names are keys of [rod]: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``.
-
-        Raises
-        ------
-        InvalidValue
-            The rod has no dimensions, or one of those given is unknown or breaks a rule.
+        Their names are keys of [rod]: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``. Raises
+        `InvalidValue`: the rod has no dimensions, or one of those given is unknown or breaks a rule.
 
         Examples
         --------
@@ -265,12 +261,8 @@ class Study:
     def with_assembly(self, **keys: Any) -> "Study":
         """Return the study as an assembly, its pins in contact; keys of its own that are not given stay.
 
-        Keys are those of the [assembly] table: ``bolt_preload_kN=35.0``.
-
-        Raises
-        ------
-        InvalidValue
-            A key is unknown, or breaks a rule.
+        Keys are those of the [assembly] table: ``bolt_preload_kN=35.0``. Raises `InvalidValue`: a key is
+        unknown, or breaks a rule.
         """
         analysis = replace(self.analysis, pressure=choices.CONTACT)
         return replace(self, assembly=changed(self.assembly, keys), analysis=analysis)
@@ -378,12 +370,8 @@ def shipped_studies() -> tuple[str, ...]:
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     """Load a shipped study by name, or a TOML file, a CAD file or a mesh by path.
 
-    A CAD file or a mesh is a study that gives the rod alone.
-
-    Raises
-    ------
-    InvalidValue
-        No such study, TOML that does not parse, an unknown key, or a value that breaks a rule.
+    A CAD file or a mesh is a study that gives the rod alone. Raises `InvalidValue`: no such study, TOML that
+    does not parse, an unknown key, or a value that breaks a rule.
     """
     require(isinstance(source, str | Path), "STUDY", source, "must be a name or a path")
     source = str(source)

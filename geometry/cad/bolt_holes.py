@@ -172,12 +172,7 @@ def spot_faced(cap: int, holes: Sequence[BoltHole], wanted: float | None) -> tup
     """Cut plane seats for heads around those holes in a cap that have none; return the cap and all holes.
 
     The cap is used up. `wanted` is the radius of the seats, mm; None for the usual one, or less where the cap
-    is narrow.
-
-    Raises
-    ------
-    GeometryError
-        There is no material for a seat.
+    is narrow. Raises `GeometryError`: there is no material for a seat.
     """
     bare = [hole for hole in holes if hole.head is None]
     if not bare:

@@ -58,12 +58,8 @@ class _Opening(Axis):
 def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diameters = UNKNOWN) -> Pair:
     """Find the two largest parallel through-holes; the larger, or that of the heavier end, is the big end's.
 
-    Raises
-    ------
-    HalfOpenError
-        The largest hollow wall is open on one side.
-    GeometryError
-        The bores cannot be identified; the message lists the holes and the keys that name the bores.
+    Raises `HalfOpenError`: the largest hollow wall is open on one side; `GeometryError`: the bores cannot be
+    identified; the message lists the holes and the keys that name the bores.
     """
     interior = Interior(volumes)
     holes = through_holes(interior, faces)

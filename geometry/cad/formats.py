@@ -67,14 +67,8 @@ class NamedSolid(NamedTuple):
 def read_solids(path: Path, unit: str | None = None, *, beside: bool = False) -> list[NamedSolid]:
     """Read the solids of a file into a new model, lengths in mm; a `unit` replaces the one that it declares.
 
-    `beside`: read them into the open model, beside its solids.
-
-    Raises
-    ------
-    GeometryError
-        It is not what its ending says, or holds no solid.
-    OSError
-        The file cannot be read.
+    `beside`: read them into the open model, beside its solids. Raises `GeometryError`: it is not what its
+    ending says, or holds no solid; `OSError`: the file cannot be read.
     """
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
     with path.open("rb") as file:
@@ -267,12 +261,7 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
 def export_step(rod: Rod, path: Path) -> None:
     """Write the whole rod as a STEP file in millimetres, inside an open session.
 
-    Raises
-    ------
-    GeometryError
-        The CAD kernel failed.
-    OSError
-        The file cannot be written.
+    Raises `GeometryError`: the CAD kernel failed; `OSError`: the file cannot be written.
     """
     build(rod, Mirror.NONE)
     with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending

@@ -65,10 +65,8 @@ class _Object:
 def shapes_of(path: Path) -> Iterator[list[Shape]]:
     """Unpack the shapes that are results: bodies, and what no other shape is made from.
 
-    Raises
-    ------
-    GeometryError
-        The archive is damaged, holds no description, or unpacks to more than `MOST_SHAPES`.
+    Raises `GeometryError`: the archive is damaged, holds no description, or unpacks to more than
+    `MOST_SHAPES`.
     """
     with tempfile.TemporaryDirectory() as folder:
         try:

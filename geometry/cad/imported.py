@@ -59,17 +59,9 @@ def import_cad(
     Each solid that is kept is a part, under its name in the file or, in an assembly, under those of
     `geometry.parts`; touching parts share their faces. Without an assembly they are bonded to each other;
     else the file's own cap, shells, bushing and bolts are taken where it has them. Without `mirror`, the
-    smallest symmetry cell is kept.
-
-    Raises
-    ------
-    GeometryError
-        No rod in the file, bores that cannot be identified, a mirror plane that the solid lacks, or
-        solids that do not make an assembly.
-    InvalidValue
-        What the assembly says does not fit the file.
-    OSError
-        The file cannot be read.
+    smallest symmetry cell is kept. Raises `GeometryError`: no rod in the file, bores that cannot be
+    identified, a mirror plane that the solid lacks, or solids that do not make an assembly; `InvalidValue`:
+    what the assembly says does not fit the file; `OSError`: the file cannot be read.
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared

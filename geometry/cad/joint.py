@@ -46,10 +46,7 @@ class Joint:
 def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
     """Find the joint of a rod and a cap (volume tags, without shells) at a bore of some radius, mm.
 
-    Raises
-    ------
-    GeometryError
-        They share no face, or the faces are no joint through the bore.
+    Raises `GeometryError`: they share no face, or the faces are no joint through the bore.
     """
     faces = sorted(boundary(rod) & boundary(cap))
     if not faces:
@@ -101,10 +98,7 @@ _CAP_OFF = 0.05
 def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
     """Draw a half ring of the section at the joint, which closes a wall open on one side; its volume tag.
 
-    Raises
-    ------
-    GeometryError
-        The rod has no two plane faces at the open ends of the wall.
+    Raises `GeometryError`: the rod has no two plane faces at the open ends of the wall.
     """
     joints = [(face, angle) for face in faces if (angle := _joint_angle(face, wall)) is not None]
     if len(joints) != 2:

@@ -36,10 +36,7 @@ def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
 def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[int]]:
     """Cut every volume to a cell; return what each became.
 
-    Raises
-    ------
-    GeometryError
-        A volume lies outside the cell.
+    Raises `GeometryError`: a volume lies outside the cell.
     """
     if not mirror.planes:
         return [[volume] for volume in volumes]
@@ -149,12 +146,7 @@ def sharing(
     """Let touching solids share their faces; return the volumes that each became.
 
     `cells` are the volume tags of each solid. `borders` are faces whose edges become edges of the solids'
-    faces; they are used up.
-
-    Raises
-    ------
-    GeometryError
-        Solids overlap, or one touches no other.
+    faces; they are used up. Raises `GeometryError`: solids overlap, or one touches no other.
     """
     volumes = [list(cell) for cell in cells]
     if sum(map(len, volumes)) > 1 or borders:

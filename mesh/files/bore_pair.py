@@ -43,11 +43,8 @@ Pair = tuple[MeshHole, MeshHole]
 def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair:
     """Find the bores of the big and the small end: the two largest parallel through-holes.
 
-    Raises
-    ------
-    MeshError
-        No two holes can be the bores, several pairs can, or the pair leaves out a larger hole or lies off
-        the centre of gravity. The message lists the holes.
+    Raises `MeshError`: no two holes can be the bores, several pairs can, or the pair leaves out a larger hole
+    or lies off the centre of gravity. The message lists the holes.
     """
     walls = _walls(surface)
     usable = map(_pin_walls, walls)

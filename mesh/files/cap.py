@@ -44,10 +44,7 @@ class _JointFace:
 def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
     """Close the big end by a half ring of the section at the joint; None for a rod whose bores are closed.
 
-    Raises
-    ------
-    MeshError
-        The bore has no two plane joint faces.
+    Raises `MeshError`: the bore has no two plane joint faces.
     """
     wall = open_wall(rod)
     if wall is None:
@@ -76,12 +73,8 @@ def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> Surfac
     """Join the surface of a rod and that of its cap, which lie as they are assembled.
 
     `gap`, of `GAPS`: where the outlines of their joint faces have different vertices, a band of this width
-    stands between them.
-
-    Raises
-    ------
-    MeshError
-        One of them has no half bore with two joint faces, or these do not lie on each other.
+    stands between them. Raises `MeshError`: one of them has no half bore with two joint faces, or these do
+    not lie on each other.
     """
     wall = open_wall(rod)
     if wall is None:

@@ -50,10 +50,7 @@ def tets_of_model() -> TetFile:
 def filled(surface: SurfaceMesh) -> TetFile:
     """Mesh the volume inside a surface with straight-sided ten-node tetrahedra, in a gmsh session of its own.
 
-    Raises
-    ------
-    MeshError
-        The surface cuts itself, or gmsh cannot mesh its inside.
+    Raises `MeshError`: the surface cuts itself, or gmsh cannot mesh its inside.
     """
     used, local = np.unique(surface.facets, return_inverse=True)
     with session():

@@ -55,15 +55,9 @@ def given_mesh(
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
     `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
-    length. `swap_ends`: whether the other bore is the big end's; `cap`: what to do about a missing cap,
-    or its own file.
-
-    Raises
-    ------
-    MeshError
-        The file is damaged, its mesh cannot be used, or its bores cannot be identified.
-    OSError, ImportError
-        See `mesh.files.reading.read_tets`.
+    length. `swap_ends`: whether the other bore is the big end's; `cap`: what to do about a missing cap, or
+    its own file. Raises `MeshError`: the file is damaged, its mesh cannot be used, or its bores cannot be
+    identified; `OSError` and `ImportError`: see `mesh.files.reading.read_tets`.
     """
     said: tuple[str, ...] = ()
     try:
@@ -167,10 +161,7 @@ def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool
 def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore, Bore]]:
     """Find the bores of a mesh that a run has left in the rod's frame, and name its surfaces.
 
-    Raises
-    ------
-    MeshError
-        Its bores cannot be identified.
+    Raises `MeshError`: its bores cannot be identified.
     """
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])

@@ -36,12 +36,8 @@ _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}
 def read_inp(path: Path) -> TetFile:
     """Read the mesh of a deck; its materials, sets and steps are ignored.
 
-    Raises
-    ------
-    MeshError
-        The mesh is not complete in this file, contradicts itself, or has no tetrahedra.
-    OSError, ValueError
-        The file cannot be read, or a line does not hold the numbers that it should.
+    Raises `MeshError`: the mesh is not complete in this file, contradicts itself, or has no tetrahedra;
+    `OSError` and `ValueError`: the file cannot be read, or a line does not hold the numbers that it should.
     """
     nodes: list[Floats] = []
     blocks: list[tuple[str, list[str]]] = []
@@ -125,10 +121,7 @@ _HEAD = b"$MeshFormat"
 def stl_surface(path: Path) -> SurfaceMesh:
     """Read the closed surface of an STL file, in a gmsh session of its own.
 
-    Raises
-    ------
-    MeshError
-        It is not closed.
+    Raises `MeshError`: it is not closed.
     """
     with session():
         gmsh.merge(str(path))
@@ -154,12 +147,8 @@ def stl_surface(path: Path) -> SurfaceMesh:
 def read_tets(path: Path) -> TetFile:
     """Read the tetrahedra of a mesh file; its suffix is one of `FORMATS`.
 
-    Raises
-    ------
-    MeshError
-        The file is damaged, or holds no mesh that is supported; the message names it.
-    OSError, ImportError
-        It cannot be read, or a library that the format needs is not installed.
+    Raises `MeshError`: the file is damaged, or holds no mesh that is supported; the message names it;
+    `OSError` and `ImportError`: it cannot be read, or a library that the format needs is not installed.
     """
     name = FORMATS[path.suffix.lower()]
     try:

@@ -32,12 +32,8 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
     """Take the tetrahedra out of blocks of elements of one kind each.
 
     A block is meshio's name of the kind (``"tetra10"``), rows of `points` (n, 3), and numbers of the
-    elements.
-
-    Raises
-    ------
-    MeshError
-        There are no tetrahedra, solid elements of other kinds, or both four-node and ten-node ones.
+    elements. Raises `MeshError`: there are no tetrahedra, solid elements of other kinds, or both four-node
+    and ten-node ones.
     """
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError("its nodes do not have three coordinates: a mesh of solid elements is needed")
@@ -144,13 +140,8 @@ def mended(file: TetFile) -> Mended:
     """Make a mesh of what a file holds.
 
     Doubled nodes are merged, nodes without elements and doubled elements dropped, elements that are inside
-    out turned over.
-
-    Raises
-    ------
-    MeshError
-        Nodes that are missing or not finite, flat or overlapping elements, mid-side nodes that are not on
-        their edges, or several pieces; with the numbers of elements.
+    out turned over. Raises `MeshError`: nodes that are missing or not finite, flat or overlapping elements,
+    mid-side nodes that are not on their edges, or several pieces; with the numbers of elements.
     """
     stray = (file.tets < 0) | (file.tets >= len(file.points))
     _refuse(stray.any(axis=1), file.numbers, "nodes that do not exist")
