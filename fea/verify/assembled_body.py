@@ -1,6 +1,5 @@
 """Separate parts that touch, with their bolts: the joined bodies of the benchmark cases."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -17,10 +16,9 @@ from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solvers.static import Model
 from fea.stress.recovery import ElementStress, PartRecovery
-from fea.verify.body import mirror_planes, rectangle
+from fea.verify.body import half_ring, mirror_planes, rectangle
 from geometry.arrays import Floats
-from geometry.bodies import Body, Prism, Side, SideBySide
-from geometry.segments import Arc, Line
+from geometry.bodies import Body, Prism, SideBySide
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
 from mesh.separate import Interfaces, separated
@@ -82,17 +80,7 @@ def rings(radii: Sequence[float], height: float) -> SideBySide:
     They are cut at `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_Z`; the inside is `Surface.INNER`, the outside
     `Surface.OUTER`, the top free.
     """
-
-    def ring(inner: float, outer: float) -> Prism:
-        sides = (
-            Side(Line((inner, 0.0), (outer, 0.0)), Surface.SYMMETRY_Y),
-            Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
-            Side(Line((-outer, 0.0), (-inner, 0.0)), Surface.SYMMETRY_Y),
-            Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
-        )
-        return Prism(sides, (0.0, height))
-
-    return SideBySide(tuple(ring(*pair) for pair in pairwise(radii)))
+    return SideBySide(tuple(Prism(half_ring(*pair), (0.0, height)) for pair in pairwise(radii)))
 
 
 def bars(

@@ -1,7 +1,7 @@
 """A benchmark problem: a function from an element size to quantities with known values."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,11 +29,8 @@ class Quantity(NamedTuple):
         return abs(self.error_percent) <= self.tolerance_percent
 
 
-class Computed(NamedTuple):
-    """The result of one computation: degrees of freedom of the (largest) mesh, and the quantities."""
-
-    dofs: int
-    quantities: Sequence[Quantity]
+# The quantities of one computation; returned are the degrees of freedom of the (largest) mesh.
+Quantities = Generator[Quantity, None, int]
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,7 @@ class Benchmark:
     title: str
     source: str
     #: compute, size: from an element size, mm, to the quantities; the size at which tolerances must be met
-    compute: Callable[[float], Computed]
+    compute: Callable[[float], Quantities]
     size: float
     #: whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
     #: the error of the target, and is not plotted
@@ -84,8 +81,13 @@ class Benchmark:
 
     def rows(self, factor: float = 1.0) -> list[BenchmarkRow]:
         """Compute the quantities with elements of `factor` times the size."""
-        start = time.perf_counter()
-        dofs, quantities = self.compute(factor * self.size)
+        start, dofs = time.perf_counter(), 0
+
+        def computed() -> Iterator[Quantity]:
+            nonlocal dofs
+            dofs = yield from self.compute(factor * self.size)
+
+        quantities = list(computed())
         seconds = time.perf_counter() - start
         return [BenchmarkRow(self, quantity, dofs, seconds) for quantity in quantities]
 
@@ -94,13 +96,13 @@ CASES: dict[str, Benchmark] = {}
 
 
 def benchmark(
-    title: str, source: str, *, size: float, converges: bool = True
-) -> Callable[[Callable[[float], Computed]], Benchmark]:
-    """Add a function to `CASES`, under its name with hyphens."""
+    source: str, *, size: float, converges: bool = True
+) -> Callable[[Callable[[float], Quantities]], Benchmark]:
+    """Add a function to `CASES`, under its name with hyphens and the title that its docstring begins with."""
 
-    def register(compute: Callable[[float], Computed]) -> Benchmark:
-        name = compute.__name__.replace("_", "-")
-        CASES[name] = Benchmark(name, title, source, compute, size, converges)
+    def register(compute: Callable[[float], Quantities]) -> Benchmark:
+        name, title = compute.__name__.replace("_", "-"), (compute.__doc__ or "").partition("\n")[0]
+        CASES[name] = Benchmark(name, title.removesuffix("."), source, compute, size, converges)
         return CASES[name]
 
     return register

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -45,6 +46,17 @@ def quarter_ring(inner: float, outer: float) -> tuple[Side, ...]:
         Side(Arc((0.0, 0.0), outer, 0.0, quarter), Surface.OUTER),
         Side(Line((0.0, outer), (0.0, inner)), Surface.SYMMETRY_X),
         Side(Arc((0.0, 0.0), inner, quarter, -quarter), Surface.INNER),
+    )
+
+
+def half_ring(inner: float, outer: float, *between: float) -> tuple[Side, ...]:
+    """Sides of a half between two circles: on y = 0, inside, on y = 0, divided `between` them, outside."""
+    ends = (inner, *between, outer)
+    return (
+        Side(Line((-outer, 0.0), (-inner, 0.0)), Surface.SYMMETRY_Y),
+        Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
+        *(Side(Line((a, 0.0), (b, 0.0)), Surface.SYMMETRY_Y) for a, b in pairwise(ends)),
+        Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
     )
 
 

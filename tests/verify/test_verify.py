@@ -6,7 +6,7 @@ from fea.__main__ import call
 from fea.output.pictures.strokes import is_complete_png
 from fea.solid.traction import traction_forces
 from fea.verify import benchmark, verify
-from fea.verify.benchmark import Benchmark, Computed, Quantity
+from fea.verify.benchmark import Benchmark, Quantity
 from fea.verify.body import STEEL, LoadedBody, furthest, held, pressure, rectangle
 from geometry.bodies import Prism
 from geometry.errors import InvalidValue
@@ -41,15 +41,18 @@ def test_a_new_benchmark_is_one_function(monkeypatch, capsys):
     names = (Surface.SYMMETRY_Y, Surface.LOADED, Surface.FREE, Surface.CLAMPED)
     monkeypatch.setitem(benchmark.CASES, "toy-bar", None)
 
-    @benchmark.benchmark("Bar in tension", "Hooke 1678", size=2.0)
+    @benchmark.benchmark("Hooke 1678", size=2.0)
     def toy_bar(size):
+        """Bar in tension."""
         mesh = mesh_body(Prism(rectangle((0.0, 20.0), (0.0, 4.0), names), (0.0, 4.0)), size)
         forces = traction_forces(mesh, Surface.LOADED, pressure(-100.0))
         body = LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0,)})).solved()
         stress = furthest(body.stress[:, 0], 100.0)
-        return Computed(body.dofs, [Quantity("σxx, worst node", "MPa", 100.0, stress, 1e-6, "it is linear")])
+        yield Quantity("σxx, worst node", "MPa", 100.0, stress, 1e-6, "it is linear")
+        return body.dofs
 
     assert "toy-bar" in verify.case_names()
+    assert verify.benchmark("toy-bar").title == "Bar in tension"
     assert call(["verify", "toy-bar"]) == 0
     assert "All 1 quantities" in capsys.readouterr().out
 
@@ -87,7 +90,7 @@ def test_the_table_names_every_quantity(capsys):
 
 
 def test_a_row_out_of_tolerance_fails_the_command(monkeypatch, capsys):
-    wrong = Benchmark("patch", "t", "s", lambda size: Computed(3, [peak(-210.0)]), 1.0)
+    wrong = Benchmark("patch", "t", "s", lambda size: (yield peak(-210.0)), 1.0)
     monkeypatch.setattr(verify, "benchmark", lambda name: wrong)
     assert call(["verify", "patch"]) == 5
     out = capsys.readouterr().out

@@ -1,7 +1,7 @@
 """Press fits and bolted joints: Lamé's fits, prismatic blocks, a clamped tube."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from fea.verify.assembled_body import (
     radius,
     rings,
 )
-from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, held, hoop_stress, nodes_of, uniform
 from geometry.arrays import Floats
 from geometry.bodies import Revolution, SideBySide, polygon
@@ -127,7 +127,7 @@ def _waves(mesh: TetMesh) -> Floats:
     return np.stack([inside[0] + outside, inside[1]], axis=-1)
 
 
-def _fit_stresses(name: str, fit: _Fit, body: AssembledBody) -> list[Quantity]:
+def _fit_stresses(name: str, fit: _Fit, body: AssembledBody) -> Iterator[Quantity]:
     """Pressure and hoop stresses of a fit, each at its worst node."""
     (a, b, c), p = fit.radii, fit.pressure(fit.interference)
     inner, outer = body.stress(body.start)
@@ -144,10 +144,8 @@ def _fit_stresses(name: str, fit: _Fit, body: AssembledBody) -> list[Quantity]:
         "hoop stress of its bore": (-within * 2 * b * b, hoop(inner, Surface.INNER)),
     }
     why = "the mesh; at the worst node, as rings of flat-sided elements are not quite even"
-    return [
-        Quantity(f"{name}: {what}", "MPa", target, furthest(values, target), 0.5, why)
-        for what, (target, values) in stresses.items()
-    ]
+    for what, (target, values) in stresses.items():
+        yield Quantity(f"{name}: {what}", "MPa", target, furthest(values, target), 0.5, why)
 
 
 def _mean_pressure(body: AssembledBody) -> float:
@@ -174,14 +172,12 @@ def _opening(body: AssembledBody, load: int, highest: float, accuracy: float) ->
 
 
 @benchmark(
-    "Lamé: press fits of a bushing and of a bearing shell",
-    "Lamé 1852; Michell 1899; Timoshenko & Goodier 1970, articles 28 and 43",
-    size=0.6,
-    converges=False,
+    "Lamé 1852; Michell 1899; Timoshenko & Goodier 1970, articles 28 and 43", size=0.6, converges=False
 )
-def lame_fit(size: float) -> Computed:
-    """Lamé's pressure of a bushing and of a larger bearing shell, its change with temperature, and lift-off.
+def lame_fit(size: float) -> Quantities:
+    """Lamé: press fits of a bushing and of a bearing shell.
 
+    Lamé's pressure of a bushing and of a larger bearing shell, its change with temperature, and lift-off.
     Both rings are in plane stress: the fields of a fit alone do not vary along the axis. With the
     interference δ of the radii at b, between the radii a and c,
 
@@ -201,14 +197,12 @@ def lame_fit(size: float) -> Computed:
     out_of_plane = "the rings bend out of their plane, too, which plane stress leaves out"
     lifted = _opening(bushing, 0, 2 * lift, 1e-5)
     name, amplitude = "amplitude of the fit's pressure / q, under q cos 2φ in its bore", _amplitude(bushing)
-    quantities = [
-        *_fit_stresses("bushing", _BUSHING, bushing),
-        *_fit_stresses("shell", _SHELL, shell),
-        Quantity("bushing: change of the mean pressure, 100 K warmer", "MPa", warm, warmed, 0.1, "the mesh"),
-        Quantity("bushing: pressure q cos φ in its bore that lifts it off", "MPa", lift, lifted, 1.0, first),
-        Quantity(f"bushing: {name}", "1", _BUSHING.michell_share(), amplitude, 0.5, out_of_plane),
-    ]
-    return Computed(max(bushing.mesh.points.size, shell.mesh.points.size), quantities)
+    yield from _fit_stresses("bushing", _BUSHING, bushing)
+    yield from _fit_stresses("shell", _SHELL, shell)
+    yield Quantity("bushing: change of the mean pressure, 100 K warmer", "MPa", warm, warmed, 0.1, "the mesh")
+    yield Quantity("bushing: pressure q cos φ in its bore that lifts it off", "MPa", lift, lifted, 1.0, first)
+    yield Quantity(f"bushing: {name}", "1", _BUSHING.michell_share(), amplitude, 0.5, out_of_plane)
+    return max(bushing.mesh.points.size, shell.mesh.points.size)
 
 
 SIDES = (Surface.JOINT, Surface.JOINT_CAP)
@@ -275,15 +269,11 @@ def _parts_compliance(mesh: TetMesh, bolt: BoltPull) -> float:
     return float((forces * u).sum() / bolt.share)
 
 
-@benchmark(
-    "Bolted joints: block and tube",
-    "VDI 2230-1:2015, section 3.2 and 5.1; strength of materials",
-    size=3.0,
-    converges=False,
-)
-def bolted_joint(size: float) -> Computed:
-    """Prismatic blocks, centric and eccentric, and the joint diagram of a clamped tube.
+@benchmark("VDI 2230-1:2015, section 3.2 and 5.1; strength of materials", size=3.0, converges=False)
+def bolted_joint(size: float) -> Quantities:
+    """Bolted joints: block and tube.
 
+    Prismatic blocks, centric and eccentric, and the joint diagram of a clamped tube.
     Of a prismatic block that a bolt compresses evenly, the load acting where the bolt does, the stress is
     linear over the section. With the stiffness k_B of the bolt and k_P = E A / l of the block, Φ = k_B / (k_B
     + k_P): the bolt carries F_V + Φ F and the joint F_V − (1 − Φ) F, until at an eccentricity e the edge at c
@@ -312,10 +302,10 @@ def bolted_joint(size: float) -> Computed:
     ratio = float(body.tension(body.step([_LOAD]))[0]) / (PRELOAD + _LOAD / 5)
     name = "tube: bolt force / VDI 2230's joint diagram"
     why = "one mesh gives both compliances, and the joint stays closed; solving leaves rounding errors"
-    quantities = [
-        Quantity(n, "N", target, float(force), 1e-6, exact) for n, (target, force) in forces.items()
-    ]
-    return Computed(tube.points.size, [*quantities, Quantity(name, "1", 1.0, ratio, 1e-4, why)])
+    for what, (target, force) in forces.items():
+        yield Quantity(what, "N", target, float(force), 1e-6, exact)
+    yield Quantity(name, "1", 1.0, ratio, 1e-4, why)
+    return tube.points.size
 
 
 # Of the bolt beside the block's axis: diameter, distance, that of the load, mm; this load and one across, N.
@@ -381,15 +371,11 @@ def _sheared_bolt() -> float:
     return _ACROSS * turn / (_bent_bolt()[1] / 6 + 2 / _LENGTH * turn)
 
 
-@benchmark(
-    "Bolts that bend: an eccentric bolt and one in a sheared block",
-    "VDI 2230-1:2015, sections 3.2 and 5.3; Timoshenko 1921; Cowper 1966",
-    size=3.0,
-    converges=False,
-)
-def bent_bolt(size: float) -> Computed:
-    """A round bolt in a slot of a prismatic block, beside its axis, whose ends follow those of the block.
+@benchmark("VDI 2230-1:2015, sections 3.2 and 5.3; Timoshenko 1921; Cowper 1966", size=3.0, converges=False)
+def bent_bolt(size: float) -> Quantities:
+    """Bolts that bend: an eccentric bolt and one in a sheared block.
 
+    A round bolt in a slot of a prismatic block, beside its axis, whose ends follow those of the block.
     At the distance e of the axes the force F and a load P at a turn the ends of the block by (F e − P a − M)
     L / (E I); they bend the bolt, whose constant moment M turns them back: M = (F e − P a) β_P / (β_S + β_P)
     with β = L / (E I). In the closed form M changes F, too, which is left out here. Transverse loads Q on
@@ -412,9 +398,7 @@ def bent_bolt(size: float) -> Computed:
         "eccentric bolt and load: bending stress": (moment / modulus, np.abs(in_bolt(loaded)).max(), little),
         "sheared block: bending stress": (_sheared_bolt() / modulus, np.abs(across).max(), kappa),
     }
-    quantities = [
-        Quantity(name, "MPa", target, float(computed), 1.0, why)
-        for name, (target, computed, why) in rows.items()
-    ]
-    pull = Quantity("eccentric bolt and load: bolt force", "N", force, body.tension(loaded)[0], 1.0, little)
-    return Computed(body.mesh.points.size, [*quantities, pull])
+    for name, (target, computed, why) in rows.items():
+        yield Quantity(name, "MPa", target, float(computed), 1.0, why)
+    yield Quantity("eccentric bolt and load: bolt force", "N", force, body.tension(loaded)[0], 1.0, little)
+    return body.mesh.points.size

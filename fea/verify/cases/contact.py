@@ -13,13 +13,14 @@ from fea.contact.multipliers import Multipliers, radial
 from fea.solid.bore import bore_facets, bore_load
 from fea.solvers.constrained import displacement
 from fea.stress.stress import principal
-from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,
     SolvedBody,
     TouchedBody,
     contact_end,
     furthest,
+    half_ring,
     held,
     hoop_stress,
     nodes_of,
@@ -95,15 +96,11 @@ def _persson_figures(body: TouchedBody, material: Material, X: float) -> tuple[f
     return float(p.max() * _RADIUS / _FORCE), end, float(hoop.max() * _RADIUS / _FORCE)
 
 
-@benchmark(
-    "Pin in a plate: contact with clearance and interference",
-    "Persson 1964, plane strain, pin and plate of the same material",
-    size=0.06,
-    converges=False,
-)
-def persson(size: float) -> Computed:
-    """Every fit of a plate with one factorisation, on half of a slice with elements of `size` at the hole.
+@benchmark("Persson 1964, plane strain, pin and plate of the same material", size=0.06, converges=False)
+def persson(size: float) -> Quantities:
+    """Pin in a plate: contact with clearance and interference.
 
+    Every fit of a plate with one factorisation, on half of a slice with elements of `size` at the hole.
     The pressure depends on X = E' ΔR / Q alone, with ΔR the difference of the radii, Q the force per
     thickness and E' = E / (1 − ν²): X = 0 is a neat fit, X < 0 a press fit that has not lifted off all the
     way round. With b the tangent of a quarter of the contact's arc, Persson gives X and the pressure in
@@ -111,42 +108,32 @@ def persson(size: float) -> Computed:
     (Michell 1899): σ_θ = −p + 2 p₀ + 2 κ / (κ + 1) p₁ cos θ with κ = 3 − 4 ν and p₁ = Q / (π R). It is
     largest where the contact ends, where its slope is infinite: hence the small elements.
     """
-    sides = (
-        Side(Line((-_PLATE, 0.0), (-_RADIUS, 0.0)), _CUT),
-        Side(Arc((0.0, 0.0), _RADIUS, math.pi, -math.pi), _INNER),
-        Side(Line((_RADIUS, 0.0), (_PLATE, 0.0)), _CUT),
-        Side(Arc((0.0, 0.0), _PLATE, 0.0, math.pi), _OUTER),
-    )
-    mesh = mesh_body(Prism(sides, (0.0, size)), _PLATE / 10, fine={_INNER: Fine(size)})
+    plate = Prism(half_ring(_RADIUS, _PLATE), (0.0, size))
+    mesh = mesh_body(plate, _PLATE / 10, fine={_INNER: Fine(size)})
     pin, fixed = _steel_pin(mesh), _plane_strain(mesh)
     steel, aluminium = (TouchedBody(mesh, material, fixed, pin) for material in (STEEL, ALUMINIUM))
     large = "the plate is a ring, sixty times as large as the hole; the rest is the mesh"
     vertices, steep = "half a degree: the distance of two vertices", "its slope is infinite at its peak"
-    quantities = []
     for X in (5.0, 2.0, 1.0, 0.5, 0.2, 0.0, -0.2, -0.4):
         p, end, hoop = _persson_figures(steel, STEEL, X)
         angle = math.degrees(_half_angle(X))
-        quantities += [
-            Quantity(f"p R / Q, X = {X:g}", "1", _pressure(X, 0.0), p, 0.5, large),
-            Quantity(f"half angle, X = {X:g}", "°", angle, end, 50 / angle, vertices),
-            Quantity(f"hoop R / Q, X = {X:g}", "1", _largest_hoop(X), hoop, 1.0, steep),
-        ]
+        yield Quantity(f"p R / Q, X = {X:g}", "1", _pressure(X, 0.0), p, 0.5, large)
+        yield Quantity(f"half angle, X = {X:g}", "°", angle, end, 50 / angle, vertices)
+        yield Quantity(f"hoop R / Q, X = {X:g}", "1", _largest_hoop(X), hoop, 1.0, steep)
     # A steel pin in aluminium, X with the E' of the plate: p R / Q, half angle and hoop R / Q by collocation
     # of the integral equation, to three digits.
     digits = "the target has three digits"
     for X, (pressure, angle, around) in {1.0: (0.751, 55.1, 0.592), 0.0: (0.604, 82.4, 0.464)}.items():
         p, end, hoop = _persson_figures(aluminium, ALUMINIUM, X)
         pair = "steel in aluminium"
-        quantities += [
-            Quantity(f"{pair}: p R / Q, X = {X:g}", "1", pressure, p, 1.0, digits),
-            Quantity(f"{pair}: half angle, X = {X:g}", "°", angle, end, 100 / angle, digits),
-            Quantity(f"{pair}: hoop R / Q, X = {X:g}", "1", around, hoop, 1.0, digits),
-        ]
+        yield Quantity(f"{pair}: p R / Q, X = {X:g}", "1", pressure, p, 1.0, digits)
+        yield Quantity(f"{pair}: half angle, X = {X:g}", "°", angle, end, 100 / angle, digits)
+        yield Quantity(f"{pair}: hoop R / Q, X = {X:g}", "1", around, hoop, 1.0, digits)
     one, thousand = (steel.touched(0.0, force).pressure for force in (1.0, 1e3))
     why = "the contact of a neat fit does not depend on the size of the force; only rounding errors remain"
     name, ratio = "pressures of 1000 N over those of 1 N, neat fit", thousand[one > 0] / one[one > 0]
-    quantities.append(Quantity(name, "1", 1000.0, furthest(ratio, 1e3), 1e-7, why))
-    return Computed(mesh.points.size, quantities)
+    yield Quantity(name, "1", 1000.0, furthest(ratio, 1e3), 1e-7, why)
+    return mesh.points.size
 
 
 _ROLLER = 50.0  # radius, mm
@@ -161,15 +148,11 @@ class _RollerOnBlock(PinInBore):
         return self.multipliers.moments(np.linalg.norm(away, axis=-1) - _ROLLER)
 
 
-@benchmark(
-    "NAFEMS R0094-1: steel roller on an aluminium block",
-    "Konter 2006 (NAFEMS R0094), benchmark 1; Hertz 1881",
-    size=0.3,
-    converges=False,
-)
-def roller(size: float) -> Computed:
-    """A steel roller pressed onto an aluminium block, plane strain, no friction.
+@benchmark("Konter 2006 (NAFEMS R0094), benchmark 1; Hertz 1881", size=0.3, converges=False)
+def roller(size: float) -> Quantities:
+    """NAFEMS R0094-1: steel roller on an aluminium block.
 
+    A steel roller pressed onto an aluminium block, plane strain, no friction.
     The targets are those of Hertz for a cylinder and a half-space. The roller is the elastic pin of
     `fea.contact`, whose surface curves away from the flat side of the block.
     """
@@ -192,11 +175,9 @@ def roller(size: float) -> Computed:
     half = math.sqrt(4 * force * _ROLLER * sum((1 - nu**2) / E for E, nu in both) / math.pi)
     why = "Hertz's half-space is sixteen times as wide as the contact here, and his cylinder is a parabola"
     peak = 2 * force / (math.pi * half)
-    quantities = (
-        Quantity("half the width of contact", "mm", half, contact_end(y, p), 2.0, why),
-        Quantity("largest pressure", "MPa", peak, float(p.max()), 2.0, why),
-    )
-    return Computed(mesh.points.size, quantities)
+    yield Quantity("half the width of contact", "mm", half, contact_end(y, p), 2.0, why)
+    yield Quantity("largest pressure", "MPa", peak, float(p.max()), 2.0, why)
+    return mesh.points.size
 
 
 class _PlateOnBlock(PinInBore):
@@ -208,16 +189,14 @@ class _PlateOnBlock(PinInBore):
 
 
 @benchmark(
-    "Contact patch test on an irregular mesh",
     "Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions",
     size=0.2,
     converges=False,
 )
-def contact_patch(size: float) -> Computed:
-    """A rigid plate that presses on the end of a block transmits a constant pressure."""
+def contact_patch(size: float) -> Quantities:
+    """Contact patch test on an irregular mesh."""
     width, height, force = 0.6, 0.5, 100.0
-    exact = force / (4 * width * height)
-    quantities = []
+    exact = force / (4 * width * height)  # a rigid plate that presses on the end of a block
     for order in (1, 2):
         sides = rectangle((0.0, 1.0), (0.0, width), (_CUT, _OUTER, _FREE, _INNER))
         mesh = shaken(mesh_body(Prism(sides, (0.0, height)), size, order=order), SHAKE * size)
@@ -228,8 +207,8 @@ def contact_patch(size: float) -> Computed:
         fields = {"contact pressure": pressure, "axial stress": -body.stress(pressure)[:, 0]}
         for what, values in fields.items():
             name, worst = f"P{order} {what} / F/A, worst node", furthest(values / exact, 1.0)
-            quantities.append(Quantity(name, "1", 1.0, worst, 1e-8, ROUNDING))
-    return Computed(mesh.points.size, quantities)
+            yield Quantity(name, "1", 1.0, worst, 1e-8, ROUNDING)
+    return mesh.points.size
 
 
 # The elastic pin: modulus, MPa, Poisson's ratio, and the radius of slices, mm.
@@ -272,13 +251,12 @@ def _sag(inner: float) -> tuple[float, float]:
 
 
 @benchmark(
-    "Elastic pin: harmonics, ovalisation, bending",
     "Michell 1899; Timoshenko 1940, Strength of Materials II; Cowper 1966 (shear coefficients)",
     size=1.0,
     converges=False,
 )
-def elastic_pin(_size: float) -> Computed:
-    """A solid slice, a thin ring that becomes oval, slender pins that bend; the pin meshes itself."""
+def elastic_pin(_size: float) -> Quantities:
+    """Elastic pin: harmonics, ovalisation, bending."""
     exact = "the closed form is exact; the rest is the mesh of the pin"
     thin = "the closed form neglects stretching and shear, of the order of the square of wall over radius"
     beam = "Timoshenko's beam, whose sections stay plane; the pin is ten times as long as thick"
@@ -294,20 +272,18 @@ def elastic_pin(_size: float) -> Computed:
     for inner in (0.0, 3.5):
         sag, bent = _sag(inner)
         ratios.append((f"sag of a pin with a bore of {2 * inner:g} mm", sag / bent, 1.0, beam))
-    return Computed(
-        0, [Quantity(f"{what} / exact", "1", 1.0, float(r), at, why) for what, r, at, why in ratios]
-    )
+    for what, ratio, tolerance, why in ratios:
+        yield Quantity(f"{what} / exact", "1", 1.0, float(ratio), tolerance, why)
+    return 0  # the pin meshes itself
 
 
 @benchmark(
-    "Pin-loaded eye, d/W = 0.5, round end",
-    "reference calculation with curved second-order tetrahedra and averaged stress",
-    size=1.0,
-    converges=False,
+    "reference calculation with curved second-order tetrahedra and averaged stress", size=1.0, converges=False
 )
-def pin_loaded_eye(size: float) -> Computed:
-    """Eye with a round end, pulled by its pin: effect of the assumed pressure on the peak stress.
+def pin_loaded_eye(size: float) -> Quantities:
+    """Pin-loaded eye, d/W = 0.5, round end.
 
+    Eye with a round end, pulled by its pin: effect of the assumed pressure on the peak stress.
     The eye is flat, with a thickness of half the bore diameter and a bore of half its width; the strip is
     held far away. The peak is the largest principal stress on the bore over the mean stress P/((W − d) t) of
     the net section.
@@ -335,7 +311,7 @@ def pin_loaded_eye(size: float) -> Computed:
         "cosine-120": (3.89, 1.0, why),
         "uniform-180": (2.68, 3.0, jump),
     }
-    quantities, resultants = [], []
+    resultants = []
     for name, (factor, tolerance, reason) in factors.items():
         arc = BorePressure.parse(name).tension
         peak = arc.peak(force, radius, 2 * half_thickness)
@@ -348,14 +324,12 @@ def pin_loaded_eye(size: float) -> Computed:
         pressed = {_INNER: load.traction.symmetric[:, :, None]}
         body = SolvedBody(mesh, STEEL, u, (_INNER, _OUTER, _FREE), pressed)
         stress = float(principal(body.stress[nodes_of(mesh, _INNER)])[:, 0].max() / net)
-        quantities.append(
-            Quantity(f"peak stress / net stress, {name}", "1", factor, stress, tolerance, reason)
-        )
+        yield Quantity(f"peak stress / net stress, {name}", "1", factor, stress, tolerance, reason)
         resultants.append(4 * load.forces.symmetric[:, 0].sum() / force)
     why = (
         "the pressure is scaled so that the nodal forces have the resultant of the force; only rounding "
         "errors remain"
     )
     resultant = furthest(np.array(resultants), 1.0)
-    quantities.append(Quantity("resultant / pin force", "1", 1.0, resultant, 1e-10, why))
-    return Computed(mesh.points.size, quantities)
+    yield Quantity("resultant / pin force", "1", 1.0, resultant, 1e-10, why)
+    return mesh.points.size

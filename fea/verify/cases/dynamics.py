@@ -13,8 +13,8 @@ from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.solvers.vibration import RIGID, free_modes
-from fea.verify.benchmark import Computed, Quantity, benchmark
-from fea.verify.body import STEEL, SolvedBody, furthest, rectangle, relieved, uniform
+from fea.verify.benchmark import Quantities, Quantity, benchmark
+from fea.verify.body import STEEL, SolvedBody, furthest, half_ring, rectangle, relieved, uniform
 from geometry.arrays import Floats
 from geometry.bodies import Prism, Side, block
 from geometry.segments import Arc, Line
@@ -29,14 +29,12 @@ _CUT, _FREE, _NEAR, _FAR = Surface.SYMMETRY_Y, Surface.FREE, Surface.CLAMPED, Su
 
 
 @benchmark(
-    "Bar under uniform acceleration, pulled at one end",
-    "Timoshenko & Goodier 1970, chapter 9 (bar stretched by its own weight)",
-    size=6.0,
-    converges=False,
+    "Timoshenko & Goodier 1970, chapter 9 (bar stretched by its own weight)", size=6.0, converges=False
 )
-def accelerated_bar(size: float) -> Computed:
-    """The body force of an acceleration, and inertia relief, on a quarter of the bar.
+def accelerated_bar(size: float) -> Quantities:
+    """Bar under uniform acceleration, pulled at one end.
 
+    The body force of an acceleration, and inertia relief, on a quarter of the bar.
     σ = ρ a x grows from the free end x = 0 to the pulled end, and u = ρ a x²/2E plus quadratic lateral terms,
     so that second-order elements are exact.
     """
@@ -52,21 +50,18 @@ def accelerated_bar(size: float) -> Computed:
     far, near = body.node_at(length, 0.0, 0.0), body.node_at(0.0, 0.0, 0.0)
     elongation = stress * length / (2 * STEEL.youngs_modulus)
     why = "the displacement is quadratic, so that only rounding errors remain"
-    quantities = (
-        Quantity("stress / exact stress, worst node", "1", 1.0, furthest(1 + error, 1.0), 1e-6, why),
-        Quantity("elongation", "mm", elongation, float(u[far, 0, 0] - u[near, 0, 0]), 1e-6, why),
-    )
-    return Computed(body.dofs, quantities)
+    yield Quantity("stress / exact stress, worst node", "1", 1.0, furthest(1 + error, 1.0), 1e-6, why)
+    yield Quantity("elongation", "mm", elongation, float(u[far, 0, 0] - u[near, 0, 0]), 1e-6, why)
+    return body.dofs
 
 
 @benchmark(
-    "Ring accelerated by a torque at its bore",
-    "closed form: equilibrium of the shear stress in rings, Timoshenko & Goodier 1970, article 27",
-    size=3.0,
+    "closed form: equilibrium of the shear stress in rings, Timoshenko & Goodier 1970, article 27", size=3.0
 )
-def spun_up_ring(size: float) -> Computed:
-    """The body force of an angular acceleration, on y ≥ 0 and z ≥ 0, antisymmetric about y = 0.
+def spun_up_ring(size: float) -> Quantities:
+    """Ring accelerated by a torque at its bore.
 
+    The body force of an angular acceleration, on y ≥ 0 and z ≥ 0, antisymmetric about y = 0.
     The shear stress |σ_rθ| = ρα (b⁴ − r⁴)/4r² follows from equilibrium alone, for any thickness; with
     σ_rθ = μ r (u_θ/r)′ the bore rotates by ρα (b² − a²)²/(8 μ a²) relative to the rim.
     """
@@ -80,14 +75,8 @@ def spun_up_ring(size: float) -> Computed:
         x, y, _ = places.T
         return np.asarray(np.stack([-y, x, 0 * x], axis=1) / np.hypot(x, y)[:, None])
 
-    sides = (
-        Side(Line((-b, 0.0), (-a, 0.0)), _CUT),
-        Side(Arc((0.0, 0.0), a, math.pi, -math.pi), inner),
-        Side(Line((a, 0.0), (middle, 0.0)), _CUT),
-        Side(Line((middle, 0.0), (b, 0.0)), _CUT),
-        Side(Arc((0.0, 0.0), b, 0.0, math.pi), outer),
-    )
-    mesh = mesh_body(Prism(sides, (0.0, half_thickness)), size, fine={inner: Fine(size / 2)})
+    ring = Prism(half_ring(a, b, middle), (0.0, half_thickness))
+    mesh = mesh_body(ring, size, fine={inner: Fine(size / 2)})
     moving = inertia(mesh, STEEL.density).forces(in_motion((0.0, 0.0), 0.0, alpha))
     around = {surface: traction_forces(mesh, surface, tangents) for surface in (inner, outer)}
     driven = moving.part(Parity.ANTISYMMETRIC) + shear(a) * around[inner]
@@ -102,11 +91,9 @@ def spun_up_ring(size: float) -> Computed:
     twist = STEEL.density * alpha * (b**2 - a**2) ** 2 / (8 * STEEL.shear_modulus * a**2)
     stress = float(body.stress[body.node_at(middle, 0.0, 0.0), 3])
     turned = rotation(inner, a) - rotation(outer, b)
-    quantities = (
-        Quantity(f"σxy at ({middle:g}, 0)", "MPa", -shear(middle), stress, 0.3, _AT_POINT),
-        Quantity("rotation of the bore relative to the rim", "rad", twist, turned, 0.01, _FASTER),
-    )
-    return Computed(body.dofs, quantities)
+    yield Quantity(f"σxy at ({middle:g}, 0)", "MPa", -shear(middle), stress, 0.3, _AT_POINT)
+    yield Quantity("rotation of the bore relative to the rim", "rad", twist, turned, 0.01, _FASTER)
+    return body.dofs
 
 
 # A thin disc, mm and rad/s. The stress is that of plane stress plus ν (1 + ν)/(6 (1 − ν)) ρω² (c² − 3z²),
@@ -133,21 +120,20 @@ def spun_disc(mesh: TetMesh) -> SolvedBody:
     return SolvedBody(mesh, STEEL, relieved(mesh, spinning), (_FREE, Surface.OUTER))
 
 
-@benchmark("Rotating disc", "Timoshenko & Goodier 1970, chapters 4 and 12", size=5.0)
-def rotating_disc(size: float) -> Computed:
-    """The centrifugal body force; the mean displacement of the rim is that of plane stress (reciprocity)."""
+@benchmark("Timoshenko & Goodier 1970, chapters 4 and 12", size=5.0)
+def rotating_disc(size: float) -> Quantities:
+    """Rotating disc."""
     body = spun_disc(disc_mesh(size))
     stress = body.stress[body.node_at(0.0, 0.0, 0.0), 0]
     outward = traction_forces(body.mesh, Surface.OUTER, lambda _, normals: normals)  # ∫ N_a n dA
     area = (outward * body.mesh.points).sum() / _DISC
-    # A translation along x, which depends on the restraints, does not contribute to ∫ u · n dA.
+    # The mean displacement of the rim is that of plane stress, by reciprocity. A translation along x, which
+    # depends on the restraints, does not contribute to ∫ u · n dA.
     widened = float((outward * body.displacement[:, :, 0]).sum() / area)
     rim = _SQUARE * (1 - _NU) * _DISC**3 / (4 * STEEL.youngs_modulus)
-    quantities = (
-        Quantity("σxx at the centre, mid-plane", "MPa", DISC_CENTRE, float(stress), 0.1, _AT_POINT),
-        Quantity("mean radial displacement of the rim", "mm", rim, widened, 0.01, _FASTER),
-    )
-    return Computed(body.dofs, quantities)
+    yield Quantity("σxx at the centre, mid-plane", "MPa", DISC_CENTRE, float(stress), 0.1, _AT_POINT)
+    yield Quantity("mean radial displacement of the rim", "mm", rim, widened, 0.01, _FASTER)
+    return body.dofs
 
 
 BEAM_STEEL = Material(youngs_modulus=207e3, poissons_ratio=0.3, density=7.8e-9, yield_strength=400.0)
@@ -171,13 +157,10 @@ def bending_frequency(height: float, root: float) -> float:
 
 
 @benchmark(
-    "Free–free beam: bending frequencies",
-    "Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko beam, first order)",
-    size=25.0,
-    converges=False,
+    "Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko beam, first order)", size=25.0, converges=False
 )
-def free_beam(size: float) -> Computed:
-    """The first elastic modes, with shear and rotary inertia."""
+def free_beam(size: float) -> Quantities:
+    """Free–free beam: bending frequencies."""
     roots = (4.730041, 7.853205, 10.995608)  # of cos βL cosh βL = 1
     exact = sorted(
         (bending_frequency(height, root), f"bending mode {number}, {height:g} mm thick")
@@ -190,11 +173,9 @@ def free_beam(size: float) -> Computed:
         "the error of the theory is 1e-4 for such slender modes; elements longer than the beam is thick add "
         "up to 1.3e-3"
     )
-    quantities = [
-        Quantity(name, "Hz", target, float(hertz), 0.2, why)
-        for (target, name), hertz in zip(exact, modes, strict=True)
-    ]
-    return Computed(mesh.points.size, quantities)
+    for (target, name), hertz in zip(exact, modes, strict=True):
+        yield Quantity(name, "Hz", target, float(hertz), 0.2, why)
+    return mesh.points.size
 
 
 # A strut along x, of a width along y and a height along z, mm, and its load, N. The stress is uniform, so
@@ -227,13 +208,10 @@ def _buckling_loads(
 
 
 @benchmark(
-    "Slender strut under axial load: linear buckling",
-    "Euler 1744; Timoshenko & Gere 1961, Theory of Elastic Stability, chapter 2",
-    size=8.0,
-    converges=False,
+    "Euler 1744; Timoshenko & Gere 1961, Theory of Elastic Stability, chapter 2", size=8.0, converges=False
 )
-def euler_column(size: float) -> Computed:
-    """Slender strut under axial load, with the end conditions of a rod on its pins, and clamped."""
+def euler_column(size: float) -> Quantities:
+    """Slender strut under axial load: linear buckling."""
     mesh = strut(size)
     pins = (
         ConstrainedSurface(_NEAR, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
@@ -247,9 +225,7 @@ def euler_column(size: float) -> Computed:
         "the error of beam theory is of the order of (thickness / length)², about 1e-3; elements are as long "
         "as the strut is thick"
     )
-    quantities = (
-        Quantity("pinned ends, bending in y", "N", critical_load(in_y, 1.0), pinned[0][0], 0.3, why),
-        Quantity("built-in ends, bending in z", "N", critical_load(in_z, 0.5), sideways, 0.5, why),
-        Quantity("cantilever, bending in y", "N", critical_load(in_y, 2.0), clamped[0][0], 0.3, why),
-    )
-    return Computed(mesh.points.size, quantities)
+    yield Quantity("pinned ends, bending in y", "N", critical_load(in_y, 1.0), pinned[0][0], 0.3, why)
+    yield Quantity("built-in ends, bending in z", "N", critical_load(in_z, 0.5), sideways, 0.5, why)
+    yield Quantity("cantilever, bending in y", "N", critical_load(in_y, 2.0), clamped[0][0], 0.3, why)
+    return mesh.points.size

@@ -10,7 +10,7 @@ from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
 from fea.solid.inertia import body_forces
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.constrained import displacement
-from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,
     LoadedBody,
@@ -80,24 +80,18 @@ def lame_hoop(mesh: TetMesh, stress: Floats) -> Quantity:
     return Quantity(LAME_HOOP, "MPa", HOOP, worst, 0.2, _AT_NODE)
 
 
-@benchmark(
-    "Lamé: thick cylinder under internal pressure, plane strain",
-    "Lamé 1852; Timoshenko & Goodier 1970, article 28",
-    size=0.9,
-)
-def lame(size: float) -> Computed:
-    """Hoop stress and displacement of the bore."""
+@benchmark("Lamé 1852; Timoshenko & Goodier 1970, article 28", size=0.9)
+def lame(size: float) -> Quantities:
+    """Lamé: thick cylinder under internal pressure, plane strain."""
     body = lame_body(size).solved()
     bore = nodes_of(body.mesh, Surface.INNER, Surface.SYMMETRY_Z)
     x, y, _ = body.mesh.points[bore].T / INSIDE
     widening = x * body.displacement[bore, 0, 0] + y * body.displacement[bore, 1, 0]
     target = float(lame_exact(np.array([[INSIDE, 0.0, 0.0]]), STEEL)[0][0, 0])
     name, worst = "radial displacement of the bore, worst node", furthest(widening, target)
-    quantities = (
-        lame_hoop(body.mesh, body.stress),
-        Quantity(name, "mm", target, worst, 0.02, _FASTER),
-    )
-    return Computed(body.dofs, quantities)
+    yield lame_hoop(body.mesh, body.stress)
+    yield Quantity(name, "mm", target, worst, 0.02, _FASTER)
+    return body.dofs
 
 
 # Goodier's spherical cavity in an infinite body under tension. The model is an eighth of a ball around the
@@ -163,24 +157,21 @@ def goodier_equator(mesh: TetMesh, stress: Floats) -> Quantity:
     return Quantity(GOODIER_EQUATOR, "MPa", EQUATOR, furthest(stress[nodes, 0], EQUATOR), 0.2, _AT_NODE)
 
 
-@benchmark(
-    "Goodier: spherical cavity under remote tension",
-    "Goodier 1933, Trans. ASME 55, 39-44; Timoshenko & Goodier 1970, chapter 12",
-    size=0.04,
-)
-def goodier(size: float) -> Computed:
-    """Stress at the equator and at the pole."""
+@benchmark("Goodier 1933, Trans. ASME 55, 39-44; Timoshenko & Goodier 1970, chapter 12", size=0.04)
+def goodier(size: float) -> Quantities:
+    """Goodier: spherical cavity under remote tension."""
     body, nu = goodier_body(size).solved(), STEEL.poissons_ratio
-    pole = Quantity(
-        "σyy at the pole",
-        "MPa",
+    target, stress = (
         -TENSION * (3 + 15 * nu) / (2 * (7 - 5 * nu)),
         float(body.stress[body.node_at(CAVITY, 0.0, 0.0), 1]),
-        0.2,
-        "the solution is exact; the stress at the pole is a third of that at the equator, so that the same "
-        "error counts three times as much",
     )
-    return Computed(body.dofs, (goodier_equator(body.mesh, body.stress), pole))
+    why = (
+        "the solution is exact; the stress at the pole is a third of that at the equator, so that the same "
+        "error counts three times as much"
+    )
+    yield goodier_equator(body.mesh, body.stress)
+    yield Quantity("σyy at the pole", "MPa", target, stress, 0.2, why)
+    return body.dofs
 
 
 # Random displacement of inner vertices in patch tests, relative to the element size.
@@ -205,17 +196,14 @@ def shaken(mesh: TetMesh, distance: float) -> TetMesh:
 
 
 @benchmark(
-    "Patch test on an irregular mesh",
-    "Taylor, Simo, Zienkiewicz & Chan 1986, Int. J. Numer. Meth. Eng. 22, 39-62",
-    size=0.25,
-    converges=False,
+    "Taylor, Simo, Zienkiewicz & Chan 1986, Int. J. Numer. Meth. Eng. 22, 39-62", size=0.25, converges=False
 )
-def patch(size: float) -> Computed:
-    """A linear displacement, prescribed on the boundary of a cube of 1 mm, is exact inside."""
-    # An arbitrary gradient without any symmetry, and a shift that keeps the displacement away from zero.
+def patch(size: float) -> Quantities:
+    """Patch test on an irregular mesh."""
+    # A linear displacement, prescribed on the boundary of a cube of 1 mm, is exact inside. Its gradient has
+    # no symmetry, and a shift keeps it away from zero.
     gradient = 1e-3 * np.array([[1.0, 0.4, -0.3], [0.2, -0.7, 0.5], [-0.6, 0.1, 0.8]])
     shift = np.array([4e-3, -4e-3, 4e-3])
-    quantities = []
     for order in (1, 2):
         mesh = shaken(mesh_body(block(1.0, 1.0, 1.0), size, order=order), SHAKE * size)
         exact = shift + mesh.points @ gradient.T
@@ -228,8 +216,8 @@ def patch(size: float) -> Computed:
             # 1 plus the signed error that is largest relative to the size of the exact field at the node.
             errors = (computed - known) / np.linalg.norm(known, axis=-1, keepdims=True)
             name, worst = f"P{order} {what} / exact {what}, worst node", furthest(1 + errors.ravel(), 1.0)
-            quantities.append(Quantity(name, "1", 1.0, worst, 1e-10, ROUNDING))
-    return Computed(mesh.points.size, quantities)
+            yield Quantity(name, "1", 1.0, worst, 1e-10, ROUNDING)
+    return mesh.points.size
 
 
 # The manufactured displacement is a sum of plane waves Σ c sin(k · x + φ); it requires the body force
@@ -288,22 +276,18 @@ def _l2_errors(mesh: TetMesh) -> tuple[float, float]:
 
 
 @benchmark(
-    "Manufactured solution: rates of convergence",
-    "Ciarlet, The Finite Element Method for Elliptic Problems (1978), section 3.2",
-    size=0.5,
-    converges=False,
+    "Ciarlet, The Finite Element Method for Elliptic Problems (1978), section 3.2", size=0.5, converges=False
 )
-def manufactured(size: float) -> Computed:
-    """Refine twice (first-order meshes begin with half the size); the rates are those of the last time."""
+def manufactured(size: float) -> Quantities:
+    """Manufactured solution: rates of convergence."""
     why = "the rate must be within 0.1 of the theoretical order, which holds in the limit of small elements"
-    quantities, dofs = [], 0
-    for order in (1, 2):
+    dofs = 0
+    for order in (1, 2):  # refined twice; first-order meshes begin with half the size
         coarse = refined(mesh_body(block(1.0, 1.0, 1.0), order / 2 * size, order=order))
         fine = refined(coarse)
         dofs = max(dofs, fine.points.size)
         before, after = _l2_errors(coarse), _l2_errors(fine)
         for number, what in enumerate(("displacement", "gradient")):
             theory, rate = order + 1.0 - number, math.log2(before[number] / after[number])
-            name = f"L2 rate, P{order}, {what}"
-            quantities.append(Quantity(name, "1", theory, rate, 100 * 0.1 / theory, why))
-    return Computed(dofs, quantities)
+            yield Quantity(f"L2 rate, P{order}, {what}", "1", theory, rate, 100 * 0.1 / theory, why)
+    return dofs

@@ -13,10 +13,9 @@ from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.pins.film import unit_forces, works
 from fea.solid.bore import bore_facets
 from fea.solvers.static import Model
-from fea.verify.benchmark import Computed, Quantity, benchmark
-from fea.verify.body import STEEL
-from geometry.bodies import Prism, Side
-from geometry.segments import Arc, Line
+from fea.verify.benchmark import Quantities, Quantity, benchmark
+from fea.verify.body import STEEL, half_ring
+from geometry.bodies import Prism
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
 
@@ -66,31 +65,24 @@ _RAIMONDI = (
 )
 
 
-@benchmark(
-    "Full journal bearing",
-    "Raimondi & Boyd 1958, ASLE Transactions 1, 159-209, parts I-III",
-    size=1.1,
-    converges=False,
-)
-def raimondi_boyd(size: float) -> Computed:
-    """Load, attitude and friction; the partly filled gap is sheared like a full one, as they assume."""
-    quantities = []
+@benchmark("Raimondi & Boyd 1958, ASLE Transactions 1, 159-209, parts I-III", size=1.1, converges=False)
+def raimondi_boyd(size: float) -> Quantities:
+    """Full journal bearing."""
     for ratio, thinnest, sommerfeld, attitude, friction in _RAIMONDI:
         bearing = _bearing(ratio, size)
         state = _turning(bearing, 1 - thinnest)
         force, behind = _force(bearing, state)
         mean = force / (4 * ratio * _RADIUS**2)
         number = _VISCOSITY * _OMEGA / (2 * math.pi) / mean * (_RADIUS / _CLEARANCE) ** 2
+        # The partly filled gap is sheared like a full one, as they assume.
         resists, _ = bearing.reynolds.friction(state.film, state.gap, _OMEGA * _RADIUS, full_shear=True)
         at, three = f"L/D {ratio:g}, h0/c {thinnest:g}", "the figures are printed with three digits"
         rubbing = resists / force * _RADIUS / _CLEARANCE
         angle = "half a degree: finite differences of 1958"
-        quantities += [
-            Quantity(f"Sommerfeld number, {at}", "1", sommerfeld, number, 1.0, three),
-            Quantity(f"attitude, {at}", "°", attitude, behind, 50.0 / attitude, angle),
-            Quantity(f"(r/c) f, {at}", "1", friction, rubbing, 1.0, three),
-        ]
-    return Computed(_size(bearing), quantities)
+        yield Quantity(f"Sommerfeld number, {at}", "1", sommerfeld, number, 1.0, three)
+        yield Quantity(f"attitude, {at}", "°", attitude, behind, 50.0 / attitude, angle)
+        yield Quantity(f"(r/c) f, {at}", "1", friction, rubbing, 1.0, three)
+    return _size(bearing)
 
 
 # So = Fψ²/(BDηω) of rotation and of squeezing (ε̇ in place of ω), by B/D and eccentricity.
@@ -110,15 +102,14 @@ _SQUEEZE = {
 
 
 @benchmark(
-    "Bearing of finite width, rotating and squeezed",
     "Butenschön 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationärer "
     "Belastung, thesis, Karlsruhe",
     size=1.6,
     converges=False,
 )
-def butenschoen(size: float) -> Computed:
-    """Sommerfeld numbers; squeezed, the journal moves at 100 clearances a second from a full film."""
-    quantities, swift = [], 100.0
+def butenschoen(size: float) -> Quantities:
+    """Bearing of finite width, rotating and squeezed."""
+    swift = 100.0  # clearances per second, from a full film
     why = "the figures are results of finite differences, and agree with others within 1 %"
     for kind, table in (("rotation", _ROTATION), ("squeeze", _SQUEEZE)):
         for eccentricity, row in table.items():
@@ -133,19 +124,14 @@ def butenschoen(size: float) -> Computed:
                 psi, area = _CLEARANCE / _RADIUS, 4 * ratio * _RADIUS**2
                 number = force * psi**2 / (area * _VISCOSITY * rate)
                 name = f"So, {kind}, B/D {ratio:.2g}, ε {eccentricity:g}"
-                quantities.append(Quantity(name, "1", target, number, 2.0, why))
-    return Computed(_size(bearing), quantities)
+                yield Quantity(name, "1", target, number, 2.0, why)
+    return _size(bearing)
 
 
-@benchmark(
-    "Very short bearing",
-    "Ocvirk 1952, NACA TN 2808; Dubois & Ocvirk 1953, NACA TR 1157",
-    size=1.1,
-    converges=False,
-)
-def ocvirk(size: float) -> Computed:
-    """The limit in which no pressure drives oil around the bore; at B/D = 1/50 the rest is below 0.1 %."""
-    ratio, quantities = 0.02, []
+@benchmark("Ocvirk 1952, NACA TN 2808; Dubois & Ocvirk 1953, NACA TR 1157", size=1.1, converges=False)
+def ocvirk(size: float) -> Quantities:
+    """Very short bearing."""
+    ratio = 0.02  # in the limit no pressure drives oil around the bore; here the rest is below 0.1 %
     width = 2 * ratio * _RADIUS
     why = "the pressure is a parabola over the width, whose mean the cells have to 1/2n²"
     for eccentricity in (0.3, 0.6, 0.8):
@@ -155,11 +141,9 @@ def ocvirk(size: float) -> Computed:
         scale = _VISCOSITY * _OMEGA * _RADIUS * width**3 / (4 * _CLEARANCE**2)
         exact = scale * eccentricity / square**2 * math.hypot(4 * eccentricity, math.pi * math.sqrt(square))
         attitude = math.degrees(math.atan2(math.pi * math.sqrt(square), 4 * eccentricity))
-        quantities += [
-            Quantity(f"load, ε {eccentricity:g}", "N", exact, force, 0.5, why),
-            Quantity(f"attitude, ε {eccentricity:g}", "°", attitude, behind, 0.5, why),
-        ]
-    return Computed(_size(bearing), quantities)
+        yield Quantity(f"load, ε {eccentricity:g}", "N", exact, force, 0.5, why)
+        yield Quantity(f"attitude, ε {eccentricity:g}", "°", attitude, behind, 0.5, why)
+    return _size(bearing)
 
 
 # Width over diameter, Sommerfeld number, eccentricity, attitude.
@@ -174,14 +158,14 @@ _LUND = (
 
 
 @benchmark(
-    "Bearing with two axial grooves",
     "Lund & Thomsen 1978, in Topics in Fluid Film Bearing and Rotor Bearing System Design, ASME, 1-28",
     size=1.6,
     converges=False,
 )
-def lund_thomsen(size: float) -> Computed:
-    """Where the journal is under a load that acts midway between two grooves of 20°."""
-    quantities = []
+def lund_thomsen(size: float) -> Quantities:
+    """Bearing with two axial grooves."""
+    close = "within 0.01: how the table agrees with other programs"
+    turned = "within 1°: a hundredth of the eccentricity turns the lightly loaded journal by as much"
     for ratio, number, eccentricity, attitude in _LUND:
         bearing = _bearing(ratio, size)
         grid = bearing.reynolds.grid
@@ -192,26 +176,10 @@ def lund_thomsen(size: float) -> Computed:
         supply = Supply(np.asarray(share), _NO_PRESSURE)
         state = bearing.solve(start, Conditions(_OMEGA * _RADIUS, supply), load=np.array([load, 0.0]))
         x, y = state.position / _CLEARANCE
-        at = f"L/D {ratio:g}, S {number:g}"
-        quantities += [
-            Quantity(
-                f"eccentricity, {at}",
-                "1",
-                eccentricity,
-                math.hypot(x, y),
-                1.0 / eccentricity,
-                "within 0.01: how the table agrees with other programs",
-            ),
-            Quantity(
-                f"attitude, {at}",
-                "°",
-                attitude,
-                math.degrees(math.atan2(y, x)),
-                100.0 / attitude,
-                "within 1°: a hundredth of the eccentricity turns the lightly loaded journal by as much",
-            ),
-        ]
-    return Computed(_size(bearing), quantities)
+        at, away, angle = f"L/D {ratio:g}, S {number:g}", math.hypot(x, y), math.degrees(math.atan2(y, x))
+        yield Quantity(f"eccentricity, {at}", "1", eccentricity, away, 1.0 / eccentricity, close)
+        yield Quantity(f"attitude, {at}", "°", attitude, angle, 100.0 / attitude, turned)
+    return _size(bearing)
 
 
 def _yielding(inner: float, outer: float, n: int) -> float:
@@ -233,36 +201,22 @@ def _yielding(inner: float, outer: float, n: int) -> float:
 
 
 @benchmark(
-    "Elastic ring under the pressures of a film",
     "Michell 1899, Proceedings of the London Mathematical Society 31, 100-124; Timoshenko & Goodier 1970, "
     "article 43",
     size=3.0,
 )
-def elastic_ring(size: float) -> Computed:
-    """The compliance of a bore between pressures cos nφ and sin nφ, on a quarter of a thin slice."""
-    inner, outer, half_width, cut = 25.0, 35.0, 1.0, Surface.SYMMETRY_Y
-    sides = (
-        Side(Line((-outer, 0.0), (-inner, 0.0)), cut),
-        Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
-        Side(Line((inner, 0.0), (outer, 0.0)), cut),
-        Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
-    )
-    mesh = mesh_body(Prism(sides, (0.0, half_width)), size, fine={Surface.INNER: Fine(size / 2)})
+def elastic_ring(size: float) -> Quantities:
+    """Elastic ring under the pressures of a film."""
+    inner, outer, half_width = 25.0, 35.0, 1.0
+    ring = Prism(half_ring(inner, outer), (0.0, half_width))
+    mesh = mesh_body(ring, size, fine={Surface.INNER: Fine(size / 2)})
     functions, facets = BoreFunctions(inner, 2 * half_width), bore_facets(mesh, Surface.INNER, 0.0)
     even, odd = unit_forces(functions, facets, len(mesh.points))
     compliance = works(Model(mesh, STEEL, Support.INERTIA_RELIEF), facets, even, odd)
-    why, quantities = "displacements of quadratic elements that resolve the wave", []
+    why = "displacements of quadratic elements that resolve the wave"
     for n in (2, 3, 6):
         (number,) = np.flatnonzero((functions.terms == [n, 0]).all(axis=1))
         for name, row in (("cos", number), ("sin", len(even) + number - 1)):
-            quantities.append(
-                Quantity(
-                    f"displacement under {name} {n}φ",
-                    "mm",
-                    _yielding(inner, outer, n),
-                    float(compliance[row, row]),
-                    1.0,
-                    why,
-                )
-            )
-    return Computed(mesh.points.size, quantities)
+            exact, computed = _yielding(inner, outer, n), float(compliance[row, row])
+            yield Quantity(f"displacement under {name} {n}φ", "mm", exact, computed, 1.0, why)
+    return mesh.points.size

@@ -8,7 +8,7 @@ from fea.base.material import Material
 from fea.contact.interfaces import MatingFaces
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody, along_x, along_y, apart, outwards, radius
-from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, hoop_stress, nodes_of, pressure, rectangle, uniform
 from fea.verify.cases.assemblies import SIDES, joint
 from fea.verify.cases.contact import ALUMINIUM
@@ -21,20 +21,19 @@ _FREE = Surface.FREE
 
 
 @benchmark(
-    "Patch test of a joint with friction on an irregular mesh",
     "Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions",
     size=0.2,
     converges=False,
 )
-def joint_patch(size: float) -> Computed:
-    """A constant stress, with shear in the joint, passes from one block to the other.
+def joint_patch(size: float) -> Quantities:
+    """Patch test of a joint with friction on an irregular mesh.
 
+    A constant stress, with shear in the joint, passes from one block to the other.
     The shear in the joint is half of its pressure.
     """
     middle, end, width, height = 0.4, 1.0, 0.6, 0.5
     stress = np.array([-100.0, 60.0, 35.0, 40.0, -25.0, 30.0])  # XX YY ZZ XY YZ XZ, MPa
     tensor = stress[[0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(3, 3)
-    quantities = []
     for order in (1, 2):
         blocks = tuple(
             Prism(rectangle(x, (0, width), (_FREE,) * 4), (0.0, height), bottom=_FREE)
@@ -52,8 +51,8 @@ def joint_patch(size: float) -> Computed:
         }
         for what, values in fields.items():
             name, worst = f"P{order} {what} / exact, worst place", furthest(values.ravel(), 1.0)
-            quantities.append(Quantity(name, "1", 1.0, worst, 1e-8, ROUNDING))
-    return Computed(mesh.points.size, quantities)
+            yield Quantity(name, "1", 1.0, worst, 1e-8, ROUNDING)
+    return mesh.points.size
 
 
 # Half the thickness of the strip, and that of a plate, its length, mm; pressure, MPa.
@@ -113,15 +112,11 @@ class _Strip:
         return _LENGTH - float(self.body.mesh.points[nodes[sticks], 0].max(initial=0.0))
 
 
-@benchmark(
-    "Strip in friction: stick and slip in a cycle",
-    "Goodman & Klumpp 1956; Masing 1926",
-    size=0.25,
-    converges=False,
-)
-def friction_strip(size: float) -> Computed:
-    """Stick and slip under a force that grows, turns round and comes back.
+@benchmark("Goodman & Klumpp 1956; Masing 1926", size=0.25, converges=False)
+def friction_strip(size: float) -> Quantities:
+    """Strip in friction: stick and slip in a cycle.
 
+    Stick and slip under a force that grows, turns round and comes back.
     A strip of stiffness E A between two rigid plates that press on it holds a force at its end by friction:
     it slips over the length l = F / q, where q is the friction per length, and its end moves by F² / (2 E A
     q). When the force turns round at F₁, the strip slips back from its end with twice the friction: the end
@@ -141,17 +136,14 @@ def friction_strip(size: float) -> Computed:
     vertices = "the distance of two vertices, 0.25 mm"
     repeats = "a cycle of friction repeats itself; only rounding errors remain"
     steps = f"{beam}; steps of a tenth of F₁"
-    quantities = (
-        Quantity("movement of the end, F₁", "mm", u, first[-1][1], 1.0, beam),
-        Quantity("length that slips, F₁", "mm", _LENGTH / 2, slipped, 3.0, vertices),
-        Quantity("movement left after F₁", "mm", u / 2, cycle[_STEPS][1], 1.0, beam),
-        Quantity("movement of the end, −F₁", "mm", -u, pushed, 1.0, beam),
-        Quantity("energy of a cycle / (F₁ u₁)", "1", 4 / 3, lost, 1.5, steps),
-        Quantity(
-            "movement of the end, second cycle over the first", "1", 1.0, again[-1][1] / pushed, 1e-6, repeats
-        ),
-    )
-    return Computed(strip.body.mesh.points.size, quantities)
+    yield Quantity("movement of the end, F₁", "mm", u, first[-1][1], 1.0, beam)
+    yield Quantity("length that slips, F₁", "mm", _LENGTH / 2, slipped, 3.0, vertices)
+    yield Quantity("movement left after F₁", "mm", u / 2, cycle[_STEPS][1], 1.0, beam)
+    yield Quantity("movement of the end, −F₁", "mm", -u, pushed, 1.0, beam)
+    yield Quantity("energy of a cycle / (F₁ u₁)", "1", 4 / 3, lost, 1.5, steps)
+    second = "movement of the end, second cycle over the first"
+    yield Quantity(second, "1", 1.0, again[-1][1] / pushed, 1e-6, repeats)
+    return strip.body.mesh.points.size
 
 
 # Radii of pin and sheet, length of the sheet from the pin's axis; half of the sheet's thickness, mm; N.
@@ -183,14 +175,14 @@ def pin_in_sheet(size: float, friction: float = FRICTION) -> AssembledBody:
 
 
 @benchmark(
-    "NAFEMS R0094-4: loaded pin with friction",
     "Konter 2006 (NAFEMS R0094), benchmark 4, for the problem; CalculiX 2.20 for the targets",
     size=5.0,
     converges=False,
 )
-def loaded_pin(size: float) -> Computed:
-    """A steel pin in friction in the hole of an aluminium sheet, pulled along it.
+def loaded_pin(size: float) -> Quantities:
+    """NAFEMS R0094-4: loaded pin with friction.
 
+    A steel pin in friction in the hole of an aluminium sheet, pulled along it.
     The pin fits without clearance, so that the stress grows in proportion to the force, and one step of it is
     exact. The benchmark publishes only curves: the targets are those of CalculiX 2.20 on the same mesh, with
     its penalty contact between faces of 10⁷ MPa/mm and a tenth of it for friction; its displacements go
@@ -206,12 +198,9 @@ def loaded_pin(size: float) -> Computed:
     hoop = hoop_stress(mesh.points[nodes], body.stress(state, [FORCE])[1][nodes])[order]
     soft = "the target's contact is soft; where slip turns round near the force, stresses differ by 2 %"
     name = "movement of the pin's ends from the sheet's end"
-    quantities = [
-        Quantity(name, "mm", 0.397671, float(pin - sheet), 0.5, soft),
-        Quantity("largest hoop stress of the hole", "MPa", 271.173, float(hoop.max()), 1.0, soft),
-    ]
+    yield Quantity(name, "mm", 0.397671, float(pin - sheet), 0.5, soft)
+    yield Quantity("largest hoop stress of the hole", "MPa", 271.173, float(hoop.max()), 1.0, soft)
     for degrees, target in ((30.0, 89.990), (60.0, 129.986), (120.0, 162.133), (180.0, -54.351)):
         stress = float(np.interp(math.radians(degrees), angle[order], hoop))
-        name = f"hoop stress of the hole at {degrees:g}°"
-        quantities.append(Quantity(name, "MPa", target, stress, 1.0, soft))
-    return Computed(mesh.points.size, quantities)
+        yield Quantity(f"hoop stress of the hole at {degrees:g}°", "MPa", target, stress, 1.0, soft)
+    return mesh.points.size

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.solid.traction import nodal_traction, thermal_forces, thermal_modulus, traction_forces
 from fea.solvers.constrained import displacement
-from fea.verify.benchmark import Computed, Quantity, benchmark
+from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, LoadedBody, SolvedBody, held, pressure, uniform
 from geometry.arrays import Floats
 from geometry.bodies import Prism, Revolution, Side, polygon
@@ -48,16 +48,17 @@ def le1_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), (Surface.INNER,))
 
 
-@benchmark("NAFEMS LE1: elliptic membrane", f"{_NAFEMS}, LE1", size=200.0)
-def le1(size: float) -> Computed:
-    """σyy at the end of the inner ellipse's major axis."""
+@benchmark(f"{_NAFEMS}, LE1", size=200.0)
+def le1(size: float) -> Quantities:
+    """NAFEMS LE1: elliptic membrane."""
     body = le1_body(le1_mesh(size)).solved()
     stress = float(body.stress[body.node_at(_INNER[0], 0.0, 0.0), 1])
     why = (
         "the target has three digits (0.05 %), and a converged value is within 0.1 % of it; the rest is "
         "allowed for the mesh"
     )
-    return Computed(body.dofs, [Quantity("σyy at (2, 0) m", "MPa", 92.7, stress, 0.3, why)])
+    yield Quantity("σyy at (2, 0) m", "MPa", 92.7, stress, 0.3, why)
+    return body.dofs
 
 
 _HALF = 300.0  # of the thickness of LE10, mm
@@ -80,13 +81,14 @@ def le10_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, fixed, known, {Surface.LOADED: pressed})
 
 
-@benchmark("NAFEMS LE10: thick plate under pressure", f"{_NAFEMS}, LE10", size=100.0)
-def le10(size: float) -> Computed:
-    """σyy at the end of the inner major axis, on top."""
+@benchmark(f"{_NAFEMS}, LE10", size=100.0)
+def le10(size: float) -> Quantities:
+    """NAFEMS LE10: thick plate under pressure."""
     body = le10_body(le10_mesh(size)).solved()
     stress = float(body.stress[body.node_at(_INNER[0], 0.0, _HALF), 1])
     why = "the target has three digits (0.1 %); the rest is allowed for the mesh"
-    return Computed(body.dofs, [Quantity("σyy at (2, 0) m, top", "MPa", -5.38, stress, 0.3, why)])
+    yield Quantity("σyy at (2, 0) m, top", "MPa", -5.38, stress, 0.3, why)
+    return body.dofs
 
 
 _EXPANSION, _METRE = 2.3e-4, 1000.0  # of LE11, 1/K; mm
@@ -124,17 +126,16 @@ def le11_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
 
 
-@benchmark(
-    "NAFEMS LE11: solid cylinder, taper and sphere with a temperature field", f"{_NAFEMS}, LE11", size=100.0
-)
-def le11(size: float) -> Computed:
-    """σzz at the foot of the inner sphere."""
+@benchmark(f"{_NAFEMS}, LE11", size=100.0)
+def le11(size: float) -> Quantities:
+    """NAFEMS LE11: solid cylinder, taper and sphere with a temperature field."""
     body = le11_body(le11_mesh(size)).solved()
     A = body.node_at(_METRE, 0.0, 0.0)
     thermal = thermal_modulus(STEEL, _EXPANSION) * _temperature(body.mesh.points[A : A + 1])[0]
     why = "the target has three digits; finer meshes exceed it by 0.6 %"
     at_A = float(body.stress[A, 2] - thermal)
-    return Computed(body.dofs, [Quantity("σzz at A (1, 0, 0) m", "MPa", -105.0, at_A, 1.0, why)])
+    yield Quantity("σzz at A (1, 0, 0) m", "MPa", -105.0, at_A, 1.0, why)
+    return body.dofs
 
 
 # Cook's membrane in plane strain.
@@ -171,12 +172,10 @@ def cook_rise(mesh: TetMesh, u: Floats) -> float:
 
 
 @benchmark(
-    "Cook's membrane, plane strain",
-    "Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value is extrapolated from finer meshes",
-    size=3.0,
+    "Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value is extrapolated from finer meshes", size=3.0
 )
-def cook(size: float) -> Computed:
-    """Deflection of the corner, compressible and nearly incompressible, on one mesh."""
+def cook(size: float) -> Quantities:
+    """Cook's membrane, plane strain."""
     body = cook_body(cook_mesh(size))
     rises = [
         cook_rise(body.mesh, displacement(body.mesh, material, body.forces, body.fixed)[:, :, 0])
@@ -188,11 +187,9 @@ def cook(size: float) -> Computed:
     )
     slow = "displacements of second-order elements do not lock, but converge more slowly than for ν = 1/3"
     name, (target, tolerance) = "u_y of the upper corner", COOK_INCOMPRESSIBLE
-    quantities = (
-        Quantity(name, "mm", 32.30, rises[0], 0.2, why),
-        Quantity(f"{name}, ν = 0.4999", "mm", target, rises[1], tolerance, slow),
-    )
-    return Computed(body.mesh.points.size, quantities)
+    yield Quantity(name, "mm", 32.30, rises[0], 0.2, why)
+    yield Quantity(f"{name}, ν = 0.4999", "mm", target, rises[1], tolerance, slow)
+    return body.mesh.points.size
 
 
 # The plate with a hole, mm and MPa. The chart is for plane stress; the plate is solved in plane strain, which
@@ -227,14 +224,11 @@ def plate_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), known)
 
 
-@benchmark(
-    "Plate of finite width with a hole, d/W = 0.1, in tension",
-    "Pilkey, Peterson's Stress Concentration Factors (1997), chart 4.1",
-    size=0.6,
-)
-def plate_with_hole(size: float) -> Computed:
-    """The stress at the edge of the hole."""
+@benchmark("Pilkey, Peterson's Stress Concentration Factors (1997), chart 4.1", size=0.6)
+def plate_with_hole(size: float) -> Quantities:
+    """Plate of finite width with a hole, d/W = 0.1, in tension."""
     body = plate_body(plate_mesh(size)).solved()
     factor = float(body.stress[body.node_at(0.0, _RADIUS, 0.0), 0]) / TENSION
     why = "the polynomial of the chart is fitted to Howland's figures (1930), which have three digits"
-    return Computed(body.dofs, [Quantity("peak stress / gross stress", "1", PLATE_FACTOR, factor, 0.5, why)])
+    yield Quantity("peak stress / gross stress", "1", PLATE_FACTOR, factor, 0.5, why)
+    return body.dofs
