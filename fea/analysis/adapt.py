@@ -83,12 +83,8 @@ def adapt_mesh(
     rpm (None for given forces), and of the study's duty: against yielding, and with a cycle against fatigue.
     With `AnalysisTable.all_cases` it is met for every load case. `mesh` is the first one, where it is there
     already (see `fea.analysis.meshing.adaptive_mesh`); `movable` tells whether the last one is to follow
-    other dimensions.
-
-    Raises
-    ------
-    GeometryError, MeshError, InvalidValue, …
-        See `fea.analysis.prepare.prepare`. Where a finer mesh cannot be made, the last one gives the answer.
+    other dimensions. Raises `GeometryError`, `MeshError`, `InvalidValue`, …: see
+    `fea.analysis.prepare.prepare`. Where a finer mesh cannot be made, the last one gives the answer.
     """
     mesh = adaptive_mesh(study, clock, movable=movable) if mesh is None else mesh
     tolerance = study.tolerance_percent

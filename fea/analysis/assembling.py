@@ -77,10 +77,7 @@ _PIN_STEEL = MaterialTable(E_GPa=206.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=
 def drawn_assembly(study: Study) -> Assembly | None:
     """What is separate in the rod of a study; None for a rod of one piece.
 
-    Raises
-    ------
-    InvalidValue
-        Bolts and rod do not go together.
+    Raises `InvalidValue`: bolts and rod do not go together.
     """
     if study.assembly is not None and study.rod.cad is not None:
         table = study.assembly  # lengths of bolts that it does not give are 0
@@ -114,11 +111,7 @@ class Assembling:
         """Complete what a study says of its parts and bolts; None for a rod of one piece.
 
         `mesh`: of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.
-
-        Raises
-        ------
-        InvalidValue
-            Bolts and rod do not go together.
+        Raises `InvalidValue`: bolts and rod do not go together.
         """
         table, rod, split = study.assembly, study.rod.dimensions, None
         if table is None:

@@ -86,10 +86,7 @@ class LoadLimits:
     def opens(self) -> float | None:
         """When the joint opens at the edge of the bore.
 
-        Raises
-        ------
-        ContactError
-            A state could not be found.
+        Raises `ContactError`: a state could not be found.
         """
         return self._onset(lambda state: state.joint.edge_pressure or 0.0)
 

@@ -69,10 +69,7 @@ class BucklingReport:
 def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     """Judge the rod against buckling under the load cases of one speed.
 
-    Raises
-    ------
-    SingularMatrixError
-        A factorisation broke down.
+    Raises `SingularMatrixError`: a factorisation broke down.
     """
     cases = result.loads.cases
     columns = column_figures(rod, cases)

@@ -179,12 +179,7 @@ class FilmResult:
 def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
     """Integrate the film of the big end at a speed, rpm.
 
-    Raises
-    ------
-    InvalidValue
-        A value of [film] does not suit the bore.
-    FilmError
-        The film was not solved.
+    Raises `InvalidValue`: a value of [film] does not suit the bore; `FilmError`: the film was not solved.
     """
     cycle = rod.crank_cycle(rpm)
     fine, coarse = rod.films.at(cycle)

@@ -83,12 +83,8 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     """Return the life of a rod over a duty.
 
     Parts without an S–N line, or without the strengths that the mean-stress correction needs, are left out.
-    Where nothing is damaged, the worst place is the one nearest to its endurance limit.
-
-    Raises
-    ------
-    InvalidValue
-        The S–N line of a material does not fit its endurance limit.
+    Where nothing is damaged, the worst place is the one nearest to its endurance limit. Raises
+    `InvalidValue`: the S–N line of a material does not fit its endurance limit.
     """
     unknown = tuple(_unknown(analysis))
     table, entries = duty.table, []

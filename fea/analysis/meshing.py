@@ -28,14 +28,8 @@ def mesh_study(
     """Draw and mesh the rod of a study.
 
     `wanted`: element sizes that earlier solutions ask for; `movable`: whether the mesh is to follow other
-    dimensions of the rod: see `fea.rod.discretise.moved`.
-
-    Raises
-    ------
-    InvalidValue
-        A value of the study breaks a rule.
-    GeometryError, MeshError
-        No solid or no usable mesh came out.
+    dimensions of the rod: see `fea.rod.discretise.moved`. Raises `InvalidValue`: a value of the study breaks
+    a rule; `GeometryError` and `MeshError`: no solid or no usable mesh came out.
     """
     request = MeshRequest(
         size=study.mesh.size_mm,

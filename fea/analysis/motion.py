@@ -171,12 +171,8 @@ class Motion:
 def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     """Work out the modes of a rod's surface at a speed.
 
-    `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative.
-
-    Raises
-    ------
-    InvalidValue
-        There is no engine.
+    `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative. Raises
+    `InvalidValue`: there is no engine.
     """
     analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
     weights = analysis.weights(rod.crank_cycle(rpm), angles)

@@ -121,10 +121,7 @@ class PreparedRod:
     def engine(self) -> EngineLoading:
         """The engine that loads the rod.
 
-        Raises
-        ------
-        InvalidValue
-            Forces are given instead.
+        Raises `InvalidValue`: forces are given instead.
         """
         return _engine(self.loading, self.study.name)
 
@@ -151,12 +148,8 @@ class PreparedRod:
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
 
-        `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``.
-
-        Raises
-        ------
-        InvalidValue
-            There is no such case at this speed.
+        `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``. Raises
+        `InvalidValue`: there is no such case at this speed.
         """
         cases = {case.name: case for case in self.loading.at(self.mass, rpm).cases}
         require(name in cases, "case", name, f"must be one of {', '.join(cases)}")
@@ -168,26 +161,16 @@ class PreparedRod:
     ) -> Equilibrium:
         """Solve instants, all with one factorisation per parity.
 
-        `cycle`: that they belong to: see `fea.pins.model.PinModel.respond`.
-
-        Raises
-        ------
-        UnderconstrainedError
-            A rigid motion is left free.
-        SingularMatrixError
-            The factorisation broke down.
-        ContactError
-            No state of contact carries the load.
+        `cycle`: that they belong to: see `fea.pins.model.PinModel.respond`. Raises `UnderconstrainedError`: a
+        rigid motion is left free; `SingularMatrixError`: the factorisation broke down; `ContactError`: no
+        state of contact carries the load.
         """
         return equilibrium((pins or self.pins).respond(instants, cycle), self.model, instants)
 
     def displacement(self, rpm: float, angles: Floats) -> Floats:
         """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, relative to the bores.
 
-        Raises
-        ------
-        InvalidValue
-            There is no engine.
+        Raises `InvalidValue`: there is no engine.
         """
         return self.fields.displaced(self.equilibrium(self.crank_cycle(rpm).at(angles)))
 

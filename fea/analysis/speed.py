@@ -113,12 +113,8 @@ class SpeedResult:
 def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """Solve, judge and check the load cases of one speed, rpm; None for given forces.
 
-    Raises
-    ------
-    InvalidValue
-        Nothing loads the rod.
-    UnderconstrainedError, SingularMatrixError
-        See `Model.solve`.
+    Raises `InvalidValue`: nothing loads the rod; `UnderconstrainedError` and `SingularMatrixError` as
+    `Model.solve`.
     """
     with rod.clock("loads"):
         loads = rod.loading.at(rod.mass, rpm)

@@ -70,10 +70,7 @@ class ContactSystem:
     def solve(self, gap: Floats, force: Floats, start: Mask | None = None) -> Contact:
         """Solve for a gap g (n,) and resultants F (m,), from the contact area of the load before or `start`.
 
-        Raises
-        ------
-        ContactError
-            No pressure has these resultants.
+        Raises `ContactError`: no pressure has these resultants.
         """
         before = self._active if start is None else start
         contact = None if before is None else self._primal_dual(gap, force, before)
@@ -170,12 +167,7 @@ class ContactSystem:
 def balanced(rigid: Floats, force: Floats) -> Floats:
     """Pressures (n,) with resultants F (m,) along R (n, m), in as few places as there are resultants.
 
-    The columns of R are of size one, and F is in the same units.
-
-    Raises
-    ------
-    ContactError
-        There are none.
+    The columns of R are of size one, and F is in the same units. Raises `ContactError`: there are none.
     """
     pressure, missing = nnls(rigid.T, force)
     if missing > BALANCE * np.linalg.norm(force):

@@ -90,10 +90,7 @@ class Assembled:
     motions
         The rigid motions of the parts: parity and displacement (3 n_nodes,).
 
-    Raises
-    ------
-    ContactError
-        No contact between the parts carries the bolt forces.
+    Raises `ContactError`: no contact between the parts carries the bolt forces.
     """
 
     def __init__(

@@ -88,12 +88,8 @@ class BlockSearch:
         problem
             A block, its sticking state, the first guess, the exactness of the laws, an earlier solution.
 
-        Raises
-        ------
-        ContactError
-            No pressure of the pins has their forces.
-        UnsettledError
-            No state was found that obeys contact and friction.
+        Raises `ContactError`: no pressure of the pins has their forces; `UnsettledError`: no state was found
+        that obeys contact and friction.
         """
         block, offsets, guess, exact, trial = problem
         correction = Correction(exact)

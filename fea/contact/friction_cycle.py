@@ -42,11 +42,7 @@ class FrictionCycle:
         """States under loads at n instants.
 
         `places` (n,) are the numbers of the increments before them, with the share of the way to the next.
-
-        Raises
-        ------
-        ContactError
-            No state of contact between the parts carries a load.
+        Raises `ContactError`: no state of contact between the parts carries a load.
         """
         instants = _Instants(loads, places)
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:

@@ -179,12 +179,8 @@ class ContactProblem:
     def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:
         """Pressures under forces (2,) of each pin on the whole body, N, and weights of the other loads.
 
-        On a body that may tilt, the pressures have moments (2,) about x and y, N·mm; none by default.
-
-        Raises
-        ------
-        ContactError
-            No pressure on a bore has the force of its pin.
+        On a body that may tilt, the pressures have moments (2,) about x and y, N·mm; none by default. Raises
+        `ContactError`: no pressure on a bore has the force of its pin.
         """
         return self.system.solve(self.gap(forces, weights), self.sums(forces, moments))
 

@@ -70,10 +70,7 @@ class JournalLoads:
     ) -> JournalState:
         """Solve for the state at a place between steps; `rate` and `before` as of `Conditions`.
 
-        Raises
-        ------
-        FilmError
-            The iteration did not end.
+        Raises `FilmError`: the iteration did not end.
         """
         brought_up = min(1.0, 1 + place / (_RAMP * self.count))
         speed, supply = float(self._at(self.speed, place)), self.supply(bearing, place)
@@ -258,10 +255,7 @@ def integrate(
     most
         Largest number of cycles, at least one.
 
-    Raises
-    ------
-    FilmError
-        A step was not solved, however short it was made.
+    Raises `FilmError`: a step was not solved, however short it was made.
     """
     slope, tried = _SLOPE, None
     count, lead = acting.count, math.ceil(_RAMP * acting.count)

@@ -169,10 +169,7 @@ class Bearing:
         loaded
             g (n,) of `ElasticBore`.
 
-        Raises
-        ------
-        FilmError
-            The iteration did not end.
+        Raises `FilmError`: the iteration did not end.
         """
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge)
         if loaded is None:

@@ -56,10 +56,7 @@ class Tightening(NamedTuple):
 def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -> tuple[Note, ...]:
     """Judge the end of tightening.
 
-    Raises
-    ------
-    InvalidValue
-        The bolt breaks.
+    Raises `InvalidValue`: the bolt breaks.
     """
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
     stress = bolt.tightening_stress(turned=turned)
@@ -160,10 +157,7 @@ def choose_bolt(
 ) -> ChosenBolt:
     """Complete what a study says of its bolts: [assembly], and [material.bolt] if it is given.
 
-    Raises
-    ------
-    InvalidValue
-        The bolt does not fit the rod, or tightening breaks it.
+    Raises `InvalidValue`: the bolt does not fit the rod, or tightening breaks it.
     """
     assumed = Assumed()
     shape = bolt_shape(table, seats, assumed)

@@ -98,10 +98,7 @@ class BoltShape:
 def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> BoltShape:
     """Complete what a study says of the shape of its bolts.
 
-    Raises
-    ------
-    InvalidValue
-        They do not fit the rod.
+    Raises `InvalidValue`: they do not fit the rod.
     """
     thread = _thread(table, seats, assumed)
     d, (grip, engaged) = thread.diameter, _grip(table, seats, thread, assumed)

@@ -225,12 +225,8 @@ def crossland_factors(histories: Floats, material: Material, surface: Floats | f
 
     It is never too large, and too small by at most `TOLERANCE`; None if the material's endurance limit is not
     known. Histories (n, 6, n_instants), MPa, are as `fea.judge.history.deviatoric` gives them; the factor k_a
-    of the surface on f and t is (n,) or one for all.
-
-    Raises
-    ------
-    InvalidValue
-        t/f is below 1/√3, where tensile mean stress would increase the factor.
+    of the surface on f and t is (n,) or one for all. Raises `InvalidValue`: t/f is below 1/√3, where tensile
+    mean stress would increase the factor.
     """
     if material.endurance_limit is None:
         return None

@@ -37,11 +37,8 @@ class LifeLine:
     def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":
         """Return the line of a material at places of surface factors k_a (n,); None where it is not known.
 
-        Raises
-        ------
-        InvalidValue
-            The endurance limit does not lie on the line beyond 10³ cycles, or surface and size raise it above
-            the strength there.
+        Raises `InvalidValue`: the endurance limit does not lie on the line beyond 10³ cycles, or surface and
+        size raise it above the strength there.
         """
         specimen, limit, marin = material.basquin, material.endurance_limit, material.marin
         if specimen is None or limit is None:
@@ -85,10 +82,7 @@ class LifeLine:
 def require_lines(materials: Iterable[Material]) -> None:
     """Refuse S–N lines that do not fit their material, before anything is computed.
 
-    Raises
-    ------
-    InvalidValue
-        See `LifeLine.of`.
+    Raises `InvalidValue` as `LifeLine.of`.
     """
     for material in materials:
         LifeLine.of(material, np.array([surface.factor for surface in material.marin.surfaces.values()]))

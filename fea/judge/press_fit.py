@@ -81,11 +81,8 @@ def warmed(interference: float, diameter: float, inner: float, outer: float, war
 def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note, ...]:
     """Judge an interference before it is solved, which the study gives by a key; that of the fit is warmed.
 
-    Raises
-    ------
-    InvalidValue
-        One of the parts would yield through its whole wall: the pressure of an elastic model cannot
-        arise.
+    Raises `InvalidValue`: one of the parts would yield through its whole wall: the pressure of an elastic
+    model cannot arise.
     """
     pressure, inner, outer = fit.pressure, fit.inner, fit.outer
     # Pressures that make a whole ring yield (Tresca): from outside S_y (1 − r/R), from inside S_y ln(R/r).
@@ -132,10 +129,7 @@ class Expansions:
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
         """Look up the expansion of every material, where the temperature of [assembly] makes it count.
 
-        Raises
-        ------
-        InvalidValue
-            The expansion of a material is neither given nor known.
+        Raises `InvalidValue`: the expansion of a material is neither given nor known.
         """
         if table.temperature_C is None or table.temperature_C == REFERENCE_TEMPERATURE:
             return cls(dict.fromkeys(materials, 0.0), 0.0, ())
@@ -197,10 +191,7 @@ def choose_fits(
 ) -> dict[str, ChosenFit]:
     """Return the fits that a study's [assembly] asks for, by the inner part.
 
-    Raises
-    ------
-    InvalidValue
-        An interference is more than a part bears.
+    Raises `InvalidValue`: an interference is more than a part bears.
     """
     wanted = {
         BUSHING: table.bushing_interference_mm,

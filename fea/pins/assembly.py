@@ -61,10 +61,7 @@ class AssemblyContact(BoreContact):
     growth
         Free thermal expansion of the rod on the cell, mm.
 
-    Raises
-    ------
-    ContactError
-        No contact between the parts carries the bolt forces.
+    Raises `ContactError`: no contact between the parts carries the bolt forces.
     """
 
     def __init__(self, structure: Structure, fits: Fits, specification: AssemblySpecification) -> None:

@@ -283,10 +283,7 @@ class ContactPins(PinModel):
     def contact(self) -> BoreContact:
         """The contact problem, whose compliance is computed when first asked for.
 
-        Raises
-        ------
-        InvalidValue
-            Contact cannot be combined with something else that was asked for.
+        Raises `InvalidValue`: contact cannot be combined with something else that was asked for.
         """
         why = self.excluded_because
         require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")

@@ -85,12 +85,7 @@ class Fits:
 
         `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_force`: that the
         piston pin carries, N; `widens`: by how much the radius of the small end's bore grows towards its ends
-        as it is drawn, mm.
-
-        Raises
-        ------
-        InvalidValue
-            A pin does not fit the rod.
+        as it is drawn, mm. Raises `InvalidValue`: a pin does not fit the rod.
         """
         assumed: list[str] = []
 

@@ -59,10 +59,7 @@ class Lubrication:
     def of(cls, structure: Structure) -> "Lubrication":
         """Complete what the study says.
 
-        Raises
-        ------
-        InvalidValue
-            With this clearance there is no film, or the oil hole is wider than the bore.
+        Raises `InvalidValue`: with this clearance there is no film, or the oil hole is wider than the bore.
         """
         bores, table, said = structure.bores, structure.film, list[str]()
 
@@ -168,12 +165,7 @@ class Films:
     def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle]:
         """The film over a crank cycle, and a coarser one.
 
-        Raises
-        ------
-        InvalidValue
-            A value of [film] does not suit the bore.
-        FilmError
-            The film was not solved.
+        Raises `InvalidValue`: a value of [film] does not suit the bore; `FilmError`: the film was not solved.
         """
         rule = "must be above 0: the rotation of the crank pin carries its oil film"
         require(cycle.speed > 0, "speed.rpm", cycle.speed, rule)

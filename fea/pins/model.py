@@ -91,10 +91,7 @@ class Structure:
     def pins(self, pressure: str = "") -> "PinModel":
         """Return the model of the pins, by default the one that the study asks for.
 
-        Raises
-        ------
-        InvalidValue
-            There is no such model, or a pin does not fit the rod.
+        Raises `InvalidValue`: there is no such model, or a pin does not fit the rod.
         """
         asked = replace(self, pressure=pressure or self.pressure)
         in_parts = self.assembly is not None and pin_model(asked.pressure).in_contact
@@ -250,10 +247,7 @@ class PinModel(ABC):
     def of(cls, structure: Structure) -> Self:
         """Prepare the model for a rod; what takes long waits until it is needed.
 
-        Raises
-        ------
-        InvalidValue
-            A pin does not fit the rod.
+        Raises `InvalidValue`: a pin does not fit the rod.
         """
 
     @abstractmethod
@@ -261,14 +255,8 @@ class PinModel(ABC):
         """Return what acts on the rod at instants.
 
         `cycle` is the one that they belong to, where friction makes them depend on what came before; by
-        default each of them follows on the rod at rest.
-
-        Raises
-        ------
-        ContactError
-            No state of contact carries the load.
-        InvalidValue
-            The model cannot be combined with something else that was asked for.
+        default each of them follows on the rod at rest. Raises `ContactError`: no state of contact carries
+        the load; `InvalidValue`: the model cannot be combined with something else that was asked for.
         """
 
     def datum(self) -> Response | None:

@@ -143,12 +143,8 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
     """Refuse an under-constrained model, in which a connected piece can still move as a rigid body.
 
     This is found before factorising, from the rank of the six rigid modes of each piece on its fixed degrees
-    of freedom; if pieces meet without a common facet, from the modes of all pieces with their joints.
-
-    Raises
-    ------
-    UnderconstrainedError
-        Naming the piece, if there are several, and its free motions.
+    of freedom; if pieces meet without a common facet, from the modes of all pieces with their joints. Raises
+    `UnderconstrainedError`: naming the piece, if there are several, and its free motions.
     """
     labels = components(mesh)
     count = int(labels.max()) + 1

@@ -199,14 +199,8 @@ class Buckling:
     """A cell under inertia relief, constrained at its ends, factorised once for all reference loads.
 
     If an end may rotate about z, a pressure on it is that of a pin: its direction stays fixed when the bore
-    rotates.
-
-    Raises
-    ------
-    UnderconstrainedError
-        The ends leave a rigid motion free.
-    SingularMatrixError
-        The factorisation broke down.
+    rotates. Raises `UnderconstrainedError`: the ends leave a rigid motion free; `SingularMatrixError`: the
+    factorisation broke down.
     """
 
     def __init__(self, model: Model, ends: tuple[ConstrainedSurface, ...]) -> None:

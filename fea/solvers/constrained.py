@@ -50,12 +50,7 @@ def constrained(
     """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
     `fixed` (n,) are the degrees of freedom of the planes, and one per rigid motion (`stopping`), with which
-    `inverse` is K_c⁻¹.
-
-    Raises
-    ------
-    UnderconstrainedError
-        The surfaces leave a rigid motion free.
+    `inverse` is K_c⁻¹. Raises `UnderconstrainedError`: the surfaces leave a rigid motion free.
     """
     rigid, C = _rigid(mesh, parities), _rows(mesh, surfaces, parities)
     if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
@@ -116,14 +111,9 @@ def displacement(
 ) -> Floats:
     """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
 
-    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default.
-
-    Raises
-    ------
-    UnderconstrainedError
-        The supports leave a rigid motion free.
-    SingularMatrixError
-        The factorisation broke down.
+    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default. Raises
+    `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the factorisation
+    broke down.
     """
     require_restrained(mesh, fixed)
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))

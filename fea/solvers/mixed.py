@@ -132,12 +132,8 @@ class MixedSystem:
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures of forces (3 n_nodes, n_cases), N, refined as long as that helps.
 
-        `inverse` solves with A including its supports.
-
-        Raises
-        ------
-        StagnationError
-            The mesh does not allow a stable pressure.
+        `inverse` solves with A including its supports. Raises `StagnationError`: the mesh does not allow a
+        stable pressure.
         """
         return self._corrected(partial(solve_saddle, self._free(inverse), self._constraint), f)
 
@@ -238,12 +234,8 @@ class MixedModel(Model):
     def solve(self, loads: Sequence[Split]) -> Solution:
         """Displacements and pressures of the cell under each load.
 
-        Raises
-        ------
-        UnderconstrainedError, SingularMatrixError
-            See `Model.solve`.
-        StagnationError
-            The mesh does not allow a stable pressure.
+        Raises `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`; `StagnationError`: the mesh
+        does not allow a stable pressure.
         """
         displacement, residuals, pressure = {}, {}, {}
         n_nodes = len(self.mesh.points)

@@ -63,12 +63,8 @@ class Constraint:
 def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) -> tuple[Floats, Floats]:
     """Solve A u + Dᵀ p = f, D u − C p = g with a factor of A, to the accuracy `TOLERANCE`.
 
-    f (n_displacements, n_cases) is zero at constrained displacements; g is (n_pressures, n_cases).
-
-    Raises
-    ------
-    StagnationError
-        The iteration does not converge: the mesh does not allow a stable pressure.
+    f (n_displacements, n_cases) is zero at constrained displacements; g is (n_pressures, n_cases). Raises
+    `StagnationError`: the iteration does not converge: the mesh does not allow a stable pressure.
     """
     D = constraint.divergence
 

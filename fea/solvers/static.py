@@ -162,12 +162,8 @@ class Model:
     def solve(self, loads: Sequence[Split]) -> Solution:
         """Displacements of the cell under each load.
 
-        Raises
-        ------
-        UnderconstrainedError
-            The supports leave a rigid motion free.
-        SingularMatrixError
-            The factorisation broke down.
+        Raises `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the
+        factorisation broke down.
         """
         displacement: dict[Parity, Floats] = {}
         left: dict[Parity, Residuals] = {}

@@ -37,12 +37,8 @@ def benchmark(name: str) -> Benchmark:
 def verify(names: Sequence[str] = (), listener: Listener | None = None) -> list[BenchmarkRow]:
     """Compute some cases, or all; return one row per quantity.
 
-    `listener` is called with the name of each case before it begins.
-
-    Raises
-    ------
-    InvalidValue
-        There is no such case; it is raised before anything is computed.
+    `listener` is called with the name of each case before it begins. Raises `InvalidValue`: there is no such
+    case; it is raised before anything is computed.
     """
     rows: list[BenchmarkRow] = []
     for case in [benchmark(name) for name in names or case_names()]:

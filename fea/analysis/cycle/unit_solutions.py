@@ -115,12 +115,8 @@ def unit_solutions(
 ) -> UnitSolutions:
     """Solve even and odd unit loads with the factors of `model` and recover their nodal stress.
 
-    `single`: whether stress is kept in single precision, and not only where there is much of it.
-
-    Raises
-    ------
-    UnderconstrainedError, SingularMatrixError
-        See `Model.solve`.
+    `single`: whether stress is kept in single precision, and not only where there is much of it. Raises
+    `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`.
     """
     even, odd = fields
     solved = partial(_solved, model, recovery, materials, single=single)

@@ -28,12 +28,8 @@ def conjugate_gradients(
     The operator is applied to all vectors that have not converged together, so that a matrix is read from
     memory once per iteration. It and its approximate inverse are symmetric and positive definite. The
     tolerance is that of the residual in the preconditioner's norm, relative to that of b: roughly the error
-    in energy.
-
-    Raises
-    ------
-    StagnationError
-        A residual did not reach the tolerance; the message ends with the remedy.
+    in energy. Raises `StagnationError`: a residual did not reach the tolerance; the message ends with the
+    remedy.
     """
     x = np.zeros_like(right_hand_sides)
     active = np.flatnonzero(right_hand_sides.any(axis=0))
@@ -101,10 +97,7 @@ class SmoothedAggregation(LinearSolver):
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides with the hierarchy in a slot.
 
-        Raises
-        ------
-        StagnationError
-            The residual did not reach `TOLERANCE`.
+        Raises `StagnationError`: the residual did not reach `TOLERANCE`.
         """
         return np.stack([self._solved(slot, f) for f in right_hand_sides.T], axis=1)
 

@@ -37,10 +37,7 @@ class Preconditioner(Protocol):
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
 
-    Raises
-    ------
-    MemoryError
-        Not even multigrid fits; the message gives the prediction and what would fit.
+    Raises `MemoryError`: not even multigrid fits; the message gives the prediction and what would fit.
     """
     if choice is not SolverName.AUTO:
         return choice
@@ -69,12 +66,7 @@ def linear_solver(
 ) -> LinearSolver:
     """Return a solver for stiffness matrices of a mesh, with three degrees of freedom per node.
 
-    Raises
-    ------
-    SolverUnavailableError
-        The named solver is not installed.
-    MemoryError
-        See `chosen`.
+    Raises `SolverUnavailableError`: the named solver is not installed; `MemoryError` as `chosen`.
     """
     choice = chosen(choice, mesh.points.size, slots)
     if choice is not SolverName.AMG:
@@ -88,10 +80,7 @@ def linear_solver(
 def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
     """Return the named direct solver, or the one on this machine.
 
-    Raises
-    ------
-    SolverUnavailableError
-        The named solver is not installed.
+    Raises `SolverUnavailableError`: the named solver is not installed.
     """
     named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
     choice = choice if named else direct()
@@ -102,12 +91,7 @@ def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSol
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
     """Factorise a matrix by `direct_solver`, to solve for (n, k) sides.
 
-    Raises
-    ------
-    SingularMatrixError
-        It is not positive definite.
-    SolverUnavailableError
-        See `direct_solver`.
+    Raises `SingularMatrixError`: it is not positive definite; `SolverUnavailableError` as `direct_solver`.
     """
     solver = direct_solver(1, choice)
     solver.factorise(0, matrix)

@@ -16,10 +16,7 @@ _SUPERNODAL = 2
 class CholmodCholesky(LinearSolver):
     """Cholesky factors of matrices with the same sparsity, which is ordered only once.
 
-    Raises
-    ------
-    ImportError
-        cvxopt or pymetis is not installed.
+    Raises `ImportError`: cvxopt or pymetis is not installed.
     """
 
     name = "cholmod"
@@ -35,10 +32,7 @@ class CholmodCholesky(LinearSolver):
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Put the factor of `matrix` into a slot.
 
-        Raises
-        ------
-        SingularMatrixError
-            It is not positive definite.
+        Raises `SingularMatrixError`: it is not positive definite.
         """
         from cvxopt import matrix as dense  # noqa: PLC0415
         from cvxopt import spmatrix  # noqa: PLC0415

@@ -74,10 +74,7 @@ class Multigrid(LinearSolver):
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Prepare to solve with `matrix`.
 
-        Raises
-        ------
-        SingularMatrixError
-            The coarse matrix is not positive definite.
+        Raises `SingularMatrixError`: the coarse matrix is not positive definite.
         """
         free = (matrix.row_sums != matrix.diagonal()).reshape(-1, 3)
         held = ~free[self._vertices]
@@ -88,10 +85,7 @@ class Multigrid(LinearSolver):
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides.
 
-        Raises
-        ------
-        StagnationError
-            The residual did not reach `TOLERANCE`.
+        Raises `StagnationError`: the residual did not reach `TOLERANCE`.
         """
         levels = self._levels[slot]
         return conjugate_gradients(

@@ -157,12 +157,8 @@ class Pardiso(LinearSolver):
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Put the Cholesky factor of `matrix` into a slot (0…slots − 1).
 
-        Raises
-        ------
-        SingularMatrixError
-            It is not positive definite.
-        MemoryError
-            MKL could not allocate the factor.
+        Raises `SingularMatrixError`: it is not positive definite; `MemoryError`: MKL could not allocate the
+        factor.
         """
         upper = matrix.upper
         if self._by_nodes is None:

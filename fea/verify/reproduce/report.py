@@ -152,10 +152,7 @@ _STUDIES = {
 def reproduce(source: str) -> list[Table]:
     """Compare every printed figure of a study, or of all of them.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such study.
+    Raises `InvalidValue`: there is no such study.
     """
     require(
         source == "all" or source in SOURCES, "SOURCE", source, f"must be one of {', '.join(SOURCES)}, all"

@@ -136,10 +136,7 @@ class Solved:
 def solved(mesh: TetMesh, material: Material | Materials, forces: Floats, fixed: Mask) -> Solved:
     """Solve K u = f with `fixed` displacements (n_nodes, 3) zero, as a run does.
 
-    Raises
-    ------
-    UnderconstrainedError, SingularMatrixError
-        There is no solution.
+    Raises `UnderconstrainedError` and `SingularMatrixError`: there is no solution.
     """
     require_restrained(mesh, fixed)
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
@@ -156,10 +153,7 @@ def solved(mesh: TetMesh, material: Material | Materials, forces: Floats, fixed:
 def solved_mixed(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Solved:
     """Solve with Taylor–Hood elements, as a run does with nearly incompressible parts.
 
-    Raises
-    ------
-    UnderconstrainedError, SingularMatrixError, StagnationError
-        There is no solution.
+    Raises `UnderconstrainedError`, `SingularMatrixError` and `StagnationError`: there is no solution.
     """
     require_restrained(mesh, fixed)
     held = fixed.ravel()

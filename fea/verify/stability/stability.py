@@ -40,10 +40,7 @@ CASES: MappingProxyType[str, Callable[[], Iterable[ExtremeRow]]] = MappingProxyT
 def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None = None) -> list[ExtremeRow]:
     """Compute some of `CASES`, or all; `listener` is called with the name of each before it begins.
 
-    Raises
-    ------
-    InvalidValue
-        There is no such case; it is raised before anything is computed.
+    Raises `InvalidValue`: there is no such case; it is raised before anything is computed.
     """
     for name in names:
         require(name in CASES, "CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
