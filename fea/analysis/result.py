@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -119,68 +119,23 @@ def drawn_bores(mesh: TetMesh, rod_length: float) -> tuple[DrawnBore, ...]:
     return tuple(bores)
 
 
-class Run(Protocol):
-    """A run at one speed, computed (`RunResult`) or stored (`fea.output.stored_run.StoredRun`)."""
-
-    @property
-    def study(self) -> Study:
-        """What was asked, with this speed alone."""
-
-    @property
-    def summary(self) -> Summary:
-        """The figures, as `summary.json` holds them."""
-
-    @property
-    def mesh(self) -> TetMesh:
-        """The whole rod, mm."""
-
-    @property
-    def fields(self) -> Mapping[str, Arrays]:
-        """Nodal arrays of each load case by their names in its VTU file; nothing for figures alone."""
-
-    @property
-    def envelope(self) -> Arrays | None:
-        """Those of the whole crank cycle, with the damage of the duty; None without the cycle."""
-
-    @property
-    def forces(self) -> Mapping[str, npt.ArrayLike] | None:
-        """The columns of ``loads.csv``; None where forces are given."""
-
-    @property
-    def contact(self) -> Arrays | None:
-        """The columns of ``contact.csv``; None where there is no contact over the cycle."""
-
-    @property
-    def film(self) -> Mapping[str, npt.ArrayLike] | None:
-        """The columns of ``film.csv``; None where no oil film was computed."""
-
-    @property
-    def bores(self) -> tuple[DrawnBore, ...]:
-        """The two bores, the big end's first; empty where they were not found."""
-
-    @property
-    def motion(self) -> Motion | None:
-        """The surface over the whole crank cycle, where a report with the cycle was asked for."""
-
-    @property
-    def without_motion(self) -> str:
-        """Why there is none although it was asked for; empty otherwise."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunResult:
-    """Everything that an analysis found at one speed; what it gives is what `Run` says."""
+    """Everything that an analysis gave at one speed.
 
-    study: Study
-    summary: Summary
-    mesh: TetMesh
+    Its fields and properties without a unit of their own are those of `fea.output.stored_run.StoredRun`, too.
+    """
+
+    study: Study  #: what was asked, with this speed alone
+    summary: Summary  #: the figures, as `summary.json` holds them
+    mesh: TetMesh  #: the whole rod, mm
     materials: tuple[Material, ...]  #: one per part
     mass: MassProperties  #: of the meshed rod, t and mm
     loading: Loading
     speed: SpeedResult | None  #: None at a speed of many whose figures alone were worked out, as the buckling
     buckling: BucklingReport | None
-    motion: Motion | None = None
-    without_motion: str = ""
+    motion: Motion | None = None  #: the surface over the cycle, where a report with the cycle was asked for
+    without_motion: str = ""  #: why there is none although it was asked for
     instants: InstantFields | None = None  #: fields over the crank cycle, where they were asked for
     pictured: bool = False  #: whether pictures are drawn where it is written
     life: Life | None = None  #: over the duty of the study, where it has one
@@ -212,37 +167,37 @@ class RunResult:
 
     @cached_property
     def fields(self) -> Mapping[str, Arrays]:
-        """Nodal arrays of each load case."""
+        """Nodal arrays of each load case by their names in its VTU file; nothing for figures alone."""
         return {name: case.point_data() for name, case in self.cases.items()}
 
     @cached_property
     def envelope(self) -> Arrays | None:
-        """Nodal arrays of the whole crank cycle, with the damage of the duty."""
+        """Nodal arrays of the whole crank cycle, with the damage of the duty; None without the cycle."""
         if self.cycle is None:
             return None
         return self.cycle.envelope.point_data() | ({} if self.life is None else self.life.point_data())
 
     @cached_property
     def forces(self) -> Mapping[str, npt.ArrayLike] | None:
-        """The crank cycle of an engine."""
+        """The columns of ``loads.csv``; None where forces are given."""
         if not isinstance(self.loading, EngineLoading) or self.rpm is None:
             return None
         return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
 
     @property
     def film(self) -> Mapping[str, npt.ArrayLike] | None:
-        """The oil film over the crank cycle."""
+        """The columns of ``film.csv``; None where no oil film was computed."""
         return None if self.speed is None or self.speed.film is None else self.speed.film.columns
 
     @cached_property
     def contact(self) -> Arrays | None:
-        """Contact over the crank cycle."""
+        """The columns of ``contact.csv``; None where there is no contact over the cycle."""
         cycle = self.cycle
         return cycle.contact_columns() if cycle is not None and cycle.touches else None
 
     @property
     def bores(self) -> tuple[DrawnBore, ...]:
-        """The bores of the mesh."""
+        """The two bores, the big end's first; empty where they were not found."""
         return drawn_bores(self.mesh, self.summary.rod.length_mm)
 
 

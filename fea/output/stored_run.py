@@ -11,7 +11,7 @@ import numpy as np
 
 from fea.analysis.figures import SCHEMA, Summary
 from fea.analysis.motion import Motion
-from fea.analysis.result import Array, Arrays, DrawnBore, drawn_bores
+from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
 from fea.output.folder import SUMMARY
 from fea.output.json_file import read_summary
 from fea.output.text import read_columns
@@ -55,7 +55,7 @@ class ResultFiles(Mapping[str, FileFields]):
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A run of one speed on disk; what it gives is what `fea.analysis.result.Run` says.
+    """A run of one speed on disk: its fields and properties are as of a `RunResult`.
 
     Everything read later raises `InvalidValue` for files that are missing or damaged.
     """
@@ -120,6 +120,10 @@ class StoredRun:
             return read_columns(path) if path.is_file() else None
         except (OSError, ValueError) as error:
             raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", _AGAIN) from error
+
+
+# A run at one speed, computed or stored.
+Run = RunResult | StoredRun
 
 
 def read_run(folder: Path) -> StoredRun:

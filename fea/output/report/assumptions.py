@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from fea.analysis.result import Run
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.output.report.tables import figure
+from fea.output.stored_run import Run
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from fea.study.pin_models import FILM, pin_model

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.result import Array, Run
+from fea.analysis.result import Array
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.shown import VON_MISES, Field, field_of
+from fea.output.stored_run import Run
 from fea.output.terminal.run_lines import factor, number, place
 from fea.output.units import in_text
 

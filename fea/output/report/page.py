@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 from markupsafe import Markup
 
 from fea.analysis.figures import Summary
-from fea.analysis.result import Run
 from fea.base.choices import UnitSystem
 from fea.output.html import environment, html_page, page_file
 from fea.output.pictures.picture import draw_pictures
@@ -22,6 +21,7 @@ from fea.output.report.coding import embedded_json
 from fea.output.report.scene import Scene, scene
 from fea.output.report.sections import Section, sections
 from fea.output.report.tables import head_table
+from fea.output.stored_run import Run
 from fea.output.target import PictureError, picture_name
 from fea.output.terminal.run_lines import bar, factor, number, place
 from fea.output.text import write_text

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.analysis.figures import BoreFigures
 from fea.analysis.motion import Motion, ParityMotion
-from fea.analysis.result import BORES, Array, Run
+from fea.analysis.result import BORES, Array
 from fea.base.choices import Support
 from fea.judge.verdict import CAP
 from fea.output.pictures.scale import exaggeration
@@ -16,6 +16,7 @@ from fea.output.pictures.shown import VON_MISES, available
 from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.legends import case_fields, fields_of, hot_spots, instant_fields
 from fea.output.report.surface import Surface
+from fea.output.stored_run import Run
 from fea.output.units import scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.analysis.figures import Summary
-from fea.analysis.result import Run
 from fea.output import units
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
@@ -29,6 +28,7 @@ from fea.output.report.tables import (
     named,
     shown,
 )
+from fea.output.stored_run import Run
 from fea.output.terminal.run_lines import buckling_lines, factor, film_lines, life_lines, sharp_edge_lines
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
