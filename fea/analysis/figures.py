@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from enum import Enum
 from math import isnan
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, dataclass_transform
 
 from fea.base.checks import Check
 from fea.base.note import Note
@@ -17,7 +17,6 @@ SCHEMA = "fea/summary/1"
 
 Vector = tuple[float, float, float]
 Known = TypeVar("Known")
-Figures = TypeVar("Figures")
 ONLY_WHERE_KNOWN = "only where known"
 WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
 
@@ -28,13 +27,24 @@ _UNITS = {
 }  # fmt: skip
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+class Figures:
+    """Figures for JSON: every subclass is a frozen dataclass, whose fields are given by name."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
+
+
+Kind = TypeVar("Kind", bound=Figures)
+
+
 def vector(values: Any) -> Vector:
     """Return three coordinates as plain numbers."""
     x, y, z = (float(value) for value in values)
     return x, y, z
 
 
-def figures(kind: type[Figures], source: object, **given: Any) -> Figures:
+def figures(kind: type[Kind], source: object, **given: Any) -> Kind:
     """Fill fields from the attributes of `source`, but for those that are given or have a default.
 
     The units are those of the names: ``length_mm`` is `length`, and ``opening_deg`` is `opening`, rad.
@@ -62,8 +72,7 @@ def plain(value: Any) -> Any:
     return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
 
 
-@dataclass(frozen=True, kw_only=True)
-class RodFigures:
+class RodFigures(Figures):
     """``rod``: mass properties of the meshed rod; the inertia is I_z about the centre of gravity."""
 
     mass_kg: float
@@ -72,8 +81,7 @@ class RodFigures:
     length_mm: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class EngineFigures:
+class EngineFigures(Figures):
     """``engine``."""
 
     crank_radius_mm: float
@@ -82,8 +90,7 @@ class EngineFigures:
     piston_mass_kg: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoadFigures:
+class LoadFigures(Figures):
     """``loads``: what acts in a load case; None where it does not apply, as a crank angle to given forces."""
 
     crank_deg: float | None
@@ -96,8 +103,7 @@ class LoadFigures:
     torque_Nm: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class QualityFigures:
+class QualityFigures(Figures):
     """Quality of the elements, and what was done about bad ones."""
 
     least_scaled_jacobian: float
@@ -109,8 +115,7 @@ class QualityFigures:
     repaired_size_mm: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ModelFigures:
+class ModelFigures(Figures):
     """``model``: nodes, elements and dofs of the whole rod as written; `solved_dofs` were factorised."""
 
     nodes: int
@@ -129,8 +134,7 @@ class ModelFigures:
     mesh_from_file: WhereKnown[bool] = None  #: such a mesh cannot be refined
 
 
-@dataclass(frozen=True, kw_only=True)
-class OvalityFigures:
+class OvalityFigures(Figures):
     """The shape of a bore beside the round one that was made: directions are from rod +x."""
 
     ovality_mm: float
@@ -140,8 +144,7 @@ class OvalityFigures:
     narrowest_deg: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class TouchFigures:
+class TouchFigures(Figures):
     """Contact on a bore: the largest pressure, its place and arc; the length is along z."""
 
     max_pressure_MPa: float
@@ -150,13 +153,11 @@ class TouchFigures:
     arc_deg: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class BoreFigures(OvalityFigures, TouchFigures):
     """Contact on a bore, and how its diameter changes."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SharpEdgeFigures:
+class SharpEdgeFigures(Figures):
     """A sharp re-entrant edge that matters: the elastic stress at it is infinite, what follows is not."""
 
     name: str  #: a letter, the same in every load case
@@ -178,8 +179,7 @@ class SharpEdgeFigures:
     largest_fillet_mm: float | None  #: beyond it the relation between notch and fillet does not hold
 
 
-@dataclass(frozen=True, kw_only=True)
-class WeakestFigures:
+class WeakestFigures(Figures):
     """Where the smallest safety factor is: in words, its part, and the yield strength there."""
 
     at_mm: Vector
@@ -188,8 +188,7 @@ class WeakestFigures:
     yield_MPa: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class CaseFigures:
+class CaseFigures(Figures):
     """``results``: extremes of a load case away from singular places; None where they were not computed."""
 
     max_von_mises_MPa: float
@@ -212,8 +211,7 @@ class CaseFigures:
     contact: WhereKnown[Mapping[str, BoreFigures]] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class SurfaceFigures:
+class SurfaceFigures(Figures):
     """A region of a part's surface: its finish, the factor of it, and the endurance limit that remains."""
 
     finish: str
@@ -222,8 +220,7 @@ class SurfaceFigures:
     assumed: WhereKnown[bool] = None  #: where the study does not give it
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnduranceFigures:
+class EnduranceFigures(Figures):
     """``endurance`` of a part: that of a region (``bores``, ``faces``, ``rest``) has all factors."""
 
     specimen_MPa: float  #: the limit of polished specimens
@@ -236,8 +233,7 @@ class EnduranceFigures:
     regions: Mapping[str, SurfaceFigures]
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlaceFigures:
+class PlaceFigures(Figures):
     """The stress history at one place: mean and amplitude are of the signed equivalent stress."""
 
     at_mm: Vector
@@ -251,7 +247,6 @@ class PlaceFigures:
     surface_region: WhereKnown[str] = None  #: none inside the solid
 
 
-@dataclass(frozen=True, kw_only=True)
 class SpotFigures(PlaceFigures):
     """A place with its whole history: the signed von Mises stress at every degree."""
 
@@ -261,8 +256,7 @@ class SpotFigures(PlaceFigures):
     history_MPa: tuple[float, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class CycleFigures:
+class CycleFigures(Figures):
     """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
 
     min_safety_factor: float
@@ -279,7 +273,6 @@ class CycleFigures:
     instants: int
 
 
-@dataclass(frozen=True, kw_only=True)
 class EnvelopeFigures(CycleFigures):
     """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
 
@@ -293,8 +286,7 @@ class EnvelopeFigures(CycleFigures):
     unmasked_min_safety_factor: WhereKnown[float] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class DutyFigures:
+class DutyFigures(Figures):
     """An entry of the duty: its share of the time, and of the damage at the worst place."""
 
     rpm: float
@@ -304,8 +296,7 @@ class DutyFigures:
     reversed_amplitude_MPa: float  #: of its largest range there, corrected for its mean stress
 
 
-@dataclass(frozen=True, kw_only=True)
-class LifeFigures:
+class LifeFigures(Figures):
     """``life``: hours of the duty until the worst place fails, by Palmgren–Miner's sum."""
 
     hours: float | None  #: at the reliability of the study, or of the mean of all rods; None for unlimited
@@ -326,8 +317,7 @@ class LifeFigures:
     fatigue_criterion: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlaneFigures:
+class PlaneFigures(Figures):
     """The column formulas for bending in one plane; the factor is None where nothing compresses the rod."""
 
     slenderness: float
@@ -337,8 +327,7 @@ class PlaneFigures:
     safety_factor: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class ColumnFigures:
+class ColumnFigures(Figures):
     """The rod as a column under the load case that compresses it most."""
 
     force_N: float
@@ -353,16 +342,14 @@ class ColumnFigures:
         return min(factors, default=None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BucklingModeFigures:
+class BucklingModeFigures(Figures):
     """A buckling mode: factor on the load of its case, and which way the rod moves."""
 
     factor: float
     moves: str
 
 
-@dataclass(frozen=True, kw_only=True)
-class BucklingFigures:
+class BucklingFigures(Figures):
     """``buckling``: column formulas always; with `--buckling` the modes of the solid, by load case."""
 
     column: ColumnFigures
@@ -382,8 +369,7 @@ class BucklingFigures:
         return column, min((mode.factor for mode in modes), default=None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class SurvivalFigures:
+class SurvivalFigures(Figures):
     """``survival``: whether the rod survives, with the error bar taken off the safety factor."""
 
     answer: str  #: ``survives``, ``fails``, or ``undecided`` where the error bar includes the required factor
@@ -398,8 +384,7 @@ class SurvivalFigures:
     assured_safety_factor: float  #: what remains of it if the stress is higher by its error bar
 
 
-@dataclass(frozen=True, kw_only=True)
-class PassFigures:
+class PassFigures(Figures):
     """One mesh of a refinement."""
 
     elements: int  #: of the whole rod, as the nodes
@@ -412,8 +397,7 @@ class PassFigures:
         return f"pass {number}: {self.elements} elements, ±{self.error_percent:.1f} %, {self.seconds:.1f} s"
 
 
-@dataclass(frozen=True, kw_only=True)
-class BoltCaseFigures:
+class BoltCaseFigures(Figures):
     """A bolt in a load case."""
 
     at_mm: Vector  #: where its axis meets the joint
@@ -423,8 +407,7 @@ class BoltCaseFigures:
     bending_MPa: float  #: largest bending stress of any section
 
 
-@dataclass(frozen=True, kw_only=True)
-class BoltsFigures:
+class BoltsFigures(Figures):
     """``bolts``: by VDI 2230-1:2015."""
 
     thread: str
@@ -452,8 +435,7 @@ class BoltsFigures:
     by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FaceCaseFigures:
+class FaceCaseFigures(Figures):
     """An interface in a load case."""
 
     mean_pressure_MPa: float  #: over the whole area
@@ -466,7 +448,6 @@ class FaceCaseFigures:
     slip_um: float  #: the largest since the rod was put together
 
 
-@dataclass(frozen=True, kw_only=True)
 class JointCaseFigures(FaceCaseFigures):
     """The joint between rod and cap in a load case."""
 
@@ -477,8 +458,7 @@ class JointCaseFigures(FaceCaseFigures):
     slip_reserve: float | None  #: slip safety: what friction can carry over the shear; None without either
 
 
-@dataclass(frozen=True, kw_only=True)
-class OnsetFigures:
+class OnsetFigures(Figures):
     """The multiple of everything that acts in a load case at which something begins."""
 
     case: str
@@ -486,8 +466,7 @@ class OnsetFigures:
     largest_factor: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class JointCycleFigures:
+class JointCycleFigures(Figures):
     """The joint over the whole crank cycle: extremes with their crank angles."""
 
     min_clamp_force_N: float
@@ -498,8 +477,7 @@ class JointCycleFigures:
     min_slip_reserve: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class JointFigures:
+class JointFigures(Figures):
     """``joint``."""
 
     friction: float
@@ -509,8 +487,7 @@ class JointFigures:
     cycle: WhereKnown[JointCycleFigures] = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class FitFigures:
+class FitFigures(Figures):
     """One of ``fits``: bushing or bearing shells in their seat."""
 
     interference_mm: float  #: diametral, at the temperature where the parts are put together
@@ -518,8 +495,7 @@ class FitFigures:
     by_case: Mapping[str, FaceCaseFigures]
 
 
-@dataclass(frozen=True, kw_only=True)
-class AssemblyFigures:
+class AssemblyFigures(Figures):
     """``assembly``."""
 
     parts: tuple[str, ...]  #: in the order of the numbers in the array ``part`` of the VTU files
@@ -530,8 +506,7 @@ class AssemblyFigures:
     ovality: Mapping[str, Mapping[str, OvalityFigures]]  #: by bore and load case
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnvironmentFigures:
+class EnvironmentFigures(Figures):
     """``environment``."""
 
     versions: Mapping[str, str]
@@ -539,8 +514,7 @@ class EnvironmentFigures:
     threads: int | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class FilmFigures:
+class FilmFigures(Figures):
     """The oil film of a bearing over the crank cycle; errors are those of its grid and steps alone."""
 
     h_min_um: float  #: smallest gap
@@ -563,8 +537,7 @@ class FilmFigures:
     verdict: str  #: ``hydrodynamic``, ``mixed``, ``metal to metal``, ``starved`` or ``overheated``
 
 
-@dataclass(frozen=True, kw_only=True)
-class Summary:
+class Summary(Figures):
     """What `summary.json` holds."""
 
     schema: str = SCHEMA

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import WhereKnown
+from fea.analysis.figures import Figures, WhereKnown
 from fea.base.note import Note, warning
 from fea.base.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from fea.rod.loading import EngineLoading
@@ -79,8 +79,7 @@ EXTREMES = (
 WHOLE_ENGINE = ("torque_Nm", "shaking_x_N", "shaking_y_N")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Extreme:
+class Extreme(Figures):
     """Largest and least value of a column, and the crank angles (°) where they first occur."""
 
     max: float
@@ -139,8 +138,7 @@ class ForceReport:
         return EngineForceFigures(extremes=extremes(table, names), mean_torque_Nm=torque, mean_power_kW=power)
 
 
-@dataclass(frozen=True, kw_only=True)
-class EngineForceFigures:
+class EngineForceFigures(Figures):
     """Extremes and means of a cylinder or of the whole engine."""
 
     extremes: Mapping[str, Extreme]
@@ -148,8 +146,7 @@ class EngineForceFigures:
     mean_power_kW: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForceFigures:
+class ForceFigures(Figures):
     """The figures of ``fea loads`` at one speed: first cylinder, and the whole engine where asked for."""
 
     study: str

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.analysis.figures import Figures
 from fea.analysis.meshing import mesh_study
 from fea.base.material import of_parts
 from fea.base.note import Note
@@ -27,8 +28,7 @@ MOST_POISSONS_RATIO = {1: 0.4, 2: 0.4999}
 _DIRECTIONS = ("lengthwise", "in the plane of motion", "sideways")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ModeFigures:
+class ModeFigures(Figures):
     """One mode; `orders` are multiples of the crank's rate: a four-stroke engine excites half ones, too."""
 
     frequency_Hz: float
@@ -36,8 +36,7 @@ class ModeFigures:
     orders: Mapping[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ModesFigures:
+class ModesFigures(Figures):
     """The figures of ``fea modes``."""
 
     study: str

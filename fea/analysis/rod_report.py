@@ -2,11 +2,10 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from fea.analysis.figures import QualityFigures, Vector, figures
+from fea.analysis.figures import Figures, QualityFigures, Vector, figures
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import quality_figures
 from fea.base.material import of_parts
@@ -29,8 +28,7 @@ from mesh.tetmesh import TetMesh
 _STATIONS = 11
 
 
-@dataclass(frozen=True, kw_only=True)
-class SectionFigures:
+class SectionFigures(Figures):
     """A cross-section of the shank."""
 
     x_mm: float
@@ -39,7 +37,6 @@ class SectionFigures:
     inertia_z_mm4: float
 
 
-@dataclass(frozen=True, kw_only=True)
 class RodMeshFigures(QualityFigures):
     """The mesh of a rod; `mass_error` is relative to the solid's mass."""
 
@@ -49,8 +46,7 @@ class RodMeshFigures(QualityFigures):
     mass_error: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class RodBoreFigures:
+class RodBoreFigures(Figures):
     """A bore; `at_mm` is its middle as it lies in a file, null for a rod drawn from dimensions."""
 
     diameter_mm: float
@@ -58,8 +54,7 @@ class RodBoreFigures:
     at_mm: Vector | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class SolidFigures:
+class SolidFigures(Figures):
     """A solid of a file: what it is, whether it is analysed, its mass with the rod's density, its extents."""
 
     name: str
@@ -69,8 +64,7 @@ class SolidFigures:
     size_mm: Vector
 
 
-@dataclass(frozen=True, kw_only=True)
-class RodReport:
+class RodReport(Figures):
     """The figures of ``fea rod``."""
 
     study: str

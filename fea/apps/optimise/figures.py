@@ -2,12 +2,12 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
 from rich.table import Table
 
+from fea.analysis.figures import Figures
 from fea.apps.optimise.designs import Design
 from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import SearchResult
@@ -23,8 +23,7 @@ from fea.output.units import in_unit
 _AT_BOUND, _ACTIVE = 0.01, 0.02
 
 
-@dataclass(frozen=True, kw_only=True)
-class DimensionFigures:
+class DimensionFigures(Figures):
     """A free dimension, mm, before and after; `bound` says at which bound it ended."""
 
     key: str
@@ -35,8 +34,7 @@ class DimensionFigures:
     bound: str | None
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitFigures:
+class LimitFigures(Figures):
     """A limit, before and after: the safety factor and the error bar of the stress behind it.
 
     `assured_after` is the factor less its bar, `active` whether it keeps the rod from being lighter.
@@ -52,8 +50,7 @@ class LimitFigures:
     active: bool
 
 
-@dataclass(frozen=True, kw_only=True)
-class DesignFigures:
+class DesignFigures(Figures):
     """A design that was tried: its mass, the limit with the least margin and the dimensions."""
 
     number: int
@@ -64,8 +61,7 @@ class DesignFigures:
     dimensions_mm: Mapping[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class OptimiseFigures:
+class OptimiseFigures(Figures):
     """``optimise.json``.
 
     `holds` says whether every required factor less its error bar is reached on the last mesh, `trusted`

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import Figures
 from fea.apps.sweep.cluster import Engine, cluster
 from fea.apps.sweep.journal import SCHEMA, Journal, State
 from fea.apps.sweep.statistics import (
@@ -116,8 +116,7 @@ _A_YEAR = 365 * 24 * 60
 _OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
 
 
-@dataclass(frozen=True, kw_only=True)
-class SweepReport:
+class SweepReport(Figures):
     """The result of a sweep: rods computed by this call, and rows of the table by their state.
 
     Untrusted rows are among the done ones. `reasons` has the number of failed rows by their reason, that of

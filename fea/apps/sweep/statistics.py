@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fea.analysis.figures import Figures
 from fea.apps.sweep.journal import Entry, State
 from fea.apps.sweep.sampling import Sampling, Span
 from fea.apps.sweep.sweep_file import Sweep
@@ -99,8 +100,7 @@ _RESAMPLES = 200
 _SEED = 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Influence:
+class Influence(Figures):
     """The influence of one key on one figure; what the designs do not give is None.
 
     `regression` is the standardised coefficient of a linear regression, −1 to 1. `first` and `total` are
@@ -116,8 +116,7 @@ class Influence:
     total_bar: float | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Sensitivity:
+class Sensitivity(Figures):
     """The sensitivities of a figure to each key, the most important first.
 
     `linear_share` is the share of the variance that the regression explains (R²); `without_total` says why
@@ -217,8 +216,7 @@ def _of(indices: dict[str, Floats], k: int) -> dict[str, float]:
 CONFIDENCE = 0.95
 
 
-@dataclass(frozen=True, kw_only=True)
-class Probability:
+class Probability(Figures):
     """P(factor < 1): the share of `rods` whose factor is below 1, and its interval of `CONFIDENCE`.
 
     `missing` rods have no factor: the interval allows for any of theirs.

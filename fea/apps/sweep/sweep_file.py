@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fea.analysis.figures import Figures
 from fea.apps.sweep.base import Base, digest, files_of, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, Variation, designs, read_designs, variation, whole
 from fea.study.paths import is_file, located, require_size
@@ -119,8 +120,7 @@ def _samples(samples: object, *, grid: bool) -> int | None:
 SPEED = "speed.rpm"
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlannedRow:
+class PlannedRow(Figures):
     """A row of the table: a design (the values of the varied keys) at one of its speeds."""
 
     number: int
