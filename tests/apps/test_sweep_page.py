@@ -4,8 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from fea.output.sweep_report.report import (
-    Influenced,
+from fea.apps.sweep.report import (
     Swept,
     label,
     main_effects,
@@ -14,24 +13,25 @@ from fea.output.sweep_report.report import (
     pareto,
     sweep_page,
 )
+from fea.apps.sweep.statistics import Influence, Probability, Samples, Sensitivity, Statistics
 
 STUDY = '[rod]\nweb_thickness_mm = {}\nname = "</script><b>"\n'
 
 
-def swept(factors, masses=None, **more):
+def swept(factors, masses=None, keys=(), **more):
+    """A sweep of a web's thickness, and more `keys` with their values."""
     count = len(factors)
     figures = {"factor": np.array(factors, float)} if count else {}
     if masses is not None:
         figures["mass_kg"] = np.array(masses, float)
+    varied = {"rod.web_thickness_mm": np.linspace(4, 6, count), **dict(keys)} if count else {}
+    designs = tuple({key: values[n] for key, values in varied.items()} for n in range(count))
     return Swept(
         title="a <b>sweep</b>",
         counts="All are done.",
-        keys={"rod.web_thickness_mm": np.linspace(4, 6, count)} if count else {},
-        figures=figures,
-        rows=list(range(10, 10 + count)),
+        samples=Samples(tuple(varied), designs, tuple(range(10, 10 + count)), figures),
         studies=[STUDY.format(n) for n in range(count)],
-        front=np.arange(min(count, 1)),
-        **more,
+        **{"statistics": Statistics((), ())} | more,
     )
 
 
@@ -70,10 +70,22 @@ def test_what_a_study_says_is_text():
     ],
 )
 def test_whatever_there_is_makes_a_page(factors, masses):
-    run = swept(
-        factors, masses, influences=[Influenced(figure="factor", columns=(), rows=(), bars=(), note="")]
+    bare = Sensitivity(
+        figure="factor", influences=(Influence(key="one"),), linear_share=None, without_total=""
     )
+    run = swept(factors, masses, statistics=Statistics((), (bare,)))
     assert "a &lt;b&gt;sweep" in sweep_page(run)
+
+
+def test_statistics_are_told_with_their_bars():
+    influences = (Influence(key="one", first=0.25, first_bar=0.125), Influence(key="other", first=-0.004))
+    of_factor = Sensitivity(figure="factor", influences=influences, linear_share=0.5, without_total="too few")
+    risk = Probability(name="factor", below=1, rods=8, missing=2, estimate=0.125, low=0.01, high=0.5)
+    page = sweep_page(swept([1.1], [0.7], statistics=Statistics((risk,), (of_factor,))))
+    row = "<th>factor</th><td>0.125</td><td>0.01 to 0.5</td><td>8</td><td>2</td>"
+    for said in (row, "<td>0.25 ± 0.12</td>", "<td>0.00</td>", "explains 50 %. Too few", 'width="30.0"'):
+        assert said in page
+    assert "total index" not in page
 
 
 def test_scatters_leave_out_what_has_no_result():
@@ -99,13 +111,13 @@ def test_axes_say_their_units(name, said):
 
 
 def test_a_mean_is_drawn_where_there_are_rods_for_it():
-    few, many = swept([1.0, 1.2] * 4, [0.7] * 8), swept([1.0, 1.2] * 8, [0.7] * 16)
-    assert main_effects(few)[0].line.count(",") == 8  # no other key varies
+    few, many = ([1.0, 1.2] * 4, [0.7] * 8), ([1.0, 1.2] * 8, [0.7] * 16)
+    assert main_effects(swept(*few))[0].line.count(",") == 8  # no other key varies
     for run, bins in ((few, 0), (many, 3)):
-        run.keys["rod.shank_width_mm"] = np.cos(np.arange(len(run.rows)))
-        assert [plot.line.count(",") for plot in main_effects(run)] == [bins, bins]
-    many.keys["rod.big_end_ring_mm"] = np.arange(16) % 4
-    assert main_effects(many)[-1].line.count(",") == 4  # at each value
+        width = {"rod.shank_width_mm": np.cos(np.arange(len(run[0])))}
+        assert [plot.line.count(",") for plot in main_effects(swept(*run, width))] == [bins, bins]
+    ring = {"rod.shank_width_mm": np.cos(np.arange(16)), "rod.big_end_ring_mm": np.arange(16.0) % 4}
+    assert main_effects(swept(*many, ring))[-1].line.count(",") == 4  # at each value
 
 
 def test_one_rod_has_no_lines():

@@ -10,7 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fea.apps.sweep.journal import Done
-from fea.apps.sweep.run_sweep import journal_of, report_sweep
+from fea.apps.sweep.report import report_sweep
+from fea.apps.sweep.run_sweep import journal_of
 from fea.apps.sweep.sweep_file import load_sweep
 from fea.apps.sweep.table import write_tables
 

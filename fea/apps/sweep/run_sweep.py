@@ -1,114 +1,26 @@
 """The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fea.analysis.figures import Figures
 from fea.apps.sweep.cluster import Engine, cluster
 from fea.apps.sweep.journal import SCHEMA, Journal, State
-from fea.apps.sweep.statistics import (
-    MASS,
-    Influence,
-    Samples,
-    Sensitivity,
-    Statistics,
-    pareto_front,
-    samples_of,
-    statistics,
-)
+from fea.apps.sweep.report import report_sweep
+from fea.apps.sweep.statistics import Statistics
 from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
 from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line
 from fea.output.folder import take
-from fea.output.sweep_report.report import Influenced, Swept, sweep_page
 from fea.output.target import OccupiedError, StorageError, near
-from fea.output.text import make_directory, write_text
+from fea.output.text import make_directory
 from geometry.errors import require
 from geometry.system import saying
-
-FACTOR = "factor"
-# Designs that the page holds; beyond, evenly chosen ones.
-_MOST = 1000
-
-
-def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
-    """Write the report of a sweep, and return what it tells.
-
-    Raises `StorageError`: the disk, a permission or the file system refuses.
-    """
-    samples = samples_of(journal.entries())
-    figures = statistics(sweep, samples)
-    known = np.flatnonzero(samples.complete)
-    some = known[np.linspace(0, len(known) - 1, min(len(known), _MOST)).round().astype(int)]
-    shown = samples.part(np.union1d(some, _front(samples)).astype(int).tolist())
-    entries = [next(journal.entries(row)) for row in shown.rows]
-    swept = Swept(
-        title=sweep.name,
-        counts=_counts(journal.counts(), samples, shown),
-        keys={key: shown.column(key) for key in shown.numeric},
-        figures=shown.values,
-        rows=shown.rows,
-        studies=[sweep.base.study(entry.design, [entry.rpm]).text() for entry in entries],
-        front=_front(shown),
-        probabilities=[
-            (p.name, f"{p.estimate:.3g}", f"{p.low:.3g} to {p.high:.3g}", f"{p.rods}", f"{p.missing}")
-            for p in figures.probabilities
-        ],
-        influences=[_influenced(one) for one in figures.sensitivities],
-        failures=failures(journal.entries()),
-    )
-    write_text(path, sweep_page(swept))
-    return figures
-
-
-def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> str:
-    states = ", ".join(f"{counts[state]} {state}" for state in State if counts[state])
-    said = [f"Rows of the table: {states}."]
-    if not len(shown.rows):
-        return f"{said[0]} No rod has a result that can be trusted, so there is nothing to draw."
-    if len(shown.rows) < len(samples.rows):
-        said.append(f"{len(shown.rows)} of {len(samples.rows)} designs are drawn.")
-    words = [key for key in samples.keys if any(isinstance(one[key], str | bool) for one in samples.designs)]
-    if words:
-        said.append(f"In the table alone, as they are not numbers: {', '.join(words)}.")
-    return " ".join(said)
-
-
-def _front(samples: Samples) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    if MASS not in samples.values or FACTOR not in samples.values:
-        return np.zeros(0, np.int64)
-    return np.asarray(pareto_front(samples.values[MASS], samples.values[FACTOR]), np.int64)
-
-
-def _influenced(one: Sensitivity) -> Influenced:
-    columns = {"first": "first-order index", "total": "total index", "regression": "standardised slope"}
-    known = [name for name in columns if getattr(one.influences[0], name) is not None]
-    share = (
-        "" if one.linear_share is None else f"A linear regression explains {100 * one.linear_share:.3g} %. "
-    )
-    length = next((name for name in ("total", "first", "regression") if name in known), "first")
-    bars = [abs(getattr(item, length) or 0.0) for item in one.influences]
-    return Influenced(
-        figure=one.figure,
-        columns=tuple(columns[name] for name in known),
-        rows=tuple((item.key, tuple(_cell(item, name) for name in known)) for item in one.influences),
-        bars=tuple(min(bar, 1.0) for bar in bars),
-        note=f"{share}{one.without_total[:1].upper()}{one.without_total[1:]}",
-    )
-
-
-def _cell(item: Influence, name: str) -> str:
-    bar = getattr(item, f"{name}_bar", None)
-    text = f"{round(getattr(item, name), 2) + 0.0:.2f}" + ("" if bar is None else f" ± {bar:.2f}")
-    return text.replace("-", "−")
-
 
 JOURNAL = "sweep.sqlite"
 REPORT = "report.html"

@@ -13,7 +13,7 @@ from fea.apps.sweep.sampling import Sampling, Span
 from fea.apps.sweep.sweep_file import Sweep
 from geometry.arrays import Floats, Ints
 
-MASS = "mass_kg"
+MASS, FACTOR = "mass_kg", "factor"
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,12 @@ class Samples:
     def column(self, key: str) -> Floats:
         """Values (n,) of a numeric key."""
         return np.array([float(design[key]) for design in self.designs])
+
+    @property
+    def front(self) -> Ints:
+        """Numbers of the designs of which none is both lighter and stronger."""
+        known = MASS in self.values and FACTOR in self.values
+        return pareto_front(self.values[MASS], self.values[FACTOR]) if known else np.zeros(0, np.int64)
 
     def part(self, chosen: Any) -> "Samples":
         """Return some of the designs, by their numbers or a mask."""
@@ -115,6 +121,11 @@ class Influence(Figures):
     total: float | None = None
     total_bar: float | None = None
 
+    @property
+    def strength(self) -> float:
+        """How much the key matters, by the best measure that there is."""
+        return abs(self.total or self.first or self.regression or 0.0)
+
 
 class Sensitivity(Figures):
     """The sensitivities of a figure to each key, the most important first.
@@ -151,7 +162,7 @@ def _sensitivity(samples: Samples, sampling: Sampling | None, figure: str) -> Se
         Influence(key=key, regression=None if slopes is None else float(slopes[k]), **_of(indices, k))
         for k, key in enumerate(keys)
     ]
-    influences.sort(key=lambda one: -abs(one.total or one.first or one.regression or 0.0))
+    influences.sort(key=lambda one: -one.strength)
     return Sensitivity(figure=figure, influences=tuple(influences), linear_share=share, without_total=why)
 
 

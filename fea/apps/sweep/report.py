@@ -1,22 +1,24 @@
 """The report of a sweep: one HTML page with its drawings, each point linked to its study."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from fea.apps.sweep.journal import Journal, State
+from fea.apps.sweep.statistics import FACTOR, MASS, Samples, Statistics, samples_of, statistics
+from fea.apps.sweep.sweep_file import Sweep
+from fea.apps.sweep.table import failures
 from fea.output.html import html_page, page_file
 from fea.output.pictures.scale import round_up
 from fea.output.report.coding import embedded_json
+from fea.output.report.tables import named
+from fea.output.text import write_text
 from fea.output.units import in_unit, unit
 from geometry.arrays import Floats, Ints
-
-_UNITS = {
-    "_kg_m3": "kg/m³", "_kg_m2": "kg m²", "_1_K": "1/K", "_mm": "mm", "_MPa": "MPa", "_GPa": "GPa",
-    "_kN": "kN", "_N": "N", "_kg": "kg", "_deg": "°", "_percent": "%", "_bar": "bar", "_C": "°C",
-    "_Hz": "Hz", "_hours": "h",
-}  # fmt: skip
 
 
 def label(name: str) -> str:
@@ -24,10 +26,9 @@ def label(name: str) -> str:
 
     The table of a key is left out where it is that of the rod.
     """
-    plain = name.removeprefix("rod.")
-    ending = next((end for end in _UNITS if plain.endswith(end)), "")
-    words = plain.removesuffix(ending).replace(".", " ").replace("_", " ")
-    return f"{words} ({unit(_UNITS[ending])})" if ending else {"factor": "least factor"}.get(words, words)
+    words, named_unit = named(name.removeprefix("rod."))
+    words = words.replace(".", " ")
+    return f"{words} ({unit(named_unit)})" if named_unit else {FACTOR: "least factor"}.get(words, words)
 
 
 _STEPS = 4
@@ -94,33 +95,34 @@ def scatter(x: Axis, y: Axis, numbers: Ints, line: Floats | None = None) -> Scat
 
 
 @dataclass(frozen=True, kw_only=True)
-class Influenced:
-    """The sensitivities of a figure as text: a row of values for each key, and its bar, 0 to 1."""
-
-    figure: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[str, ...]], ...]
-    bars: tuple[float, ...]
-    note: str
-
-
-@dataclass(frozen=True, kw_only=True)
 class Swept:
-    """A sweep for the page: a design each."""
+    """A sweep for the page."""
 
     title: str
     counts: str  #: what became of the rows, in words
-    #: keys, figures: (n,) by name, of the varied keys that are numbers, and of mass and factors, NaN for none
-    keys: Mapping[str, Floats]
-    figures: Mapping[str, Floats]
-    #: rows, studies: (n,) numbers of the rows of the table that designs are shown by, and their study files
-    rows: Sequence[int]
-    studies: Sequence[str]
-    front: Ints  #: numbers of the designs of which none is both lighter and stronger
-    #: rows of a table: factor, share below 1, interval, rods, rods without a result
-    probabilities: Sequence[tuple[str, ...]] = ()
-    influences: Sequence[Influenced] = ()
-    failures: Sequence[tuple[int, str, Any]] = ()  #: row, reason, count
+    samples: Samples  #: the designs that are drawn
+    studies: Sequence[str]  #: their study files
+    statistics: Statistics
+    failures: Sequence[tuple[int, str, int]] = ()  #: row, reason, count
+
+    @cached_property
+    def keys(self) -> dict[str, Floats]:
+        """Values (n,) of the varied keys that are numbers, in the units that are shown."""
+        return {key: _in_units(key, self.samples.column(key)) for key in self.samples.numeric}
+
+    @cached_property
+    def figures(self) -> dict[str, Floats]:
+        """Mass and factors (n,), NaN where there is none."""
+        return {name: _in_units(name, values) for name, values in self.samples.values.items()}
+
+    @property
+    def rows(self) -> Sequence[int]:
+        """Numbers (n,) of the rows of the table that designs are shown by."""
+        return self.samples.rows
+
+
+def _in_units(name: str, values: Floats) -> Floats:
+    return in_unit(values, named(name)[1])
 
 
 # More points than these are not told apart, and make a page slow.
@@ -130,7 +132,6 @@ _MOST_AXES = 6
 _BINS, _LEAST_IN_BIN = 8, 5
 _WIDE = (60.0, 580.0, 300.0, 16.0)
 _SMALL = (48.0, 230.0, 170.0, 8.0)
-FACTOR, MASS = "factor", "mass_kg"
 
 
 class Parallel(NamedTuple):
@@ -145,11 +146,11 @@ def pareto(swept: Swept) -> Scatter | None:
     known = all(name in swept.figures for name in (MASS, FACTOR))
     if not known or not np.isfinite(swept.figures[FACTOR]).any():
         return None
-    chosen = np.union1d(_some(swept, _MOST_POINTS), swept.front).astype(int)
+    chosen = np.union1d(_some(swept, _MOST_POINTS), swept.samples.front).astype(int)
     left, right, bottom, top = _WIDE
     x = Axis(MASS, swept.figures[MASS][chosen], left, right)
     y = Axis(FACTOR, swept.figures[FACTOR][chosen], bottom, top)
-    front = np.stack([swept.figures[name][swept.front] for name in (MASS, FACTOR)], axis=1)
+    front = np.stack([swept.figures[name][swept.samples.front] for name in (MASS, FACTOR)], axis=1)
     return scatter(x, y, chosen, front)
 
 
@@ -236,9 +237,13 @@ def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:
     return np.array([(x[group].mean(), y[group].mean()) for group in groups])
 
 
+_COLUMNS = (
+    ("first", "first-order index"), ("total", "total index"), ("regression", "standardised slope"),
+)  # fmt: skip
+
+
 def sweep_page(swept: Swept) -> str:
     """Return the report of a sweep as HTML."""
-    swept = replace(swept, keys=_in_units(swept.keys), figures=_in_units(swept.figures))
     factors = swept.figures.get("factor", ())
     # The studies, whose lines are mostly alike: each line once, and its numbers in each study.
     numbers: dict[str, int] = {}
@@ -256,6 +261,7 @@ def sweep_page(swept: Swept) -> str:
         page_file("report", "report.css") + page_file("sweep_report", "sweep.css"),
         page_file("sweep_report", "sweep.js"),
         swept=swept,
+        columns=_COLUMNS,
         pareto=pareto(swept),
         matrix=matrix(swept),
         effects=main_effects(swept),
@@ -267,6 +273,41 @@ def sweep_page(swept: Swept) -> str:
     )
 
 
-def _in_units(columns: Mapping[str, Floats]) -> dict[str, Floats]:
-    named = {name: next((end for end in _UNITS if name.endswith(end)), "") for name in columns}
-    return {name: in_unit(columns[name], _UNITS.get(end, "")) for name, end in named.items()}
+# Designs that the page holds; beyond, evenly chosen ones.
+_MOST = 1000
+
+
+def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
+    """Write the report of a sweep, and return what it tells.
+
+    Raises `StorageError`: the disk, a permission or the file system refuses.
+    """
+    samples = samples_of(journal.entries())
+    figures = statistics(sweep, samples)
+    known = np.flatnonzero(samples.complete)
+    some = known[np.linspace(0, len(known) - 1, min(len(known), _MOST)).round().astype(int)]
+    shown = samples.part(np.union1d(some, samples.front).astype(int).tolist())
+    entries = [next(journal.entries(row)) for row in shown.rows]
+    swept = Swept(
+        title=sweep.name,
+        counts=_counts(journal.counts(), samples, shown),
+        samples=shown,
+        studies=[sweep.base.study(entry.design, [entry.rpm]).text() for entry in entries],
+        statistics=figures,
+        failures=failures(journal.entries()),
+    )
+    write_text(path, sweep_page(swept))
+    return figures
+
+
+def _counts(counts: Mapping[State, int], samples: Samples, shown: Samples) -> str:
+    states = ", ".join(f"{counts[state]} {state}" for state in State if counts[state])
+    said = [f"Rows of the table: {states}."]
+    if not len(shown.rows):
+        return f"{said[0]} No rod has a result that can be trusted, so there is nothing to draw."
+    if len(shown.rows) < len(samples.rows):
+        said.append(f"{len(shown.rows)} of {len(samples.rows)} designs are drawn.")
+    words = [key for key in samples.keys if any(isinstance(one[key], str | bool) for one in samples.designs)]
+    if words:
+        said.append(f"In the table alone, as they are not numbers: {', '.join(words)}.")
+    return " ".join(said)
