@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.result import Run
 from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import Found
 from fea.apps.limits.figures import LimitFigures, LimitsFigures
@@ -17,6 +16,7 @@ from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
 from fea.output.plots.limits import MapLine, MapPlot, plot_limits
 from fea.output.report.limits_page import write_limits_page
+from fea.output.stored_run import Run
 from fea.output.text import write_text
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK

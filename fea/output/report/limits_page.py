@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.result import Run
 from fea.output.html import html_page, page_file
 from fea.output.plots.limits import MapPlot
 from fea.output.report.coding import embedded_json
 from fea.output.report.page import viewer
 from fea.output.report.scene import scene
+from fea.output.stored_run import Run
 from fea.output.text import write_text
 from fea.output.units import in_heading, in_rows, scale, unit
 from geometry.arrays import Floats
