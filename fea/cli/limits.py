@@ -31,6 +31,7 @@ def limits(
     flags: Flags = NO_FLAGS,
     min_rpm: float | None = None,
     min_boost: float | None = None,
+    duty: bool = False,
     out: Path | None = None,
     threads: Threads = None,
     json: Json = False,
@@ -44,6 +45,8 @@ def limits(
         Speed, rpm, that the rod must reach at today's load, less the error bar; otherwise exit code 6.
     min_boost
         Boost, bar, that it must stand at this speed, less the error bar; otherwise exit code 6.
+    duty
+        Tell the hours of life at each point, too, as with [duty] in the study; needs an S-N line.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
@@ -62,7 +65,7 @@ def limits(
 
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
     with shown_in(asked.output.units), stages(silent=quiet or json) as listener:
-        figures = found(asked, folder, listener, at_rpm=min_rpm)
+        figures = found(asked, folder, listener, at_rpm=min_rpm, duty=duty)
     if json:
         print_json(figures)
     elif not quiet:

@@ -21,14 +21,16 @@ from fea.apps.limits.figures import Largest
 from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line, root
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates, Worst
+from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
-from fea.study.option_tables import ForcesTable
+from fea.study.option_tables import DutyTable, ForcesTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 
+STEEL = "forged-steel-2005"
 COARSE = {"size": 14.0, "pressure": "cosine-180"}
 
 
@@ -45,6 +47,7 @@ def with_engine(**keys):
 def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("limits")
     flags = ("--size", 14, "--pressure", "cosine-180", "--min-rpm", 3000, "--min-boost", 5, "--units", "us")
+    flags = (*flags, "--material", STEEL, "--duty")
     done = program("limits", "leon-2001", *flags, "--out", "out", cwd=place)
     assert done.returncode == 6, done.stderr  # it stands no such boost
     assert "Up to" in done.stdout
@@ -56,8 +59,27 @@ def test_limits_of_the_files_are_those_of_a_direct_run(folder):
     rows = list(csv.DictReader((folder / "limits.csv").read_text().splitlines()))
     row = [each for each in rows if each["mode"] == "fatigue"][10]
     engine = replace(study().engine, gas_scale=float(row["gas_scale"]))
-    result = fea.analyse(study(engine=engine), rpm=float(row["rpm"]), cycle=True)
+    result = fea.analyse(study(engine=engine), rpm=float(row["rpm"]), cycle=True, material=STEEL)
     assert result.summary.envelope.min_fatigue_safety_factor == pytest.approx(1.0, abs=5e-3)
+
+
+def test_hours_are_those_of_a_run_with_a_duty(folder):
+    """At the instants that decide, and interpolated on the map; 1 % of stress is a tenth of the hours."""
+    summary = json.loads((folder / "summary.json").read_text())
+    duty = DutyTable(rpm=(6000.0,), hours=(1.0,))
+    own = study(duty=duty, analysis=replace(study().analysis, cycle=True))
+    hours = fea.analyse(own, rpm=6000, material=STEEL).summary.life.hours
+    assert summary["life_hours"]["6000"] == pytest.approx(hours, rel=0.03)
+    assert "At 6000 rpm and today's load its life is about" in summary["text"]
+    rows = [*csv.DictReader((folder / "life.csv").read_text().splitlines())]
+    rpm, peak = (
+        np.array(sorted({float(row[name]) for row in rows})) for name in ("rpm", "peak_pressure_bar")
+    )
+    table = np.array([float(row["hours"]) for row in rows]).reshape(len(rpm), len(peak))
+    level = RegularGridInterpolator((rpm, peak), np.log(table))
+    own_peak = Operation(EngineLoading.of(own.engine, own.rod.length), None).peak(6000.0) / BAR
+    assert np.exp(level((6000.0, own_peak))) == pytest.approx(hours, rel=0.2)
+    assert np.isinf(table[(rpm < 2000), :][:, peak < 40]).all()
 
 
 @pytest.mark.parametrize(

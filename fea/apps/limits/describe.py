@@ -89,6 +89,7 @@ def figures_of(study: Study, found: Found, adapted: Adapted, clock: Clock) -> Li
         largest_peak_pressure_bar=pressure,
         closed_throttle=closed,
         limits=tuple(_limit(limit, bars, operation) for limit in every),
+        life_hours={f"{rpm:g}": None if math.isinf(hours) else hours for rpm, hours in found.hours.items()},
         table=tuple(_table(found)),
         notes=notes,
         left_out=left_out,
@@ -150,6 +151,7 @@ def _sentences(
         yield from _of_pressure(found, pressure)
     if closed is not None:
         yield f"With the throttle closed: {with_bar(closed.value, closed.bar, 'rpm')}; there {ends(closed)}."
+    yield from _of_life(found, load)
     if all(material.endurance_limit is None for material in found.rod.materials):
         yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
     rpm = np.linspace(operation.idle, operation.fastest, 500)
@@ -174,6 +176,14 @@ def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
     boost = f"{largest.boost_bar:.2g} bar of boost" if largest.boost_bar > 0 else "no boost"
     most = with_bar(largest.value, largest.bar, "bar")
     yield f"{at} {least}up to {most} peak ({boost}); there {ends(largest)}."
+
+
+def _of_life(found: Found, load: str) -> Iterator[str]:
+    for rpm, hours in found.hours.items():
+        long = f"about {hours:.2g} hours" if hours >= 1 else f"about {60 * hours:.2g} minutes"
+        yield f"At {rpm:.0f} rpm and {load} its life {'has no end' if math.isinf(hours) else f'is {long}'}."
+    if found.lifeless:
+        yield f"Its life is not told: {found.lifeless}."
 
 
 def _notes(found: Found) -> Iterator[Note]:
@@ -202,6 +212,9 @@ def _notes(found: Found) -> Iterator[Note]:
             "lines of the map between states that were solved are interpolated (limits.csv marks them)"
         )
         yield assumption(f"{interpolated}; the limits in words are solved", "map")
+    if found.life is not None:
+        kept = "hours are those of one operating point kept up, by the mean S–N line; 1 % of stress changes "
+        yield assumption(f"{kept}them by about a tenth (fea run with [duty] gives their band)", "life")
     yield omission("the case gas of the limits", "they are those of the running engine at each speed")
     if rod.sharp_places:
         yield omission("structural stress at sharp edges", "fea run judges them at one speed and load")

@@ -1,14 +1,15 @@
 """What is found of a rod: the answer first, then the map."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from fea.analysis.adapt import Adapted
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.apps.limits.assembled_states import AssembledStates
+from fea.apps.limits.life import LifeMap, hours_at, life_map
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates
@@ -46,6 +47,9 @@ class Found:
     spent: tuple[Mode, float] | None
     unsettled: int  #: number of states whose friction did not settle
     of_rays: LimitMap
+    life: LifeMap | None = None  #: where it was asked for and is known
+    hours: Mapping[float, float] = field(default_factory=dict)  #: by the speeds of the study, at its load
+    lifeless: str = ""  #: why no life is known although it was asked for
 
 
 def explore(
@@ -54,10 +58,13 @@ def explore(
     at_rpm: float | None,
     show: Callable[[str], None],
     answered: Callable[[Found], None] = lambda _found: None,
+    *,
+    lasting: Sequence[float] = (),
 ) -> Found:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
-    `answered` is told what is found before the map is made, of a survey.
+    `answered` is told what is found before the map is made, of a survey. `lasting`: speeds, rpm, at which its
+    life is found too, and all over the map.
     """
     rod = adapted.rod
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
@@ -95,7 +102,17 @@ def explore(
     first = found(explorer.survey())
     answered(first)
     of_rays = explorer.map()
-    return replace(first, of_rays=of_rays) if states.dear else found(of_rays)
+    last = replace(first, of_rays=of_rays) if states.dear else found(of_rays)
+    if not lasting:
+        return last
+    if not isinstance(states, SuperposedStates):
+        return replace(last, lifeless="the rod is in parts (fea run with [duty] tells that of its speeds)")
+    show("life")
+    life = life_map(states, operation, of_rays, required)
+    if life is None:
+        return replace(last, lifeless="the material has no S–N line, or nothing fails by fatigue")
+    hours = {each: hours_at(states, operation, each) for each in lasting}
+    return replace(last, life=life, hours=hours)
 
 
 def _states(rod: PreparedRod, rpm: float, show: Callable[[str], None]) -> States:

@@ -62,6 +62,8 @@ class LimitsFigures:
     largest_peak_pressure_bar: Largest | None
     closed_throttle: Largest | None
     limits: tuple[LimitFigures, ...]
+    #: Hours of life by the speeds of the study, rpm, at its load; None without an end. Empty if not asked for
+    life_hours: Mapping[str, float | None]
     #: (rpm, lowest, highest): peak pressures, bar, that are safe at some speeds, with what ends them
     table: tuple[tuple[str, ...], ...]
     notes: tuple[Note, ...]

@@ -21,9 +21,10 @@ from fea.output.text import write_text
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK
 
-STUDY, TABLE, MAP = "study.toml", "limits.csv", "limits.png"
+STUDY, TABLE, MAP, LIFE = "study.toml", "limits.csv", "limits.png", "life.csv"
 FILES = (STUDY, SUMMARY, TABLE, MAP, REPORT)
 _COLUMNS, _LINES = 160, 140  # of the map
+_EVERY = 8  # of these in the table of life
 
 
 def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, speeds: list[float]) -> None:
@@ -34,6 +35,14 @@ def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, sp
     lines = [head, *map(_row, figures.limits)]
     write_text(folder / TABLE, "\n".join(lines) + "\n")
     shown, factors = _plot(found, figures, speeds)
+    if shown.hours is not None:
+        rows, columns = (range(0, count, _EVERY) for count in shown.hours.shape)
+        cells = [
+            f"{shown.rpm[column]:.7g},{shown.peak[row]:.7g},{shown.hours[row, column]:.4g}"
+            for column in columns
+            for row in rows
+        ]
+        write_text(folder / LIFE, "\n".join(["rpm,peak_pressure_bar,hours", *cells]) + "\n")
     box = plot_limits(folder / MAP, shown)
     bars = Bars(found)
     places = {
@@ -80,6 +89,11 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         else np.zeros((len(peak), len(rpm)))
     )
     factors = of_rays.factors(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0))
+    yielding = figures.required_safety_factor / factors.get(Mode.YIELD, np.full_like(scale, np.inf))
+    hours = None
+    if found.life is not None:
+        hours = found.life.hours(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0))
+        hours[yielding > ELASTIC] = math.nan
     full = rpm[rpm >= operation.idle]
     own_load = found.operation.full_load is None
     today = [operation.peak(each, operation.today(each)) / BAR for each in full.tolist()]
@@ -89,9 +103,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         rpm=rpm,
         peak=peak / BAR,
         factor=least_of(ending(factors), scale),
-        yielding=figures.required_safety_factor / factors[Mode.YIELD]
-        if Mode.YIELD in factors
-        else np.zeros_like(scale),
+        yielding=yielding,
         elastic=ELASTIC,
         lines={mode.value: _line(own, bars) for mode, own in of_rays.limits.items()},
         full_load=(full, np.array(today)),
@@ -99,6 +111,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         points=[(each, operation.peak(each, operation.today(each)) / BAR) for each in speeds],
         closed_throttle=None if closed is None else (closed.value, closed.peak_pressure_bar),
         boost=_boosts(found, float(peak[-1])),
+        hours=hours,
     )
     return shown, {mode.value: own for mode, own in factors.items()}
 

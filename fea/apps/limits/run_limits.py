@@ -7,9 +7,9 @@ from pathlib import Path
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
 from fea.apps.limits.describe import figures_of, words
-from fea.apps.limits.explore import explore
+from fea.apps.limits.explore import Found, explore
 from fea.apps.limits.figures import LimitsFigures
-from fea.apps.limits.files import FILES, write_files
+from fea.apps.limits.files import FILES, LIFE, write_files
 from fea.machine.clock import Clock
 from fea.output.folder import require_replaceable, run_folder
 from fea.study.pin_models import FILM
@@ -26,6 +26,7 @@ def limits(
     listener: Callable[[str], None] | None = None,
     *,
     at_rpm: float | None = None,
+    duty: bool = False,
 ) -> LimitsFigures:
     """Find how fast a rod can turn and how much peak pressure it stands.
 
@@ -39,6 +40,8 @@ def limits(
         Is told the name of each stage as it begins.
     at_rpm
         Speed at which the largest peak pressure is found; default: that of the study, the highest.
+    duty
+        Whether hours of life are found too; also with [duty] in the study.
 
     Raises
     ------
@@ -63,15 +66,21 @@ def limits(
     if folder is not None:
         require_replaceable(folder)
     clock = Clock(listener)
-    study = replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
+    lasting = speeds if duty or study.duty is not None else []
+    asked, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
     adapted = adapt_mesh(study, [max(speeds)], clock)
     tell = listener or (lambda _text: None)
+
+    def answered(first: Found) -> None:
+        tell(FIRST + words(first))
+
     with clock("limits"):
-        found = explore(adapted, max(speeds), at_rpm, tell, lambda first: tell(FIRST + words(first)))
-    figures = replace(figures_of(study, found, adapted, clock), files=FILES)
+        found = explore(adapted, max(speeds), at_rpm, tell, answered, lasting=lasting)
+    files = FILES if found.life is None else (*FILES, LIFE)
+    figures = replace(figures_of(study, found, adapted, clock), files=files)
     if folder is not None:
         with run_folder(folder) as part:
             write_files(
-                part, replace(run_result(study, adapted, found.static), study=study), found, figures, speeds
+                part, replace(run_result(study, adapted, found.static), study=asked), found, figures, speeds
             )
     return figures

@@ -12,8 +12,9 @@ decide.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 from itertools import pairwise
 from typing import ClassVar
 
@@ -22,10 +23,13 @@ import numpy as np
 from fea.analysis.buckling import compression, part_at, shank
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.analysis.life import COUNTED
 from fea.analysis.prepare import PreparedRod
 from fea.base.units import DEG
 from fea.judge.column import Plane, column
+from fea.judge.fatigue import criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
+from fea.judge.life_line import LifeLine, rainflow
 from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
@@ -168,6 +172,44 @@ class SuperposedStates(States):
 
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place."""
+        return worst(*self._places(cycle)) | {Mode.BUCKLING: self.buckling(cycle)}
+
+    @cached_property
+    def endless(self) -> bool | None:
+        """Whether stress below the endurance limit does no damage; None where no S–N line is known."""
+        lines = [
+            line for part in self._parts if (line := self._life_line(part, np.zeros(1, int))) is not None
+        ]
+        return all(line.endless for line in lines) if lines else None
+
+    def lasting(self, cycle: CrankCycle) -> float:
+        """Crank cycles to failure of the places that decide, as if every range of stress did damage.
+
+        Every range of the places of the largest ranges is counted, as `fea.analysis.life` does.
+        """
+        places, angles = self._places(cycle)
+        criterion, most = self._analysis.fatigue, 0.0
+        for part, rows, history in places:
+            line = self._life_line(part, rows)
+            if line is None:
+                continue
+            signed = signed_equivalent(history)[:, np.argsort(angles)]
+            high, low = signed.max(axis=1), signed.min(axis=1)
+            largest = reversed_amplitude(criterion, (high + low) / 2, (high - low) / 2, part.material)
+            for row in np.argsort(-largest / line.limit)[:COUNTED]:
+                amplitude = reversed_amplitude(criterion, *rainflow(signed[row]), part.material)
+                own = replace(line, limit=line.limit[[row]])
+                most = max(most, float((1 / own.cycles(amplitude[:, None])).sum()))
+        return 1 / max(most, _TINY)
+
+    def _life_line(self, part: PartRows, rows: Ints) -> LifeLine | None:
+        """The S–N line at some rows; None where it is not known, or its correction for mean stress."""
+        known = criterion_strength(self._analysis.fatigue, part.material) is not None
+        surface = np.array([part.surface(int(row))[0] for row in rows])
+        return LifeLine.of(part.material, surface) if known else None
+
+    def _places(self, cycle: CrankCycle) -> tuple[list[tuple[PartRows, Ints, Floats]], list[float]]:
+        """Rows of each part with their histories at instants that decide, and these, rad."""
         if not any(map(len, self._followed)):
             self.follow()
         coarse = np.append(np.arange(0, 720, _COARSE) * DEG, gas_peak(cycle))
@@ -180,8 +222,7 @@ class SuperposedStates(States):
         more = np.setdiff1d(self._decided, angles)
         if more.size:
             weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
-        found = worst([(part, rows, part.stress(weights, rows)) for part, rows in some], [*angles, *more])
-        return found | {Mode.BUCKLING: self.buckling(cycle)}
+        return [(part, rows, part.stress(weights, rows)) for part, rows in some], [*angles, *more]
 
     def _pairs(self) -> list[tuple[PartRows, Ints]]:
         every = zip(self._parts, self._followed, strict=True)

@@ -37,6 +37,8 @@ class MapPlot:
     points: Sequence[tuple[float, float]]  #: operating points: rpm, bar
     closed_throttle: tuple[float, float] | None  #: rpm, bar
     boost: Sequence[tuple[float, float]]  #: peak pressures, bar, of round pressures of boost, bar
+    #: (m, n) of life: infinite without an end, NaN where it is not known; None if it was not asked for
+    hours: Floats | None = None
 
 
 def plot_limits(path: Path, shown: MapPlot) -> tuple[float, ...]:
@@ -67,6 +69,12 @@ def plot_limits(path: Path, shown: MapPlot) -> tuple[float, ...]:
         axes.plot(
             *shown.closed_throttle, "v", color="0.1", mfc="w", ms=8, label="limit, throttle closed", zorder=4
         )
+    if shown.hours is not None:
+        known = np.where(np.isfinite(shown.hours), shown.hours, np.nan)
+        lines = axes.contour(
+            shown.rpm, shown.peak, np.log10(known), levels=[0, 1, 2, 3], colors="0.35", linewidths=0.8
+        )
+        axes.clabel(lines, fmt=lambda at: f"{10**at:.0f} h", fontsize=8)
     axes.set_xlim(shown.rpm[0], shown.rpm[-1])
     axes.set_ylim(0, shown.peak[-1])
     label_axes(axes, "engine speed, rpm", "peak pressure (absolute), bar")

@@ -72,6 +72,9 @@ def write_limits_page(
             for mode, line in shown.lines.items()
         },
     }
+    if shown.hours is not None:
+        hours = np.clip(np.nan_to_num(shown.hours, nan=0.0), 1e-3, 1e6)[np.ix_(rows, columns)]
+        data["hours"] = [_rounded(row) for row in hours]
     drawn = scene(run)
     of_rod, script = viewer(run, drawn, ("limits_map.js",))
     page = html_page(

@@ -71,8 +71,15 @@ class LimitsMap {
     const place = this.place(worst[0], rpm, peak), where = place?.name ? ` (${place.name})` : "";
     const all = found.map(([mode, value]) => `${mode} ${value >= 10 ? "> 10" : value.toFixed(2)}`).join(", ");
     const said = `${lead}: ${worst[1] >= 1 ? "safe" : "not safe"}; governed by ${worst[0]}${where}.`;
-    this.under.textContent = `${said} Factors over the required one: ${all}.`;
+    this.under.textContent = `${said} Factors over the required one: ${all}.${this.life(rpm, peak)}`;
     if (place !== this.shown) this.show(place);
+  }
+
+  life(rpm, peak) {
+    if (!this.data.hours) return "";
+    const hours = 10 ** this.between(this.data.hours, rpm, peak, Math.log10);
+    if (hours > 1e5) return " It lasts more than 100 000 hours.";
+    return hours < 0.1 ? " It lasts less than 6 minutes." : ` It lasts about ${Number(hours.toPrecision(2))} hours.`;
   }
 
   // Mark a place on the rod at once, and fly there when the pointer rests.

@@ -1,0 +1,70 @@
+"""How many hours a rod lasts at each point of the map, where its material has an S–N line.
+
+Along a ray all loads grow together, so that the number of crank cycles to failure falls nearly as a power of
+the load. It is found at a few loads of a few rays; its logarithm is interpolated between them.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fea.apps.limits.limit_map import LimitMap
+from fea.apps.limits.operation import Operation
+from fea.apps.limits.states import Mode, SuperposedStates
+from fea.solid.errors import ContactError
+from geometry.arrays import Floats
+
+_RAYS = 5
+# Utilisations against fatigue, over the required factor, at which the number of cycles is found.
+_USAGE = np.geomspace(0.7, 2.2, 8)
+_CYCLES_PER_HOUR = 30.0  # at 1 rpm, of a four-stroke engine
+
+
+@dataclass(frozen=True)
+class LifeMap:
+    """Crank cycles to failure on rays."""
+
+    of_rays: LimitMap
+    angles: Floats  #: (n,) of the rays, rad
+    logarithms: Floats  #: (n, k) of the numbers of cycles, to base 10, at the utilisations `_USAGE`
+    endless: float  #: utilisation up to which nothing is damaged: 0 for metals without an endurance limit
+
+    def hours(self, rpm: Floats, charge: Floats) -> Floats:
+        """Hours at points (…), each kept up; infinite without damage, NaN far beyond the endurance limit."""
+        usage = 1 / self.of_rays.factors(rpm, charge)[Mode.FATIGUE]
+        angle, _ = self.of_rays.axes.ray(rpm, charge)
+        level = np.log(usage.ravel())
+        by_ray = np.stack([np.interp(level, np.log(_USAGE), own, right=np.nan) for own in self.logarithms])
+        pairs = zip(angle.ravel().tolist(), by_ray.T, strict=True)
+        cycles = 10 ** np.array([np.interp(at, self.angles, own) for at, own in pairs])
+        hours = cycles.reshape(usage.shape) / (_CYCLES_PER_HOUR * np.asarray(rpm))
+        return np.asarray(np.where(usage <= self.endless, np.inf, hours))
+
+
+def life_map(
+    states: SuperposedStates, operation: Operation, of_rays: LimitMap, required: float
+) -> LifeMap | None:
+    """Find the life over the map; None where no limit by fatigue or no S–N line is known."""
+    limits = of_rays.loads.get(Mode.FATIGUE, np.zeros(0))
+    rays = np.flatnonzero(np.isfinite(limits))
+    if not rays.size or states.endless is None:
+        return None
+    some = np.unique(rays[np.linspace(0, rays.size - 1, _RAYS).round().astype(int)])
+    logarithms = np.full((some.size, _USAGE.size), np.nan)
+    for row, ray in enumerate(some):
+        for column, load in enumerate(limits[ray] * _USAGE):
+            point = of_rays.axes.point(float(of_rays.angles[ray]), float(load))
+            try:
+                logarithms[row, column] = math.log10(states.lasting(operation.cycle(*point)))
+            except ContactError:  # no state of contact carries so much
+                break
+    return LifeMap(of_rays, of_rays.angles[some], logarithms, required if states.endless else 0.0)
+
+
+def hours_at(states: SuperposedStates, operation: Operation, rpm: float) -> float:
+    """Hours at today's load and a speed, rpm; infinite without damage."""
+    cycle = operation.cycle(rpm, operation.today(rpm))
+    if states.endless and states.at(cycle)[Mode.FATIGUE].factor >= 1:
+        return math.inf
+    return states.lasting(cycle) / (_CYCLES_PER_HOUR * rpm)
