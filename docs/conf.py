@@ -24,7 +24,7 @@ extensions = [
 language = "en"
 exclude_patterns = ["_build", "_extensions"]
 nitpicky = True
-nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages, whose manuals are not at hand offline
+default_role = "py:obj"  # of docstrings
 
 myst_enable_extensions = ["amsmath", "attrs_block", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4

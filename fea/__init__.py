@@ -81,7 +81,7 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, An
     Returns
     -------
     dict or list of dict
-        What `summary.json` holds; a list for several speeds.
+        What ``summary.json`` holds; a list for several speeds.
 
     Raises
     ------

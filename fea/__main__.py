@@ -80,6 +80,22 @@ _MODULES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "veri
     "doctor": "init",
     "modes": "rod",
 }
+# The page of the manual about a command, where it is not the list of all commands.
+_PAGES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "trust/index") | {
+    "run": "learn/first-rod",
+    "rod": "learn/rod-from-cad",
+    "limits": "learn/how-much",
+    "optimise": "learn/lighter",
+    "sweep": "do/many-rods",
+    "studio": "do/studio",
+    "init": "do/study",
+    "materials": "do/material",
+    "view": "do/paraview",
+    "loads": "understand/dynamics",
+    "report": "reference/files",
+    "export": "reference/files",
+    "schema": "reference/keys",
+}
 _LONGEST_MESSAGE = 1500
 
 
@@ -162,7 +178,11 @@ def program() -> "App":
         suppress_keyboard_interrupt=False,  # handled below, with a message
     )
     for name, text in COMMANDS.items():
-        app.command(f"fea.cli.{_MODULES.get(name, name)}:{name}", name=name, help=text)
+        app.command(
+            f"fea.cli.{_MODULES.get(name, name)}:{name}",
+            name=name,
+            help=f"{text}\n\nManual: docs/{_PAGES.get(name, 'reference/commands')}.md",
+        )
     app.register_install_completion_command(help="Install completion of commands and flags for your shell.")
     return app
 

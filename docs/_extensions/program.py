@@ -10,7 +10,8 @@ Each page has a working folder, in which its blocks run one after another::
     ```{keys}           the keys of a study
     ```{verification} CASE …  rows of `results/verification.md`, which `fea verify` makes
 
-What a block did is kept in the working folder until the program, or a block up to there, changes.
+What a block did is kept beside the working folder, with its wall and processor seconds, until the program, or a
+block up to there, changes. Sphinx's builder `dummy` runs nothing: it checks syntax and references.
 """
 
 from __future__ import annotations
@@ -23,12 +24,14 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
+from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -47,6 +50,12 @@ def program() -> str:
     paths = [path for package in ("geometry", "mesh", "loads", "fea") for path in (ROOT / package).rglob("*")]
     sources = sorted(path for path in paths if path.is_file() and "__pycache__" not in path.parts)
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+
+
+def _processor_seconds() -> float:
+    """Processor time of the commands that have ended."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 class Folder:
@@ -73,9 +82,14 @@ class Folder:
                 shutil.rmtree(self.path, ignore_errors=True)
                 self.kept, new = [], self.steps
             self.path.mkdir(parents=True, exist_ok=True)
-            self.kept += [(*step, self._execute(*step)) for step in new]
+            self.kept += [(*step, *self._timed(*step)) for step in new]
             self.log.write_text(json.dumps({"program": program(), "blocks": self.kept}))
         return str(self.kept[count - 1][2])
+
+    def _timed(self, kind: str, text: str) -> tuple[str, float, float]:
+        begun = time.monotonic(), _processor_seconds()
+        printed = self._execute(kind, text)
+        return printed, round(time.monotonic() - begun[0], 1), round(_processor_seconds() - begun[1], 1)
 
     def _execute(self, kind: str, text: str) -> str:
         if kind.startswith("file "):
@@ -104,6 +118,11 @@ class Block(SphinxDirective):
 
     has_content = True
 
+    @property
+    def dry(self) -> bool:
+        """Whether this build runs nothing."""
+        return self.env.app.builder.name == "dummy"
+
     def folder(self) -> Folder:
         data = self.env.temp_data
         if "program folder" not in data:
@@ -113,6 +132,9 @@ class Block(SphinxDirective):
 
     def executed(self, kind: str, text: str) -> str:
         self.env.note_dependency(__file__)
+        if self.dry:
+            return ""
+        self.env.metadata[self.env.docname]["program"] = program()
         try:
             return self.folder().run(kind, text)
         except RuntimeError as error:
@@ -182,6 +204,8 @@ class Made(Block):
     option_spec: ClassVar = {"alt": directives.unchanged_required}
 
     def run(self) -> list[nodes.Node]:
+        if self.dry:
+            return []
         path = self.path()
         relative = os.path.relpath(path, Path(self.env.srcdir) / Path(self.env.docname).parent)
         figure = nodes.figure("", nodes.image(uri=relative, alt=self.options["alt"]))
@@ -198,6 +222,8 @@ class Report(Block):
     option_spec: ClassVar = {"title": directives.unchanged_required}
 
     def run(self) -> list[nodes.Node]:
+        if self.dry:
+            return []
         name = f"{self.env.docname.replace('/', '-')}-{Path(self.arguments[0]).parent.name}.html"
         target = Path(self.env.app.outdir) / "reports" / name
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -244,6 +270,7 @@ class Keys(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         from fea.study.documents import study_schema
 
+        self.env.metadata[self.env.docname]["program"] = program()
         tables = study_schema()["$defs"]
         parts: list[nodes.Node] = []
         for name, table in tables.items():
@@ -274,6 +301,11 @@ def described(entry: dict[str, Any]) -> str:
     return words
 
 
+def outdated(_app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
+    """Return the pages that show what another program did."""
+    return [page for page in env.found_docs if env.metadata[page].get("program", program()) != program()]
+
+
 def write_reports(app: Sphinx) -> None:
     """Write a page for each of the reports in `results`, which includes it."""
     folder = Path(app.srcdir) / "trust"
@@ -293,4 +325,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("keys", Keys)
     app.add_directive("verification", Verification)
     app.connect("builder-inited", write_reports)
+    app.connect("env-get-outdated", outdated)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 class Result(RunResult):
     """What an analysis found at one speed; frozen, in memory only until `write` is called.
 
-    Fields are arrays on the whole rod, mm and MPa; figures are in `summary`, in the units their names say.
+    Fields are arrays on the whole rod, mm and MPa; figures are in ``summary``, in the units their names say.
 
     Examples
     --------
@@ -69,7 +69,7 @@ class Result(RunResult):
         return pv.wrap(vtk_grid(self.mesh.points, self.mesh.tets, points, cells))
 
     def write(self, folder: str | Path, *, screenshot: bool | None = None, report: bool = False) -> Path:
-        """Write what `fea run` writes into a folder, all or nothing, and return it.
+        """Write what ``fea run`` writes into a folder, all or nothing, and return it.
 
         The folder is new, or holds nothing but an earlier run, which is replaced. Each result is drawn on
         request, or where the study asks for it; a report shows the crank cycle if it was analysed with
@@ -119,7 +119,7 @@ class Result(RunResult):
         return summary, without_pictures
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as dictionaries and lists: what `summary.json` holds."""
+        """Return the figures as dictionaries and lists: what ``summary.json`` holds."""
         return dict(as_dict(self.summary))
 
     def __repr__(self) -> str:

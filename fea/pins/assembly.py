@@ -144,7 +144,7 @@ class AssemblyPins(ContactPins):
 
     def _problem(self) -> AssemblyContact:
         if self.structure.assembly is None:
-            raise ValueError("a rod of one piece is no assembly")
+            raise ValueError("a rod of one piece is not an assembly")
         return AssemblyContact(self.structure, self.fits, self.structure.assembly)
 
     def datum(self) -> Response:

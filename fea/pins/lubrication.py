@@ -75,7 +75,7 @@ class Lubrication:
         default = BIG_CLEARANCE * radius / UM
         clearance = given(clearance, default, "radial clearance", "µm (film.radial_clearance_um)")
         least, most = (share * radius / UM for share in _CLEARANCES)
-        rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or the oil is no film"
+        rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or there is no oil film"
         remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
         require(least <= clearance <= most, "film.radial_clearance_um", float(clearance), rule, remedy)
         alpha = given(

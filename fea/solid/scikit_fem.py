@@ -77,7 +77,7 @@ def to_skfem(mesh: TetMesh, parts: Sequence[str] = ()) -> SkfemMesh:
     if mesh.order == 2 and count != bare.nvertices + bare.nedges:
         middles = count - bare.nvertices
         message = (
-            f"{middles} mid-edge nodes on {bare.nedges} pairs of vertices: scikit-fem knows one edge a pair. "
+            f"{middles} mid-edge nodes on {bare.nedges} pairs of vertices: scikit-fem has one edge per pair. "
             "Mesh with smaller elements"
         )
         raise ValueError(message)

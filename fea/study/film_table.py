@@ -103,7 +103,7 @@ def grade(name: str) -> tuple[float, float]:
     numbers = [each for each in grades if each.isdigit()]
     parts = _GRADE.fullmatch(name.upper().replace(" ", ""))
     if parts is None or parts[2] not in numbers:
-        rule = f"is no SAE grade: with or without a winter number (0W to 25W), {', '.join(numbers)}"
+        rule = f"is not an SAE grade: with or without a winter number (0W to 25W), {', '.join(numbers)}"
         raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
     winter = (parts[1] or "").rstrip("-")
     found = grades.get(f"{winter}-{parts[2]}", grades[parts[2]])

@@ -138,7 +138,7 @@ class TraceKeys(Table, table="engine"):
     angle_column: str | int | None = key(
         "1",
         "name or number of the column of crank angles in degrees",
-        above="For a file: what its headings do not say is found out, and the run tells what it assumed. "
+        above="For a file: what its headings do not say is deduced, and the run says what it assumed. "
         "These keys decide:",
     )
     time_column: str | int | None = key(
@@ -229,11 +229,11 @@ def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
 
 def _require_consistent(keys: TraceKeys) -> None:
     triggered = keys.trigger_column is not None
-    rule, remedy = "cannot be combined with trigger_column, which tells the angles", "Remove one of them."
+    rule, remedy = "cannot be combined with trigger_column, which gives the angles", "Remove one of them."
     require(
         not triggered or keys.angle_column is None, "engine.angle_column", keys.angle_column, rule, remedy
     )
-    rule, remedy = "needs trigger_column: times alone tell no crank angle", "Name the column of the trigger."
+    rule, remedy = "needs trigger_column: times do not give crank angles", "Name the column of the trigger."
     for name in ("time_column", "trigger_pulses"):
         value = getattr(keys, name)
         require(triggered or value is None, f"engine.{name}", value, rule, remedy)

@@ -78,7 +78,7 @@ def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
         raise InvalidValue(
             f"{source} near line {lines[i + 1]}, crank angle",
             float(angles[i + 1]),
-            f"must increase from line to line, or begin anew after a revolution (it follows {angles[i]:g})",
+            f"must increase from line to line, or begin again after a revolution (it follows {angles[i]:g})",
             "Sort the lines by crank angle.",
         )
     added = np.zeros(angles.size)

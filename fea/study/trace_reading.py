@@ -83,8 +83,8 @@ def _doubt(exponent: Exponent) -> str:
     if exponent.is_compression or not exponent.known:
         return ""
     return (
-        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent.middle:.3g}, which is no "
-        "compression (about 1.3): check pressure_reference and angle_offset_deg"
+        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent.middle:.3g}, which is "
+        "not that of a compression (about 1.3): check pressure_reference and angle_offset_deg"
     )
 
 

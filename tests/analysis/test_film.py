@@ -124,7 +124,7 @@ def test_where_no_film_can_be(study, flags, message):
     ("line", "message"),
     [
         ("radial_clearance_um = 1.0", "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm"),
-        ('oil = "5W-35"', "film.oil = '5W-35': is no SAE grade"),
+        ('oil = "5W-35"', "film.oil = '5W-35': is not an SAE grade"),
         ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed at 40 °C and at 100 °C"),
         ("viscosity_mPas = 0.0", "film.viscosity_mPas = 0: must be positive"),
         ("hole_diameter_mm = 30.0", "film.hole_diameter_mm = 30: must be less than the width"),

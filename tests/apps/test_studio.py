@@ -211,4 +211,4 @@ def test_a_real_rod_from_the_command_to_a_saved_study(tmp_path):
         assert studio.process.wait(10) == 130
         assert gone(workers)
         assert studio.process.stdout.read() == ""
-        assert "goes on from its session" in studio.process.stderr.read()
+        assert "resumes its session" in studio.process.stderr.read()

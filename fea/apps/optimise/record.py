@@ -85,7 +85,7 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
         kept = Record(path, identity)
     done = False
     try:
-        with saying(f"interrupted; the same command goes on from the designs in {near(path)}"):
+        with saying(f"interrupted; the same command resumes from the designs in {near(path)}"):
             yield kept
         done = True
     finally:

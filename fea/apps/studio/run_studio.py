@@ -28,7 +28,7 @@ def run_studio(
         The port is taken.
     """
     page, policy = studio_page(study.name)
-    said = f"the studio has ended; the same command goes on from its session in {near(folder)}"
+    said = f"the studio has ended; the same command resumes its session in {near(folder)}"
     first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed
     with saying(said), session(study, first, folder) as kept:
         live, fresh = Worker(open_live, study, model), Worker(open_worker, study, model)

@@ -66,7 +66,7 @@ def run_sweep(
     """
     rule = f"must be above 0 and at most {_A_YEAR}"
     require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)
-    going_on = f"interrupted; the same command goes on with the rods that are not in {near(folder / JOURNAL)}"
+    going_on = f"interrupted; the same command resumes with the rods that are not in {near(folder / JOURNAL)}"
     with journal_of(sweep, folder) as journal, saying(going_on):
         if retry_failed:
             journal.retry()

@@ -87,7 +87,7 @@ def counts(rows: Sequence[ExtremeRow]) -> str:
 _READING = """\
 *Right*: the result is within its tolerance of the exact answer. *Marked*: `fea run` reports a problem,
 whether or not the result is right: either a check fails, so that the result is written with `trusted: false`
-and the exit code is 5, or the peak is called *not converged*, with its error bar. The last column tells
+and the exit code is 5, or the peak is called *not converged*, with its error bar. The last column says
 which. *Refused*: an error message instead of a result. *Wrong*: the result is wrong and nothing reports it;
 this must never happen. For a peak that is *not converged*, the error bar may be smaller than the error, as in
 the thinnest rings.
