@@ -24,7 +24,8 @@ extensions = [
 language = "en"
 exclude_patterns = ["_build", "_extensions"]
 nitpicky = True
-default_role = "py:obj"  # of docstrings
+default_role = "py:obj"  # of docstrings, whose names in small letters may be parameters, files and commands
+nitpick_ignore_regex = [("py:obj", r"[a-z_ ]+(\.json)?")]
 
 myst_enable_extensions = ["amsmath", "attrs_block", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 4

@@ -8,10 +8,10 @@ Each page has a working folder, in which its blocks run one after another::
     ```{made} PATH      a picture that a block has made (`:alt:` and a caption are required)
     ```{report} PATH    a report that a block has made, on the page
     ```{keys}           the keys of a study
-    ```{verification} CASE …  rows of `results/verification.md`, which `fea verify` makes
+    ```{verification} CASE …   rows of `results/verification.md`, which `fea verify` makes
 
-What a block did is kept beside the working folder, with its wall and processor seconds, until the program, or a
-block up to there, changes. Sphinx's builder `dummy` runs nothing: it checks syntax and references.
+What a block did is kept beside the working folder, with its wall and processor seconds, until the program, or
+a block up to there, changes. Sphinx's builder `dummy` runs nothing: it checks syntax and references.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
@@ -306,6 +307,15 @@ def outdated(_app: Sphinx, env: BuildEnvironment, *_: set[str]) -> list[str]:
     return [page for page in env.found_docs if env.metadata[page].get("program", program()) != program()]
 
 
+def by_last_name(app: Sphinx, env: BuildEnvironment, node: addnodes.pending_xref, text: nodes.Element) -> Any:
+    """Resolve a Python name without its package, too, such as `InvalidValue`."""
+    if node.get("refdomain") != "py" or "refspecific" in node:
+        return None
+    node["refspecific"] = True
+    where, kind, name = node["refdoc"], node["reftype"], node["reftarget"]
+    return env.domains["py"].resolve_xref(env, where, app.builder, kind, name, node, text)
+
+
 def write_reports(app: Sphinx) -> None:
     """Write a page for each of the reports in `results`, which includes it."""
     folder = Path(app.srcdir) / "trust"
@@ -326,4 +336,5 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("verification", Verification)
     app.connect("builder-inited", write_reports)
     app.connect("env-get-outdated", outdated)
+    app.connect("missing-reference", by_last_name)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

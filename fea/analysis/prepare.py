@@ -148,7 +148,7 @@ class PreparedRod:
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
 
-        ``name``: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``. Raises
+        `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``. Raises
         `InvalidValue`: there is no such case at this speed.
         """
         cases = {case.name: case for case in self.loading.at(self.mass, rpm).cases}
