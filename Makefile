@@ -1,6 +1,7 @@
 # make run    set up what is missing, then analyse the default engine at 6000 rpm with pictures
 # make test   set up what is missing, then run the tests
 # make docs   build the manual into docs/_build/html
+# make pages  check syntax, references and spelling of the manual, without running what it shows
 # make lint   style, types and the direction of imports
 # make setup  only set up
 
@@ -13,7 +14,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # They start the program some hundred times: it is compiled once, whatever the environment says.
 COMPILED := PYTHONDONTWRITEBYTECODE=
 
-.PHONY: run test lint docs setup clean
+.PHONY: run test lint docs pages setup clean
 
 run: $(VENV)/.run
 	$(BIN)/fea run --rpm 6000 --screenshot
@@ -30,11 +31,14 @@ lint: $(VENV)/.dev
 	$(BIN)/mypy --config-file tests/benchmarks/mypy.ini
 	$(BIN)/lint-imports
 
-# One page after the other: what the pages run takes all processors.
-docs: $(VENV)/.docs
-	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build/html
-	$(BIN)/codespell
+# Pages are built side by side, so what they run has one thread.
+docs: pages
+	$(ONE_THREAD) $(BIN)/python -m sphinx --quiet --jobs auto --fail-on-warning --keep-going docs docs/_build/html
 	@echo "docs/_build/html/index.html"
+
+pages: $(VENV)/.docs
+	$(BIN)/python -m sphinx --quiet --builder dummy --fail-on-warning --keep-going docs docs/_build/pages
+	$(BIN)/codespell
 
 setup: $(VENV)/.run
 
