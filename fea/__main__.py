@@ -79,6 +79,8 @@ _MODULES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "veri
     "schema": "init",
     "doctor": "init",
     "modes": "rod",
+    "loads": "rod",
+    "studio": "optimise",
 }
 # The page of the manual about a command, where it is not the list of all commands.
 _PAGES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "trust/index") | {

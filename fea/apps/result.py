@@ -53,10 +53,7 @@ class Result(RunResult):
     def to_pyvista(self, case: str) -> "pyvista.UnstructuredGrid":
         """Return a load case, or the cycle's ``"envelope"``, as a PyVista grid with the VTU file's arrays.
 
-        Raises
-        ------
-        InvalidValue
-            There is no such case.
+        Raises `InvalidValue`: there is no such case.
         """
         import pyvista as pv  # noqa: PLC0415 - only who asks for a grid needs it
 
@@ -73,16 +70,9 @@ class Result(RunResult):
 
         The folder is new, or holds nothing but an earlier run, which is replaced. Each result is drawn on
         request, or where the study asks for it; a report shows the crank cycle if it was analysed with
-        ``report=True``.
-
-        Raises
-        ------
-        OccupiedError
-            The folder holds something other than an earlier run.
-        StorageError
-            The disk, a permission or the file system refused.
-        PictureError
-            This machine cannot draw; the folder is as it was before.
+        ``report=True``. Raises `OccupiedError`: the folder holds something other than an earlier run;
+        `StorageError`: the disk, a permission or the file system refused; `PictureError`: this machine cannot
+        draw; the folder is as it was before.
         """
         asked = self.study.output.screenshot if screenshot is None else screenshot
         output = replace(self.study.output, screenshot=asked, report=report)

@@ -1,14 +1,16 @@
-"""`fea optimise`."""
+"""`fea optimise` and `fea studio`."""
 
 import sys
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
-from fea.cli.options import Json, Quiet, StudyName, Threads, print_json, takes
+from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, Threads, print_json, takes
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import DEFAULT_STUDY, load_study
+from geometry.errors import require
 
 
 @takes(
@@ -78,3 +80,46 @@ def optimise(
     if not figures.holds:
         return UNSAFE
     return MACHINE if complaint else 0
+
+
+_LARGEST_PORT = 65_535
+
+
+@takes("engine", "material", "rpm", "pressure", "size", "tolerance", *FILE_FLAGS)
+def studio(
+    study: StudyName = DEFAULT_STUDY,
+    *,
+    flags: Flags = NO_FLAGS,
+    port: int = 0,
+    no_browser: bool = False,
+    threads: Threads = None,
+) -> None:
+    """Change a rod in the browser and see at once what it does to mass, stress and safety factors.
+
+    Parameters
+    ----------
+    port
+        Port of the page on this machine, which nobody else can open; default: any that is free.
+    no_browser
+        Print the address of the page, but do not open it.
+    """
+    from fea.machine.threads import limit_threads
+
+    limit_threads(threads)
+    require(0 <= port <= _LARGEST_PORT, "--port", port, f"must lie between 0 and {_LARGEST_PORT}")
+    asked = flags.applied(load_study(study))
+    asked.require_loading()
+
+    if find_spec("websockets") is None:
+        raise ImportError("fea studio needs websockets, not installed here: pip install websockets")
+    from fea.apps.studio.run_studio import run_studio
+
+    def opened(address: str) -> None:
+        sys.stdout.write(f"{address}\n")
+        sys.stdout.flush()
+        if not no_browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    run_studio(asked, Path("results") / f"{asked.name}-studio", port, opened)

@@ -151,7 +151,7 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
 
 def _film_picture(run: RunResult) -> Iterator[RunFiles]:
     if run.speed is not None and run.speed.film is not None:
-        from fea.output.plots.film import plot_film  # noqa: PLC0415 - only a plot needs it
+        from fea.output.plots.joint import plot_film  # noqa: PLC0415 - only a plot needs it
 
         film = run.speed.film
         yield _one("film.png", lambda path: plot_film(path, film, run.summary.title))

@@ -25,8 +25,8 @@ import numpy as np
 
 from fea import load_study
 from fea.analysis.engine_study import engine_study
-from fea.apps.studio.dimensions import fault
 from fea.apps.studio.live_rod import LiveRod
+from fea.apps.studio.operation import fault
 from fea.study.study import parse_study
 
 STUDIES = ("leon-2001", "molina-2024", "columba-2022", "toyota-2jz")

@@ -15,6 +15,7 @@ from fea.analysis.figures import BucklingModeFigures
 from fea.machine import isolated
 from fea.output.json_file import json_text
 from fea.output.pictures import picture
+from fea.output.pictures.drawing import Scene
 from fea.output.pictures.picture import (
     Picture,
     described,
@@ -25,7 +26,6 @@ from fea.output.pictures.picture import (
     try_rendering,
 )
 from fea.output.pictures.process import drawing_process, environments, explained, ready_to_draw
-from fea.output.pictures.scene import Scene
 from fea.output.pictures.shown import available, described_by
 from fea.output.pictures.strokes import is_complete_png, require_rod
 from fea.output.target import PictureError

@@ -4,9 +4,8 @@ import time
 
 import numpy as np
 
-from fea.apps.studio.dimensions import Range, dimensions
 from fea.apps.studio.frame import CaseFigures, Factor, Figures, Frame, Label
-from fea.apps.studio.operation import Operation
+from fea.apps.studio.operation import Operation, Range, dimensions
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (-0.2, 0.2) for z in (-0.1, 0.1)])
 FACES = np.array([

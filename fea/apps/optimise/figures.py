@@ -8,8 +8,7 @@ from pathlib import Path
 from rich.table import Table
 
 from fea.analysis.figures import Figures
-from fea.apps.optimise.designs import Design
-from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.designs import Design, Limit
 from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note

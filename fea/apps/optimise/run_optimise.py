@@ -9,9 +9,8 @@ import numpy as np
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import RunResult, run_result
-from fea.apps.optimise.designs import Design, Designs
+from fea.apps.optimise.designs import Design, Designs, Limit, limits, required
 from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
-from fea.apps.optimise.limits import Limit, limits, required
 from fea.apps.optimise.record import record
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
 from fea.apps.optimise.variables import Variables, variables

@@ -13,9 +13,8 @@ from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
-from fea.apps.studio.dimensions import LiveDimension, Range, dimensions, fault, feasible
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
-from fea.apps.studio.operation import Operation, applied
+from fea.apps.studio.operation import LiveDimension, Operation, Range, applied, dimensions, fault, feasible
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import Surface
@@ -61,12 +60,9 @@ class LiveRod:
     """A rod under one's hands.
 
     Its mesh is made once, as `fea run` would make it, and moved to every other design. Where it cannot
-    follow, `exact` makes another, and `base`, the number of the mesh, rises: `triangles` are new then.
-
-    Raises
-    ------
-    InvalidValue, GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
-        As `fea run` of the study.
+    follow, `exact` makes another, and `base`, the number of the mesh, rises: `triangles` are new then. Raises
+    `InvalidValue`, `GeometryError`, `MeshError`, `UnderconstrainedError`, `SingularMatrixError`: as `fea run`
+    of the study.
     """
 
     def __init__(self, study: Study) -> None:
@@ -87,10 +83,7 @@ class LiveRod:
     def study_at(self, design: Design, operation: Operation) -> Study:
         """Return the study that is solved where the hand rests.
 
-        Raises
-        ------
-        InvalidValue
-            A value breaks a rule.
+        Raises `InvalidValue`: a value breaks a rule.
         """
         return live_study(applied(self.study, self._full(design), operation))
 
@@ -118,12 +111,7 @@ class LiveRod:
         """Solve what the interpolation along a dimension needs; yields its share that is done.
 
         It yields several times for each rod, so that others can be answered meanwhile; what is abandoned is
-        no anchor.
-
-        Raises
-        ------
-        InvalidValue
-            The design breaks a rule.
+        no anchor. Raises `InvalidValue`: the design breaks a rule.
         """
         design = self._full(design)
         loaded = self._loaded(operation)
@@ -156,10 +144,8 @@ class LiveRod:
     def exact(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Iterator[Frame]:
         """Solve a design: first its load cases with all checks, then its fatigue over the cycle.
 
-        Raises
-        ------
-        InvalidValue, GeometryError, MeshError
-            The design breaks a rule, or cannot be drawn or meshed.
+        Raises `InvalidValue`, `GeometryError`, `MeshError`: the design breaks a rule, or cannot be drawn or
+        meshed.
         """
         began, design = perf_counter(), self._full(design)
         study = self.study_at(design, operation)
@@ -276,10 +262,7 @@ class LiveRod:
 def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
     """Solve a study on a mesh of its own, refined as `fea run` does, its pins in contact where it says so.
 
-    Raises
-    ------
-    InvalidValue, GeometryError, MeshError, …
-        As `fea run`.
+    Raises `InvalidValue`, `GeometryError`, `MeshError`, …: as `fea run`.
     """
     began, operation = perf_counter(), Operation.of(study)
     adapted = adapt_mesh(study, (operation.rpm,), Clock())

@@ -89,14 +89,8 @@ class Session:
 def session(study: Study, first: State, folder: Path) -> Iterator[Session]:
     """Yield the session of a study, which goes on from its journal in the folder.
 
-    A study that has been edited has another journal.
-
-    Raises
-    ------
-    OccupiedError
-        Another `fea studio` has this session.
-    StorageError
-        The folder cannot be written.
+    A study that has been edited has another journal. Raises `OccupiedError`: another `fea studio` has this
+    session; `StorageError`: the folder cannot be written.
     """
     identity = hashlib.sha256((__version__ + study.text()).encode()).hexdigest()[:12]
     path = folder / f"session-{identity}.jsonl"

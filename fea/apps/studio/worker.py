@@ -20,12 +20,8 @@ class Worker:
     ) -> Any:
         """Return the result of a picklable job, or raise its error.
 
-        The listener is called, in this thread, with the lines that the job says.
-
-        Raises
-        ------
-        CrashError, MemoryError
-            The process has ended; the next job has another one.
+        The listener is called, in this thread, with the lines that the job says. Raises `CrashError`,
+        `MemoryError`: the process has ended; the next job has another one.
         """
         loop = asyncio.get_running_loop()
 
