@@ -10,7 +10,7 @@ from fea.analysis.buckling import buckling_report
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.base.choices import Support, Symmetry
-from fea.output.terminal.run_lines import buckling_lines
+from fea.output.terminal import answer
 from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import SLIDE_X, TURN_Z, ConstrainedSurface, mean_motions
 from fea.solid.errors import UnderconstrainedError
@@ -90,7 +90,7 @@ def test_a_rod_that_is_only_pulled_does_not_buckle():
     assert found.figures.column.case is None
     assert not found.shapes
     assert [note.text for note in found.notes] == ["no load case compresses the rod"]
-    assert [*buckling_lines(found.figures)] == ["No load case compresses the rod, so it cannot buckle."]
+    assert answer.buckling(found.figures) == ["No load case compresses the rod, so it cannot buckle."]
 
 
 @pytest.fixture(scope="module")

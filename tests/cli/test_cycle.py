@@ -131,10 +131,11 @@ analysis = { cycle = true, pressure = "cosine-180" }
     )
     run = fea("run", "forged.toml", "--out", "o", "--verbose", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    assert (
-        "Endurance limit: 423 MPa × 0.81 (99 % reliability) × 0.30 (as-forged; bores and faces machined "
-        "0.74)." in flowing(run.stdout)
-    )
+    rows = [line.split() for line in run.stdout.splitlines()]
+    of_region = {row[1]: row for row in rows if row[:1] == ["rod,"]}
+    for region, finish, surface in (("rest", "as-forged", 0.30), ("faces", "machined,", 0.735)):
+        assert of_region[region][2:7] == ["423", "1", "1", "0.814", finish]
+        assert float(of_region[region][-2]) == pytest.approx(surface, abs=5e-3)
     summary = json.loads((tmp_path / "o" / "summary.json").read_text())
     said = [*summary["notes"], *(f"{item['what']}: {item['why']}" for item in summary["left_out"])]
     assert len(said) > 3

@@ -144,7 +144,7 @@ def test_the_terminal_says_where_what_and_which_to_use(result, edges, tmp_path, 
     for edge in edges:
         assert f"Sharp edge {edge.name} at (" in said
     assert said.count("Which to use:") == 1
-    assert "Diverging:" not in said
+    assert "Singular, left out" not in said
     brief = Console(file=io.StringIO(), width=80, highlight=False)
     print_runs([(tmp_path, result.summary)], brief)
     require_brief(brief.file.getvalue())

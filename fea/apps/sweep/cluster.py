@@ -207,7 +207,7 @@ class Engine:
 
         `listener` is called about twice a second, and after each entry, with the number of rods that came
         back, the number of threads, and the seconds of a rod of late. Raises `ClusterError`: the scheduler is
-        gone; `VersionError`: A worker has another version of the program, or none; `StorageError`: the
+        gone; `VersionError`: a worker has another version of the program, or none; `StorageError`: the
         journal cannot be written.
         """
         jobs = deque(self._journal.pending())

@@ -29,7 +29,8 @@ from fea.output.report.tables import (
     shown,
 )
 from fea.output.stored_run import Run
-from fea.output.terminal.run_lines import buckling_lines, factor, film_lines, life_lines, sharp_edge_lines
+from fea.output.terminal.answer import buckling
+from fea.output.terminal.run_lines import factor, film_lines, life_lines, sharp_edge_lines
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.presets import ORIGINS, PRESETS
@@ -211,7 +212,7 @@ def _cycle(run: Run) -> Iterator[Section]:
     }
     heading = Heading("chart-history", "Signed von Mises stress at the worst places", "MPa")
     drawn = chart(heading, degrees, histories, marks(run.summary))
-    endurance = endurance_table(found)
+    endurance = endurance_table(run.summary)
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
     text = [least, _SIGN, *life_lines(run.summary.life)]
@@ -244,7 +245,7 @@ _FILM_CHARTS = (
 def _buckling(run: Run) -> Iterator[Section]:
     tables = buckling_tables(run.summary)
     if tables:
-        yield _tables("buckling", "Buckling", tables, list(buckling_lines(run.summary.buckling)))
+        yield _tables("buckling", "Buckling", tables, buckling(run.summary.buckling))
 
 
 def _convergence(run: Run) -> Iterator[Section]:

@@ -1,12 +1,13 @@
-"""The tables of a report: cells are text, so that the page only lays them out."""
+"""The tables of a report and of the terminal: cells are text, so that both only lay them out."""
 
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from typing import Any
+
+from rich.table import Table as RichTable
 
 from fea.analysis.figures import (
     AssemblyFigures,
-    CycleFigures,
     EnvelopeFigures,
     FilmFigures,
     PlaneFigures,
@@ -14,8 +15,7 @@ from fea.analysis.figures import (
 )
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
-from fea.output.terminal.assembly import FIT, JOINT, fit_rows, joint_rows
-from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place
+from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table
 from fea.output.units import in_cells, in_heading, in_rows
 from fea.study.tables import unit_of
 
@@ -120,6 +120,11 @@ class Table:
         if self.head == _QUANTITY:
             return [[in_heading(row[0]), *in_cells(row[0], row[1:])] for row in self.rows]
         return list(in_rows(self.head, self.rows))
+
+    def printed(self, **options: Any) -> RichTable:
+        """Return the table for the terminal, with units below their headings, and options of its own."""
+        head = ["\n".join(title.rsplit(", ", 1)) for title in self.head]
+        return plain_table(head, self.rows, left=[head[column] for column in self.text], **options)
 
 
 def case_table(summary: Summary) -> Table:
@@ -235,10 +240,11 @@ def cycle_table(found: EnvelopeFigures) -> Table:
     return _signed(Table(caption, head, tuple(rows)))
 
 
-def endurance_table(found: CycleFigures) -> Table | None:
+def endurance_table(summary: Summary) -> Table | None:
     """Return the endurance limit of each region of every part, with its factors."""
+    limits = {} if summary.envelope is None else summary.envelope.endurance or {}
     rows = []
-    for part, limit in (found.endurance or {}).items():
+    for part, limit in limits.items():
         for region, skin in limit.regions.items():
             finish = f"{skin.finish}{', assumed' if skin.assumed else ''}"
             rows.append(
@@ -250,17 +256,9 @@ def endurance_table(found: CycleFigures) -> Table | None:
             )  # fmt: skip
     if not rows:
         return None
-    estimated = any(limit.estimated for limit in (found.endurance or {}).values())
-    head = (
-        "part, region",
-        "of specimens, MPa",
-        "size",
-        "load",
-        "reliability",
-        "finish",
-        "surface",
-        "limit, MPa",
-    )
+    estimated = any(limit.estimated for limit in limits.values())
+    factors = ("size", "load", "reliability", "finish", "surface")
+    head = ("part, region", "of specimens, MPa", *factors, "limit, MPa")
     said = "Endurance limit: that of polished specimens times its factors"
     said += "; the limit of the specimens is estimated from the ultimate strength" if estimated else ""
     return Table(said, head, tuple(rows), text=(0, 5))
@@ -322,7 +320,6 @@ def _signed(table: Table) -> Table:
 
 def assembly_tables(found: AssemblyFigures) -> list[Table]:
     """Return the bolts, the joint by load case, and each fit by load case."""
-    joint = f"Joint between rod and cap, friction {found.joint.friction:g}"
     rows = (
         ("preload after tightening and embedding, kN", number(found.bolts.preload_N / KN, ".1f")),
         ("largest force, kN", number(found.bolts.max_force_N / KN, ".1f")),
@@ -342,17 +339,44 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
         ("safety factor against fatigue with bending", factor(found.bolts.bending_fatigue_safety_factor)),
         ("largest pressure under head or nut, MPa", figure(found.bolts.seat_pressure_MPa, 3)),
     )
+    joint_rows = tuple(
+        (
+            case,
+            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
+            number(joint.clamp_force_N / KN, ".1f"),
+            number(joint.open_percent, ".0f"),
+            number(joint.opening_um, ".1f"),
+            number(joint.slipping_percent, ".0f"),
+            number(joint.slip_um, ".1f"),
+            number(joint.slip_reserve, ".3g"),
+        )
+        for case, joint in found.joint.by_case.items()
+    )
+    opening = ("open, %", "gap, µm", "micro-slip, %", "by, µm")
+    head = ("joint", "bolts, kN", "clamped, kN", *opening, "slip safety")
     tables = [
         Table(f"Bolts, {found.bolts.thread}, by VDI 2230", _QUANTITY, rows),
-        _by_case(joint, JOINT, joint_rows(found)),
+        Table(f"Joint between rod and cap, friction {found.joint.friction:g}", head, joint_rows),
     ]
     for name, fit in found.fits.items():
         interference = f"{1e3 * fit.interference_mm:.0f} µm of interference"
-        caption = f"Fit of the {name}: pressures on the seat, {interference}"
-        tables.append(_by_case(caption, FIT, fit_rows(fit)))
+        fit_rows = tuple(
+            (
+                case,
+                *(
+                    number(value, ".1f")
+                    for value in (face.mean_pressure_MPa, face.min_pressure_MPa, face.max_pressure_MPa)
+                ),
+                *(number(value, ".0f") for value in (face.open_percent, face.slipping_percent)),
+            )
+            for case, face in fit.by_case.items()
+        )
+        columns = (name, "mean, MPa", "least, MPa", "largest, MPa", "lifted, %", "micro-slip, %")
+        tables.append(Table(f"Fit of the {name}: pressures on the seat, {interference}", columns, fit_rows))
     return tables
 
 
-def _by_case(caption: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
-    head = (", ".join(filter(None, column)) for column in columns)
-    return Table(caption, ("load case", *head), tuple(rows))
+def _ends(forces: list[float]) -> str:
+    """The forces of a case's bolts, or one where they are the same to a tenth."""
+    said = sorted({number(force, ".1f") for force in forces}, key=float)
+    return said[0] if len(said) == 1 else f"{said[0]}…{said[-1]}"

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 from fea.analysis.figures import (
     AssemblyFigures,
+    BucklingFigures,
     CaseFigures,
     FitFigures,
     LifeFigures,
@@ -47,11 +48,14 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from singular(summary)
     yield from life(summary.life)
     yield from levers(summary)
-    yield from _cycle(summary)
+    yield from cycle(summary)
     yield from _edges(summary)
     if summary.assembly is not None:
         yield from assembly(summary.assembly)
-    yield from _buckling(summary)
+    least = summary.buckling.min_safety_factor
+    near = least is not None and least < _NEAR * summary.survival.required_safety_factor
+    if near or summary.buckling.modes:
+        yield from buckling(summary.buckling)
     yield from (_sentence(note) for note in summary.notes if note.topic == CANNOT_GOVERN)
     yield from _contact(summary)
     yield from of_kind(summary.notes, NoteKind.WARNING)
@@ -188,7 +192,8 @@ def life(found: LifeFigures | None) -> list[str]:
     return [f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."]
 
 
-def _cycle(summary: Summary) -> list[str]:
+def cycle(summary: Summary) -> list[str]:
+    """Return the least factors over the whole cycle."""
     found = summary.envelope
     if found is None:
         return []
@@ -246,16 +251,14 @@ def _fit(name: str, fit: FitFigures) -> str:
     return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, {slips:.0f} %{lifted}"
 
 
-def _buckling(summary: Summary) -> list[str]:
-    """Return the factors against buckling where they govern, are near or were asked for."""
-    found, column = summary.buckling, summary.buckling.column
-    least = found.min_safety_factor
-    near = least is not None and least < _NEAR * summary.survival.required_safety_factor
-    if column.case is None or not (near or found.modes is not None):
-        return []
+def buckling(found: BucklingFigures) -> list[str]:
+    """Return the least factor of the column formulas, and that of the modes of the solid."""
+    column = found.column
     known = {
         side: plane.safety_factor for side, plane in column.planes.items() if plane.safety_factor is not None
     }
+    if column.case is None or not known:
+        return [] if found.modes is None else ["No load case compresses the rod, so it cannot buckle."]
     side = min(known, key=lambda name: known[name])
     said = f"{factor(known[side])} {SIDES[side]}, under {column.force_N / KN:.1f} kN ({column.case})"
     modes = "" if found.min_mode_factor is None else f"; modes of the solid {factor(found.min_mode_factor)}"

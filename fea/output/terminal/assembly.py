@@ -1,66 +1,16 @@
-"""What a run says of bolts, joint and fits."""
+"""What a run says of bolts, joint and fits, in lines."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
-from rich.table import Table
-
-from fea.analysis.figures import AssemblyFigures, BoltsFigures, FitFigures, OnsetFigures
+from fea.analysis.figures import AssemblyFigures, BoltsFigures, OnsetFigures
 from fea.base.units import KN
-from fea.output.terminal.run_lines import factor, number, plain_table
+from fea.output.terminal.run_lines import factor, number
 from loads.cases import ASSEMBLY
-
-# Name and unit of the columns beside that of the load case.
-JOINT = (
-    ("bolts", "kN"), ("clamped", "kN"), ("open", "%"), ("gap", "µm"), ("micro-slip", "%"), ("by", "µm"),
-    ("slip safety", ""),
-)  # fmt: skip
-FIT = (("mean", "MPa"), ("least", "MPa"), ("largest", "MPa"), ("lifted", "%"), ("micro-slip", "%"))
-
 
 MICRO_SLIP = (
     "Micro-slip: where friction is at its limit and the faces shift by micrometres. The parts stay in place "
     "as long as the slip safety, friction's limit over the shear force of the whole joint, is above 1."
 )
-
-
-def joint_rows(found: AssemblyFigures) -> list[tuple[str, ...]]:
-    """Return bolts and joint by load case, in the columns of `JOINT`."""
-    return [
-        (
-            case,
-            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
-            number(joint.clamp_force_N / KN, ".1f"),
-            number(joint.open_percent, ".0f"),
-            number(joint.opening_um, ".1f"),
-            number(joint.slipping_percent, ".0f"),
-            number(joint.slip_um, ".1f"),
-            number(joint.slip_reserve, ".3g"),
-        )
-        for case, joint in found.joint.by_case.items()
-    ]
-
-
-def fit_rows(fit: FitFigures) -> list[tuple[str, ...]]:
-    """Return a fit by load case, in the columns of `FIT`."""
-    rows = []
-    for case, face in fit.by_case.items():
-        pressures = (face.mean_pressure_MPa, face.min_pressure_MPa, face.max_pressure_MPa)
-        shares = (face.open_percent, face.slipping_percent)
-        cells = (*(number(value, ".1f") for value in pressures), *(number(value, ".0f") for value in shares))
-        rows.append((case, *cells))
-    return rows
-
-
-def assembly_tables(found: AssemblyFigures, which: str | None = None) -> list[Table]:
-    """Return bolts and joint by load case, then each fit; or only ``joint`` or the fit named by `which`."""
-    tables = {"joint": _table("joint", JOINT, joint_rows(found))}
-    tables |= {name: _table(name, FIT, fit_rows(fit)) for name, fit in found.fits.items()}
-    return [table for name, table in tables.items() if which in {None, name}]
-
-
-def _table(name: str, columns: Iterable[tuple[str, str]], rows: Iterable[tuple[str, ...]]) -> Table:
-    titles = (f"{title}\n{unit}" if unit else title.replace(" ", "\n") for title, unit in columns)
-    return plain_table((name, *titles), rows, left=(name,), no_wrap=True)
 
 
 def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
@@ -78,12 +28,6 @@ def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
         warm = f", {1e3 * assembled:.0f} µm when warm" if 1e3 * assembled >= 1 else ""
         yield f"Ovality, {bore.replace('_', ' ')}: {1e3 * most:.0f} µm ({worst}), round as made{warm}."
     yield MICRO_SLIP
-
-
-def _ends(forces: list[float]) -> str:
-    """The forces of a case's bolts, or one where they are the same to a tenth."""
-    said = sorted({number(force, ".1f") for force in forces}, key=float)
-    return said[0] if len(said) == 1 else f"{said[0]}…{said[-1]}"
 
 
 def _bolts(bolts: BoltsFigures) -> str:

@@ -9,20 +9,25 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from fea.analysis.figures import BoreFigures, CaseFigures, LoadFigures, Summary
+from fea.analysis.figures import CaseFigures, LoadFigures, Summary
 from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
 from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
+from fea.output.report.tables import (
+    assembly_tables,
+    buckling_tables,
+    contact_table,
+    cycle_table,
+    endurance_table,
+)
 from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose
 from fea.output.terminal.answer import governs, levers, life, of_kind, singular
-from fea.output.terminal.assembly import assembly_lines, assembly_tables
+from fea.output.terminal.assembly import assembly_lines
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
 from fea.output.terminal.run_lines import (
     bar,
-    buckling_lines,
-    endurance_lines,
     factor,
     film_lines,
     kilo,
@@ -56,9 +61,10 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     console.print(table)
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
+        if endurance := endurance_table(worst):
+            console.print(endurance.printed(gap=0, title=endurance.caption, title_justify="left"))
         lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]
         lines += _critical(summaries)
-        lines += [] if worst.envelope is None else endurance_lines(worst.envelope)
         lines += [*life_lines(worst.life), *in_full((*notes, *left_out))]
     else:
         more = counted(notes, left_out)
@@ -220,22 +226,26 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)
-        for table in assembly_tables(summary.assembly, which):
-            console.print(table)
+        for table in assembly_tables(summary.assembly)[1:]:
+            if which in {None, table.head[0]}:
+                console.print(table.printed(no_wrap=True))
     if verbose:
+        cycle = [] if summary.cycle is None else [cycle_table(summary.cycle)]
+        found = [contact_table(summary), *cycle, endurance_table(summary), *buckling_tables(summary)]
+        for own in filter(None, found):
+            console.print(own.printed(gap=0, title=own.caption, title_justify="left"))
         lines = [
             *answer.failed_checks(summary),
             *answer.not_converged(summary),
-            *_diverging(summary),
+            *answer.singular(summary),
             answer.governs(summary),
             *answer.levers(summary),
             *sharp_edge_lines(summary),
-            *_contact(summary),
             *([] if summary.assembly is None else assembly_lines(summary.assembly)),
-            *_cycle(summary),
+            *answer.cycle(summary),
             *film_lines(summary),
             *life_lines(summary.life),
-            *buckling_lines(summary.buckling),
+            *answer.buckling(summary.buckling),
             *prose.in_full((*summary.notes, *summary.left_out)),
         ]
         prose.print_lines(console, [*lines, f"{summary.model.nodes} nodes, {_model(summary)}"])
@@ -273,57 +283,6 @@ def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
         factor(result.min_safety_factor),
         number(result.max_displacement_mm, ".3f"),
     ]
-
-
-def _diverging(summary: Summary) -> list[str]:
-    cases = answer.singular_cases(summary)
-    if not cases:
-        return []
-    stresses = ", ".join(
-        f"{name} {number(case.singular_max_von_mises_MPa, '.1f')} MPa" for name, case in cases.items()
-    )
-    places = ", ".join(dict.fromkeys(case.singular_where or "" for case in cases.values()))
-    why = "where the exact stress is infinite and finer elements give ever higher values"
-    rest = "the figures above and their ± are of the rest of the rod"
-    return [f"Diverging: {stresses} near singular places ({places}), {why}; {rest}."]
-
-
-def _contact(summary: Summary) -> list[str]:
-    found: dict[str, list[tuple[str, BoreFigures]]] = {}
-    for case, result in summary.results.items():
-        for bore, figures in (result.contact or {}).items():
-            found.setdefault(bore, []).append((case, figures))
-    lines = []
-    for bore, cases in found.items():
-        hardest, most = max(cases, key=lambda item: item[1].max_pressure_MPa)
-        where = f"{most.at_deg:.0f}°, z = {number(most.at_z_mm, '.1f')} mm, on an arc of {most.arc_deg:.0f}°"
-        oval, shape = max(cases, key=lambda item: item[1].ovality_mm)
-        change = f"{1e3 * shape.widest_mm:+.0f} µm at {shape.widest_deg:.0f}°"
-        change += f", {1e3 * shape.narrowest_mm:+.0f} µm at {shape.narrowest_deg:.0f}°"
-        lines.append(
-            f"Contact, {bore.replace('_', ' ')}: at most {most.max_pressure_MPa:.0f} MPa ({hardest}) at "
-            f"{where}; diameter {change} ({oval})."
-        )
-    return lines
-
-
-def _cycle(summary: Summary) -> list[str]:
-    envelope = summary.envelope
-    if envelope is None:
-        return []
-    static = f"Whole cycle: smallest factor against yielding {factor(envelope.min_safety_factor)}"
-    angle = number(envelope.crank_deg, ".0f")
-    static += f" at {angle}°"
-    if angle != number(summary.loads[summary.worst_case].crank_deg, ".0f"):
-        static += " (the stress peaks at another angle than the force)"
-    fatigue = envelope.fatigue
-    endurance = endurance_lines(envelope)
-    if fatigue is None:
-        return [f"{static}; fatigue is not judged (see the notes).", *endurance]
-    judged = f"against fatigue {factor(fatigue.fatigue_safety_factor)} at ({place(fatigue.at_mm)}) mm"
-    history = f"mean {fatigue.mean_MPa:.0f} MPa, amplitude {fatigue.amplitude_MPa:.0f} MPa"
-    ratio = f"R = {fatigue.stress_ratio:.2f} ({envelope.fatigue_criterion})"
-    return [f"{static}; {judged}: {history}, {ratio}.", *endurance]
 
 
 def _model(summary: Summary) -> str:

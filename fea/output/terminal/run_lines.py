@@ -1,44 +1,21 @@
 """What terminal and report say of a run, in lines; and how they write its figures."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fea.analysis.figures import (
-    BucklingFigures,
-    CycleFigures,
     DutyFigures,
-    EnduranceFigures,
     LifeFigures,
     SharpEdgeFigures,
     Summary,
 )
-from fea.base.choices import Region
 from fea.output.text import error_bar
 from fea.output.units import in_heading, in_rows
 
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}
-
-
-def buckling_lines(found: BucklingFigures) -> Iterator[str]:
-    """Yield a line on the column formulas and one on the buckling modes, as far as there are any."""
-    column = found.column
-    factors = {name: plane.safety_factor for name, plane in column.planes.items()}
-    known = {name: factor for name, factor in factors.items() if factor is not None}
-    if column.case is not None and known:
-        side = min(known, key=lambda name: known[name])
-        plane, force = column.planes[side], column.force_N
-        loads = {"Euler": plane.euler_N, "Johnson": plane.johnson_N, "Rankine": plane.rankine_N}
-        said = ", ".join(f"{name} {load / force:.2f}" for name, load in loads.items())
-        yield f"Buckling safety factors under {force / 1000:.1f} kN ({column.case}), {SIDES[side]}: {said}."
-    if found.modes == {}:
-        yield "No load case compresses the rod, so it cannot buckle."
-    first = {case: modes[0] for case, modes in (found.modes or {}).items() if modes}
-    if first:
-        cases = ", ".join(f"{case} {mode.factor:.2f} ({mode.moves})" for case, mode in first.items())
-        yield f"Buckling modes of the solid, load factors: {cases}."
 
 
 def plain_table(
@@ -47,10 +24,11 @@ def plain_table(
     *,
     left: Collection[str] = (),
     no_wrap: bool = False,
+    gap: int = 1,
     **options: Any,
 ) -> Table:
     """Return a table without vertical rules, figures to the right but for the columns on the left."""
-    table, titles = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, **options), list(columns)
+    table, titles = Table(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, **options), list(columns)
     for title in titles:
         table.add_column(in_heading(title), justify="left" if title in left else "right", no_wrap=no_wrap)
     for row in in_rows(titles, rows):
@@ -104,35 +82,6 @@ def film_lines(summary: Summary) -> list[str]:
         f"{'' if film.lining_factor is None else f' Lining: factor {factor(film.lining_factor)}.'}"
         for end, film in (summary.film or {}).items()
     ]
-
-
-def endurance_lines(envelope: CycleFigures) -> list[str]:
-    """Return a line per part, which names the part where there are several."""
-    parts = envelope.endurance or {}
-    return [_line(f" of {part}" if len(parts) > 1 else "", found) for part, found in parts.items()]
-
-
-def _line(of_part: str, found: EnduranceFigures) -> str:
-    estimated = " (half the ultimate)" if found.estimated else ""
-    median = ", median" if found.reliability_factor == 1 else ""
-    factors = {
-        "size": found.size_factor,
-        "load": found.load_factor,
-        f"{found.reliability_percent:g} % reliability": found.reliability_factor,
-    }
-    product = "".join(f" × {value:.2f} ({name})" for name, value in factors.items() if value != 1)
-    regions: dict[tuple[str, float], list[str]] = {}
-    for name, skin in found.regions.items():
-        regions.setdefault((skin.finish, skin.surface_factor), []).append(name)
-    rest = found.regions[Region.REST]
-    elsewhere = "".join(
-        f"; {' and '.join(names)} {finish} {value:.2f}"
-        for (finish, value), names in regions.items()
-        if Region.REST not in names
-    )
-    limit = f"{number(found.specimen_MPa, '.4g')} MPa{estimated}{product}"
-    made = f"{rest.surface_factor:.2f} ({rest.finish}{elsewhere})"
-    return f"Endurance limit{of_part}: {limit} × {made}{median}."
 
 
 # Entries with less of the damage are not listed.
