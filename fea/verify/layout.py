@@ -1,9 +1,10 @@
 """What the reports of the verification commands share: Markdown, tables on the terminal."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
-from rich import box
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.table import Table
 
 from fea.output.text import make_directory, write_text
@@ -22,6 +23,32 @@ def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = 
     return "\n".join("| " + " | ".join(line) + " |" for line in (header, rules, *escaped))
 
 
-def narrow_table() -> Table:
-    """Start a table without frame and padding, for many columns."""
-    return Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0)
+Line = tuple[Sequence[str], str]  # the cells of a row of a table, and its style; "" for none
+
+
+def print_table(
+    header: Sequence[str],
+    rows: Iterable[Line],
+    *,
+    words: Collection[str],
+    end: Iterable[str] = (),
+    title: str | None = None,
+    longest: int = 0,
+) -> None:
+    """Print a table of many columns, and bold lines behind it; cells of figures are never broken.
+
+    `words` are the headings of columns of words, whose `longest` word has so many letters.
+    """
+    table = Table(box=SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=0, title=title)
+    table.title_justify = "left"
+    for name in header:
+        if name in words:
+            table.add_column(name, min_width=longest)
+        else:
+            table.add_column(name.replace(" ", "\n"), justify="right", no_wrap=True)
+    for cells, style in rows:
+        table.add_row(*cells, style=style or None)
+    console = Console(highlight=False)
+    console.print(table)
+    for line in end:
+        console.print(line, style="bold", markup=False)

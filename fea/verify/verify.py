@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console
 
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
-from fea.verify.layout import markdown, narrow_table, write_document
+from fea.verify.layout import Line, markdown, print_table, write_document
 from geometry.errors import require
 
 if TYPE_CHECKING:
@@ -54,23 +53,18 @@ def _by_case(rows: Iterable[BenchmarkRow]) -> list[tuple[Benchmark, list[Benchma
 
 def print_verification(rows: Sequence[BenchmarkRow]) -> None:
     """Print one line per quantity under each case, and the number of failures."""
-    table = narrow_table()
-    table.add_column("case and quantity")
-    for name in ("target", "computed", "error %", "limit %"):
-        table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
+    lines: list[Line] = []
     for case, of_case in _by_case(rows):
         cost = f"{of_case[0].dofs} dofs, {of_case[0].seconds:.1f} s"
-        table.add_row(f"[bold]{case.name}[/bold] [dim]{cost}[/dim]")
+        lines.append(([f"[bold]{case.name}[/bold] [dim]{cost}[/dim]"], ""))
         for row in of_case:
             it = row.quantity
-            unit = f", {it.unit}" if it.unit != "1" else ""
-            errors = (f"{it.error_percent:.2g}", f"{it.tolerance_percent:.2g}")
-            cells = (f"  {it.name}{unit}", f"{it.target:.4g}", f"{it.computed:.4g}", *errors)
-            table.add_row(*cells, "pass" if row.passed else "FAIL", style=None if row.passed else "bold red")
-    console = Console(highlight=False)
-    console.print(table)
-    console.print(_verdict(rows), style="bold")
+            name = f"  {it.name}{'' if it.unit == '1' else f', {it.unit}'}"
+            values = (f"{it.target:.4g}", f"{it.computed:.4g}", f"{it.error_percent:.2g}")
+            cells = (name, *values, f"{it.tolerance_percent:.2g}", "pass" if row.passed else "FAIL")
+            lines.append((cells, "" if row.passed else "bold red"))
+    header = ("case and quantity", "target", "computed", "error %", "limit %", "")
+    print_table(header, lines, words=("case and quantity",), end=[_verdict(rows)])
 
 
 def _verdict(rows: Sequence[BenchmarkRow]) -> str:

@@ -11,8 +11,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
-from rich.console import Console
-
 from fea.machine.isolated import fresh
 from fea.output.plots.figure import new_figure
 from fea.study.study import Study
@@ -26,7 +24,7 @@ from fea.verify.converge.measurement import (
     rod_reference,
 )
 from fea.verify.converge.series import FLOOR, GOAL, EqualError, advice, equal_error, equal_time, pareto
-from fea.verify.layout import markdown, narrow_table, write_document
+from fea.verify.layout import Line, markdown, print_table, write_document
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
@@ -163,22 +161,14 @@ _TOOL = 12  # length of the longest word in a tool's name
 
 def print_comparison(rows: Sequence[ConvergenceRow], advised: Sequence[str]) -> None:
     """Print one line per computation, and the advice."""
-    table = narrow_table()
-    table.add_column("problem", no_wrap=True)
-    table.add_column("tool", min_width=_TOOL)
-    for name in ("size\nmm", "dofs", "time\ns", "MiB", "MPa", "error\n%"):
-        table.add_column(name, justify="right", no_wrap=True)
+    lines: list[Line] = []
     for row in rows:
         found, what = row.measured, row.computation
-        table.add_row(
-            *(what.problem, f"{what.name}, {what.element}", f"{found.size:.3g}", str(found.dofs)),
-            *(f"{found.seconds:.2f}", f"{found.peak_memory:.0f}", f"{found.value:.1f}"),
-            f"{row.error_percent:+.2f}",
-        )
-    console = Console(highlight=False)
-    console.print(table)
-    for line in advised:
-        console.print(line, markup=False)
+        numbers = (f"{found.size:.3g}", str(found.dofs), f"{found.seconds:.2f}", f"{found.peak_memory:.0f}")
+        cells = (what.problem, f"{what.name}, {what.element}", *numbers, f"{found.value:.1f}")
+        lines.append(((*cells, f"{row.error_percent:+.2f}"), ""))
+    header = ("problem", "tool", "size mm", "dofs", "time s", "MiB", "MPa", "error %")
+    print_table(header, lines, words=("tool",), end=advised, longest=_TOOL)
 
 
 _READING = f"""\

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.table import Table as RichTable
 
 from fea.base.units import DEG, RPM
 from fea.output.plots.figure import new_figure
+from fea.output.terminal.prose import print_lines, terminal
 from fea.study.traces import shipped_trace
-from fea.verify.layout import markdown, write_document
+from fea.verify.layout import Line, markdown, print_table, write_document
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.printed import PrintedFigure, Status, Table, column, misprinted, summarise
 from geometry.arrays import Floats
@@ -161,39 +159,24 @@ def reproduce(source: str) -> list[Table]:
 
 
 _WORD = 13  # length of the longest word in a table's name
+_FURTHEST = "largest error (published → corrected)"
 
 
 def print_reproduction(tables: Sequence[Table]) -> None:
     """Print one line per printed table, the misprints and the counts."""
-    console = Console(highlight=False)
+    header = ("table", "cells", "agree", "expl.", "wrong", _FURTHEST)
     for source, of_study in groupby(tables, key=lambda table: table.source):
-        study = list(of_study)
-        console.print(_overview(source, study))
-        lines = list(_misprint_lines(study))
-        if lines:
-            console.print(
-                "Errors in single cells (rounded intermediate figures are not listed):", style="italic"
-            )
-            for line in lines:
-                console.print(f"  {line}", markup=False)
-        console.print()
-    console.print(str(summarise(tables)), style="bold")
-    console.print("All rows: use --json. Report with plots: use --report FILE.md", style="dim")
-
-
-def _overview(source: str, tables: Sequence[Table]) -> RichTable:
-    overview = RichTable(
-        title=source, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0)
-    )
-    overview.add_column("table", min_width=_WORD)
-    for name in ("cells", "agree", "expl.", "wrong"):
-        overview.add_column(name, justify="right", no_wrap=True)
-    overview.add_column("largest error (published → corrected)")
-    for table in tables:
-        counts = summarise([table])
-        numbers = (counts.compared, counts.agrees, counts.explained + counts.named, counts.wrong)
-        overview.add_row(f"{table.name}  {table.title}", *map(str, numbers), _furthest(table))
-    return overview
+        study, rows = list(of_study), list[Line]()
+        for table in study:
+            counts = summarise([table])
+            numbers = (counts.compared, counts.agrees, counts.explained + counts.named, counts.wrong)
+            rows.append(((f"{table.name}  {table.title}", *map(str, numbers), _furthest(table)), ""))
+        misprints = [f"  {line}" for line in _misprint_lines(study)]
+        said = ["Errors in single cells (rounded intermediate figures are not listed):"] if misprints else []
+        print_table(header, rows, words=("table", _FURTHEST), title=source, longest=_WORD, end=said)
+        print_lines(terminal(), [*misprints, ""])
+    print_lines(terminal(), [str(summarise(tables))], "bold")
+    print_lines(terminal(), ["All rows: use --json. Report with plots: use --report FILE.md"], "dim")
 
 
 def _furthest(table: Table) -> str:
@@ -267,7 +250,7 @@ def _counts(tables: Sequence[Table]) -> str:
             far = f"{where}: {_shown(worst.published)} → {_shown(worst.corrected)}{_unit(worst)}"
         rows.append((table.name, table.title, *map(str, counts), far))
     numbers = ("cells", "agree", "explained", "named", "unexplained", "wrong")
-    return markdown(("table", "content", *numbers, "largest error (published → corrected)"), rows)
+    return markdown(("table", "content", *numbers, _FURTHEST), rows)
 
 
 def _misprints(tables: Sequence[Table]) -> Iterator[str]:

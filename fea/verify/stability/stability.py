@@ -7,10 +7,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from fea.output.plots.figure import new_figure
-from fea.verify.layout import markdown, narrow_table, write_document
+from fea.verify.layout import markdown, print_table, write_document
 from fea.verify.stability import materials, runs, shapes
 from fea.verify.stability.outcome import ExtremeRow, Verdict
 from geometry.errors import require
@@ -53,22 +51,13 @@ def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None 
 
 
 _HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
-# Width of 1e-16.
-_LEAST_WIDTH = 5
 _STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
 
 
 def print_stability(rows: Sequence[ExtremeRow]) -> None:
     """Print one line per row, and the counts of the outcomes."""
-    table = narrow_table()
-    table.add_column(_HEADER[0], no_wrap=True)
-    for name in _HEADER[1:]:
-        table.add_column(name, justify="right", min_width=_LEAST_WIDTH, no_wrap=name == _HEADER[1])
-    for row in rows:
-        table.add_row(*_cells(row), style=_STYLE.get(row.verdict))
-    console = Console(highlight=False)
-    console.print(table)
-    console.print(counts(rows), style="bold")
+    lines = [(_cells(row), _STYLE.get(row.verdict, "")) for row in rows]
+    print_table(_HEADER, lines, words=_HEADER[:2], end=[counts(rows)])
 
 
 def _cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
