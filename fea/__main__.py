@@ -237,12 +237,7 @@ def _dispatch(arguments: Sequence[str]) -> int:
     if not arguments:
         app.help_print([])
         return 0
-    code = app(
-        list(arguments),
-        exit_on_error=False,
-        print_error=False,
-        result_action="return_value",
-    )
+    code = app(list(arguments), exit_on_error=False, print_error=False, result_action="return_value")
     sys.stdout.flush()  # fails on a full disk, so that the exit code is not 0
     return code if isinstance(code, int) else 0
 

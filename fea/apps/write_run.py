@@ -118,11 +118,7 @@ def _write_worst(
 
 
 def _write_one(
-    study: Study,
-    prepared: Adapted,
-    critical: Mapping[str, float | None] | None,
-    place: Place,
-    clock: Clock,
+    study: Study, prepared: Adapted, critical: Mapping[str, float | None] | None, place: Place, clock: Clock
 ) -> tuple[WrittenRun, SpeedResult]:
     """Write the run of one speed of several; return it with what was found at that speed."""
     solved = prepared.at(place.rpm)
@@ -134,11 +130,7 @@ def _write_one(
 
 
 def _write(
-    found: Result,
-    prepared: Adapted,
-    place: Place,
-    clock: Clock,
-    shared_files: tuple[str, ...] | None = None,
+    found: Result, prepared: Adapted, place: Place, clock: Clock, shared_files: tuple[str, ...] | None = None
 ) -> WrittenRun:
     place.folder.mkdir(exist_ok=True)
     frames, refused = b"", ""

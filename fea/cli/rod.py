@@ -61,11 +61,7 @@ def rod(
 
         table, best = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         if json:
-            outcome = {
-                "met": best.met,
-                "residuals": best.residuals,
-                "at_limit": best.at_limit,
-            }
+            outcome = {"met": best.met, "residuals": best.residuals, "at_limit": best.at_limit}
             print_json(outcome | {"rod": vars(best.rod)})
         elif not quiet:
             sys.stdout.write(f"# {best.text()}\n{replace(asked, rod=table).text()}")

@@ -117,7 +117,7 @@ def require_replaceable(target: Path) -> None:
         if any(target.iterdir()) and not is_earlier_run(target):
             raise OccupiedError(
                 f"{near(target)} contains files that are not from an earlier run and are never overwritten: "
-                "choose another directory with --out, or empty this one.",
+                "choose another directory with --out, or empty this one."
             )
 
 

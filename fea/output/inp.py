@@ -33,11 +33,7 @@ class Step:
 
 
 def write_inp(
-    path: Path,
-    mesh: TetMesh,
-    material: Material,
-    forces: Floats,
-    fixed: npt.NDArray[np.bool_],
+    path: Path, mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]
 ) -> None:
     """Write one linear static load case; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
 

@@ -24,10 +24,7 @@ SCALED = ("stress", "principal_1", "principal_2", "principal_3")
 
 
 def write_vtu(
-    path: Path,
-    mesh: TetMesh,
-    point_data: Mapping[str, Array],
-    cell_data: Mapping[str, Array] | None = None,
+    path: Path, mesh: TetMesh, point_data: Mapping[str, Array], cell_data: Mapping[str, Array] | None = None
 ) -> None:
     """Write a mesh and its results; the same input gives the same bytes.
 
@@ -99,11 +96,7 @@ def _rounded(name: str, values: Array, von_mises: Array | None = None) -> Array:
 
 
 def write_cells(
-    path: Path,
-    points: Array,
-    cells: Array,
-    point_data: Mapping[str, Array],
-    cell_data: Mapping[str, Array],
+    path: Path, points: Array, cells: Array, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> None:
     """Write tetrahedra or triangles of either order: see `write_vtu`."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter  # noqa: PLC0415 - only writing needs VTK

@@ -224,9 +224,7 @@ def checked(free: Variables, x: Floats) -> Checked:
     options = asked.analysis
     tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
     study = replace(
-        asked,
-        mesh=replace(asked.mesh, size_mm=None),
-        analysis=replace(options, tolerance_percent=tolerance),
+        asked, mesh=replace(asked.mesh, size_mm=None), analysis=replace(options, tolerance_percent=tolerance)
     )
     adapted = adapt_mesh(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]

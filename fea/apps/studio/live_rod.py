@@ -250,12 +250,7 @@ class LiveRod:
 
     def _frame(self, design: Design, operation: Operation, label: Label, shown: str) -> Frame:
         return Frame(
-            design=design,
-            operation=operation,
-            label=label,
-            base=self.base,
-            shown=shown,
-            pins=PRESCRIBED,
+            design=design, operation=operation, label=label, base=self.base, shown=shown, pins=PRESCRIBED
         )
 
 

@@ -22,7 +22,7 @@ from geometry.system import usable_processors
 # that lost its worker and waits behind another moves on. So does the limit for workers that are silent.
 _SETTINGS = {
     # A crash of a rod ends no worker. If one ends, neither its rod nor one that waits there is to blame.
-    "distributed.scheduler.allowed-failures": 10,
+    "distributed.scheduler.allowed-failures": 10
 }
 _CONNECT_SECONDS = 10
 

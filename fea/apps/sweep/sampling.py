@@ -155,10 +155,7 @@ def whole(name: str, value: object, low: int, high: int, meaning: str = "") -> i
     raise InvalidValue(name, value, f"must be a whole number from {low} to {high}{meaning}")
 
 
-_NEEDED: Mapping[Shape, tuple[str, ...]] = {
-    Shape.NORMAL: ("mean", "deviation"),
-    Shape.TRIANGULAR: ("mode",),
-}
+_NEEDED: Mapping[Shape, tuple[str, ...]] = {Shape.NORMAL: ("mean", "deviation"), Shape.TRIANGULAR: ("mode",)}
 
 
 def _shape_numbers(name: str, raw: Mapping[str, Any], shape: Shape) -> dict[str, float]:

@@ -63,7 +63,7 @@ RAINBOW = np.array(
         [254, 155, 45],
         [243, 99, 21],
         [200, 36, 3],
-    ],
+    ]
 )
 # Blue below zero, red above, and pale near zero.
 DIVERGING = np.array([[49, 74, 178], [105, 160, 230], [228, 228, 224], [240, 150, 110], [186, 30, 38]])

@@ -63,14 +63,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
     stress = scale("MPa") * case.von_mises
     limit = float(stress[near if near.any() else case.counts].max())
     drawn = axes.tripcolor(
-        points[:, 1],
-        points[:, 0],
-        facets,
-        stress,
-        shading="gouraud",
-        cmap="viridis",
-        vmin=0,
-        vmax=limit,
+        points[:, 1], points[:, 0], facets, stress, shading="gouraud", cmap="viridis", vmin=0, vmax=limit
     )
     figure.colorbar(
         drawn, ax=axes, shrink=0.6, label=in_heading("von Mises stress, MPa"), location="bottom", pad=0.01

@@ -63,10 +63,7 @@ class Heading(NamedTuple):
 
 
 def chart(
-    heading: Heading,
-    degrees: Floats,
-    curves: Mapping[str, Floats],
-    marks: Mapping[str, float],
+    heading: Heading, degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
 ) -> Chart:
     """Draw curves (n,), by name and in the unit of the heading, over crank angles (n,) in degrees.
 

@@ -300,11 +300,7 @@ def study_text(run: Run) -> str:
 
 
 def _tables(
-    name: str,
-    title: str,
-    tables: Sequence[Table],
-    text: Sequence[str] = (),
-    charts: Sequence[Chart] = (),
+    name: str, title: str, tables: Sequence[Table], text: Sequence[str] = (), charts: Sequence[Chart] = ()
 ) -> Section:
     content = {"tables": tables, "text": text, "charts": charts}
     return Section(name, title, "tables.html.jinja", content)

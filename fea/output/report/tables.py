@@ -6,13 +6,7 @@ from typing import Any
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    EnvelopeFigures,
-    FilmFigures,
-    PlaneFigures,
-    Summary,
-)
+from fea.analysis.figures import AssemblyFigures, EnvelopeFigures, FilmFigures, PlaneFigures, Summary
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table

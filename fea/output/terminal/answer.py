@@ -24,10 +24,7 @@ _NEAR = 1.5
 # Load cases whose names do not say it in a sentence.
 _CASES = {"given": "under the given forces", "assembly": "after assembly"}
 # Keys of the pins' fit in a bore.
-_FITS = {
-    "small-end bore": "contact.small_end_clearance_mm",
-    "big-end bore": "contact.big_end_clearance_mm",
-}
+_FITS = {"small-end bore": "contact.small_end_clearance_mm", "big-end bore": "contact.big_end_clearance_mm"}
 # Beyond this multiple of the yield strength another material is no remedy.
 _MOST_STRENGTH = 2.0
 # What makes the stress at a singular place finite.

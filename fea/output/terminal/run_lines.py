@@ -6,12 +6,7 @@ from typing import Any
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fea.analysis.figures import (
-    DutyFigures,
-    LifeFigures,
-    SharpEdgeFigures,
-    Summary,
-)
+from fea.analysis.figures import DutyFigures, LifeFigures, SharpEdgeFigures, Summary
 from fea.output.text import error_bar
 from fea.output.units import in_heading, in_rows
 

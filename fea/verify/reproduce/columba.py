@@ -184,16 +184,8 @@ _MOTION: dict[str, tuple[str, str, Callable[[Kinematics], Floats]]] = {
     "piston_velocity_m_s": ("piston velocity", "m/s", lambda k: k.piston_velocity / M_S),
     "rod_angular_velocity_rad_s": ("rod angular velocity", "rad/s", lambda k: -k.rod_rate),
     "piston_acceleration_m_s2": ("piston acceleration", "m/s²", lambda k: k.piston_acceleration / M_S2),
-    "rod_angular_acceleration_rad_s2": (
-        "rod angular acceleration",
-        "rad/s²",
-        lambda k: -k.rod_acceleration,
-    ),
-    "gas_force_N": (
-        "gas force",
-        "N",
-        lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA,
-    ),
+    "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²", lambda k: -k.rod_acceleration),
+    "gas_force_N": ("gas force", "N", lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA),
     "rod_cg_acceleration_m_s2": (
         "acceleration of the rod's centre of gravity",
         "m/s²",

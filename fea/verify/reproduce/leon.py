@@ -13,16 +13,7 @@ import numpy.typing as npt
 from fea.base.units import BAR, DEG, KG, KG_M2, M_S, M_S2, RPM
 from fea.study.traces import shipped_trace
 from fea.verify.reproduce import leon_stress
-from fea.verify.reproduce.printed import (
-    Column,
-    Quantity,
-    Slip,
-    Table,
-    cell,
-    column,
-    records,
-    wrong_digit,
-)
+from fea.verify.reproduce.printed import Column, Quantity, Slip, Table, cell, column, records, wrong_digit
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import EngineInstants, cycle

@@ -109,10 +109,7 @@ def liner_displacement(ratio: float) -> tuple[float, float]:
     free = widened(soft, inner, (LINER_PRESSURE, 0.0), INTERFACE)
     yielding = widened(E, eye, (1.0, 0.0), INTERFACE) - widened(soft, inner, (0.0, 1.0), INTERFACE)
     between = free / yielding
-    return (
-        widened(soft, inner, (LINER_PRESSURE, between), BORE),
-        widened(E, eye, (between, 0.0), INTERFACE),
-    )
+    return (widened(soft, inner, (LINER_PRESSURE, between), BORE), widened(E, eye, (between, 0.0), INTERFACE))
 
 
 _RATIOS = (0.3, 0.4, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.499999)

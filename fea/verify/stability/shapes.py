@@ -25,9 +25,7 @@ End = tuple[int, int]
 
 
 def lattice(
-    cells: tuple[int, int, int],
-    place: Callable[[Floats], Floats],
-    ends: Mapping[End, Surface],
+    cells: tuple[int, int, int], place: Callable[[Floats], Floats], ends: Mapping[End, Surface]
 ) -> TetMesh:
     """Cut each cell along its diagonal (Kuhn 1960) and place the nodes of second-order tetrahedra.
 
