@@ -57,7 +57,12 @@ class InstantFields:
         return [self.step * k for k in range(int(np.ceil(_CYCLE / self.step - 1e-9)))]
 
     def fields(self) -> Iterator[dict[str, Array]]:
-        """Yield the nodal arrays of each instant, named as in a load case, in single precision.
+        """Yield the nodal arrays of each instant, named as in a load case, in single precision."""
+        for instant in self.solved():
+            yield _arrays(*instant)
+
+    def solved(self) -> Iterator[tuple[Floats, Floats, Floats]]:
+        """Yield displacement (n_nodes, 3), stress (n_nodes, 6) and safety factor (n_nodes,) of each instant.
 
         Displacement is solved for, stress is superposed; where parts meet, it is that of the part that is
         closer to yielding.
@@ -69,7 +74,7 @@ class InstantFields:
             moved = self.rod.displacement(self.rpm, angles[block])
             stress, factor = self._stress(weights.at(block))
             for k in range(moved.shape[-1]):
-                yield _arrays(moved[..., k], stress[..., k], factor[..., k])
+                yield moved[..., k], stress[..., k], factor[..., k]
 
     def _stress(self, weights: Weights) -> tuple[Floats, Floats]:
         """Stress (n_nodes, 6, n_instants) and safety factor (n_nodes, n_instants)."""

@@ -1,6 +1,5 @@
 """Write an animation of the crank cycle, drawn by a separate process that cannot affect the results."""
 
-import math
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -8,6 +7,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fea.analysis.prepare import PreparedRod
+from fea.analysis.result import InstantFields
+from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.machine.remedies import picture_remedy
 from fea.output.pictures.film import Film
@@ -16,9 +17,7 @@ from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.output.units import scale, unit
-from fea.pins.model import Weights
 from fea.stress.stress import von_mises
-from geometry.arrays import Floats
 
 SUFFIXES = (".gif", ".mp4")
 TIMEOUT = 600.0  # seconds; 72 frames take about ten
@@ -63,8 +62,6 @@ def write_film(path: Path, content: bytes) -> None:
 
 
 COUNT = 72  # frames of a cycle: one every 10°
-# Instants computed together: each takes 72 bytes per node of the whole rod.
-BLOCK = 12
 
 
 def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[bytes, str]:
@@ -79,35 +76,22 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
 def computed(rod: PreparedRod, rpm: float) -> Film:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, mesh = rod.engine.engine, rod.mesh.whole
-    angles = np.arange(COUNT) * 4 * math.pi / COUNT
+    instants = InstantFields(rod, rpm, 720 / COUNT)
     outer = DrawnSurface.of(mesh.points, mesh.tets)
     nodes, facets = np.unique(outer.facets, return_inverse=True)
     displacement = np.empty((COUNT, len(nodes), 3), np.float32)
     stress = np.empty((COUNT, len(nodes)), np.float32)
-    weights = rod.cycle.weights(rod.crank_cycle(rpm), angles)
-    for start in range(0, COUNT, BLOCK):
-        block = slice(start, start + BLOCK)
-        moved = rod.displacement(rpm, angles[block])[nodes]
-        displacement[block] = np.moveaxis(moved, -1, 0)
-        stress[block] = scale("MPa") * _von_mises(rod, weights.at(block))[nodes].T
+    for k, (moved, tensor, _) in enumerate(instants.solved()):
+        displacement[k] = moved[nodes]
+        stress[k] = scale("MPa") * von_mises(tensor[nodes])
     return Film(
         skin=DrawnSurface(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
         von_mises=stress,
-        crank_angle=angles,
+        crank_angle=np.array(instants.degrees) * DEG,
         crank_radius=engine.crank_radius,
         rod_length=engine.rod_length,
         pin_offset=engine.pin_offset,
         title=(rod.study.name, f"{rpm:g} rpm"),
         unit=unit("MPa"),
     )
-
-
-def _von_mises(rod: PreparedRod, weights: Weights) -> Floats:
-    """Von Mises stress (n_nodes, n_instants) of the whole rod; at an interface, the larger one."""
-    units, whole = rod.cycle.units, rod.mesh.mirrored
-    largest = np.full((len(whole.source), weights.even.shape[1]), -np.inf)
-    for number in range(len(units.parts)):
-        tensors = units.tensor(number, weights, whole)
-        largest = np.fmax(largest, von_mises(np.moveaxis(tensors, 1, -1)))
-    return largest
