@@ -8,11 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Mask
+from mesh.tetmesh import boundary_facets
 
 Ints = npt.NDArray[Any]
 
-# The faces of a tetrahedron with outward orientation: vertices, then mid-edge nodes in VTK's order.
-FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 SIDES = np.array([[0, 1, 3], [1, 2, 4], [2, 0, 5]])  # of a face: two vertices and the node between
 SMOOTH = np.cos(np.radians(25.0))  # facets that meet at a smaller angle belong to one smooth surface
 PIECES = 4
@@ -31,12 +30,7 @@ class DrawnSurface:
     @classmethod
     def of(cls, points: Floats, tets: Ints) -> "DrawnSurface":
         """Return the skin of tetrahedra (n_elements, 4 or 10) in VTK's node order."""
-        columns = FACES[:, :3] if tets.shape[1] == 4 else FACES
-        faces = tets[:, columns].reshape(-1, columns.shape[1])
-        corners = np.sort(faces[:, :3].astype(np.int64), axis=1)
-        keys = (corners[:, 0] * len(points) + corners[:, 1]) * len(points) + corners[:, 2]
-        _, first, count = np.unique(keys, return_index=True, return_counts=True)
-        return cls._divided(points, faces[np.sort(first[count == 1])])
+        return cls._divided(points, boundary_facets(tets))
 
     def part(self, chosen: Mask) -> "DrawnSurface":
         """Return the skin of some of the facets (n_facets,)."""

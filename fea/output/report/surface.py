@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.output.pictures.surface import DrawnSurface
 from geometry.arrays import Ints
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, boundary_facets
 
 # Beyond this number of surface nodes the nodes between vertices are left out, which makes a file a quarter as
 # large.
@@ -32,7 +31,7 @@ class Surface:
     @classmethod
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
         """Number the surface of a mesh; `most` nodes between vertices are kept."""
-        facets = np.asarray(DrawnSurface.of(mesh.points, mesh.tets).facets, np.int64)
+        facets = boundary_facets(mesh.tets)
         # Order (n,) of places along a space-filling curve (Morton 1966).
         points = mesh.points[facets[:, :3]].mean(axis=1)
         low, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
