@@ -149,40 +149,27 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
     )
 
 
-def _film_picture(run: RunResult) -> Iterator[RunFiles]:
-    if run.speed is not None and run.speed.film is not None:
-        from fea.output.plots.joint import plot_film  # noqa: PLC0415 - only a plot needs it
-
-        film = run.speed.film
-        yield _one("film.png", lambda path: plot_film(path, film, run.summary.title))
-
-
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
     for name, data in {ENVELOPE: run.envelope, BUCKLING: run.buckling and run.buckling.shapes}.items():
         if data:
             yield _one(name, partial(write_result, mesh=run.mesh, point_data=data, exact=False))
 
 
-def _stress_history(run: RunResult) -> Iterator[RunFiles]:
+def _plots(run: RunResult) -> Iterator[RunFiles]:
+    title, film = run.summary.title, None if run.speed is None else run.speed.film
     if run.cycle is not None:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
+    from fea.output.plots import joint  # noqa: PLC0415 - likewise
 
-
-def _bores(run: RunResult) -> Iterator[RunFiles]:
+    if film is not None:
+        yield _one("film.png", lambda path: joint.plot_film(path, film, title))
     if run.pictured and any(case.touch for case in run.cases.values()):
-        from fea.output.plots.joint import plot_bores  # noqa: PLC0415 - only a plot needs it
-
         length = run.summary.rod.length_mm
-        yield _one("bores.png", lambda path: plot_bores(path, run.cases, length, run.summary.title))
-
-
-def _joint(run: RunResult) -> Iterator[RunFiles]:
+        yield _one("bores.png", lambda path: joint.plot_bores(path, run.cases, length, title))
     if any(case.assembly for case in run.cases.values()):
-        from fea.output.plots.joint import plot_joint  # noqa: PLC0415 - only a plot needs it
-
-        yield _one("joint.png", lambda path: plot_joint(path, run.cases, run.summary.title, run.cycle))
+        yield _one("joint.png", lambda path: joint.plot_joint(path, run.cases, title, run.cycle))
 
 
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
@@ -213,10 +200,7 @@ WRITERS = (
     Writer("write", _columns),
     Writer("write", _films),
     Writer("write", _envelope_and_buckling),
-    Writer("plot", _stress_history),
-    Writer("plot", _film_picture),
-    Writer("plot", _bores),
-    Writer("plot", _joint),
+    Writer("plot", _plots),
     Writer("picture", _pictures),
     Writer("report", _report),
 )

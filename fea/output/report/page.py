@@ -116,7 +116,7 @@ _SCRIPTS = (
 
 def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
-    parts = sections(run)
+    parts = list(sections(run))
     of_rod, script = viewer(run, drawn, parts=parts)
     style = page_file("report", "report.css")
     head = _head(run, picture)

@@ -1,20 +1,22 @@
 """The sections of a report, in the order of the page: each has a template, and is left out where it is empty.
 
-A further result (an assembly's bolts, a sweep) is a further function of `SECTIONS`.
+A further result is a further section of `sections`.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from fea.analysis.figures import Summary
+from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import units
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.charts import Chart, Heading, chart, force_charts
 from fea.output.report.tables import (
     Table,
+    assembly_tables,
     buckling_tables,
     case_table,
     check_table,
@@ -30,6 +32,7 @@ from fea.output.report.tables import (
 )
 from fea.output.stored_run import Run
 from fea.output.terminal.answer import buckling
+from fea.output.terminal.assembly import assembly_lines
 from fea.output.terminal.run_lines import factor, film_lines, life_lines, sharp_edge_lines
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
@@ -161,77 +164,61 @@ class Section:
         return tuple(self.content.get("charts", ()))
 
 
-def sections(run: Run) -> list[Section]:
-    """Return the sections that a run has."""
-    return [section for make in SECTIONS for section in make(run)]
-
-
-def _assumed(run: Run) -> Iterator[Section]:
-    content = {"statements": assumptions(run), "notes": run.summary.notes}
-    yield Section("assumptions", "Assumptions", "statements.html.jinja", content)
-
-
-def _left_out(run: Run) -> Iterator[Section]:
-    content = {"limits": list(limits(run)), "omissions": run.summary.left_out}
-    yield Section("limits", "What the model leaves out", "limits.html.jinja", content, "Left out")
-
-
-def _inputs(run: Run) -> Iterator[Section]:
+def sections(run: Run) -> Iterator[Section]:
+    """Yield the sections that a run has, in the order of the page."""
+    summary = run.summary
+    assumed = {"statements": assumptions(run), "notes": summary.notes}
+    yield Section("assumptions", "Assumptions", "statements.html.jinja", assumed)
+    left_out = {"limits": list(limits(run)), "omissions": summary.left_out}
+    yield Section("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
     yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
+    yield _loads(run)
+    peaks = [case_table(summary), contact_table(summary)]
+    yield _tables("results", "Results", peaks, sharp_edge_lines(summary))
+    if (parts := summary.assembly) is not None:
+        yield _tables("assembly", "Bolts, joint and fits", assembly_tables(parts), [*assembly_lines(parts)])
+    if summary.cycle is not None:
+        yield _cycle(summary, summary.cycle)
+    if run.film is not None and summary.film:
+        yield _film(summary, run.film)
+    if tables := buckling_tables(summary):
+        yield _tables("buckling", "Buckling", tables, buckling(summary.buckling))
+    fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
+    yield _tables("convergence", "Convergence", convergence_tables(summary), [_BARS, *fixed])
+    yield _tables("checks", "Checks", [check_table(summary)])
+    yield _repeat(run)
 
 
-def _loads(run: Run) -> Iterator[Section]:
+def _loads(run: Run) -> Section:
     charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
     text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    yield _tables("loads", "Loads", [load_table(run.summary)], text, charts)
+    return _tables("loads", "Loads", [load_table(run.summary)], text, charts)
 
 
-def _results(run: Run) -> Iterator[Section]:
-    contact = contact_table(run.summary)
-    tables = [case_table(run.summary), *([contact] if contact else [])]
-    yield _tables("results", "Results", tables, sharp_edge_lines(run.summary))
-
-
-def _assembly(run: Run) -> Iterator[Section]:
-    found = run.summary.assembly
-    if found is not None:
-        from fea.output.report.tables import assembly_tables  # noqa: PLC0415 - rods of one piece do without
-        from fea.output.terminal.assembly import assembly_lines  # noqa: PLC0415
-
-        tables, lines = assembly_tables(found), list(assembly_lines(found))
-        yield _tables("assembly", "Bolts, joint and fits", tables, lines)
-
-
-def _cycle(run: Run) -> Iterator[Section]:
-    found = run.summary.cycle
-    if found is None:
-        return
+def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
     degrees = np.linspace(0.0, 720.0, found.instants)
     histories = {
         f"place {chr(ord('A') + k)}": np.array(spot.history_MPa, float) for k, spot in enumerate(found.spots)
     }
     heading = Heading("chart-history", "Signed von Mises stress at the worst places", "MPa")
-    drawn = chart(heading, degrees, histories, marks(run.summary))
-    endurance = endurance_table(run.summary)
+    drawn = chart(heading, degrees, histories, marks(summary))
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
-    text = [least, _SIGN, *life_lines(run.summary.life)]
-    tables = [cycle_table(found), *([endurance] if endurance else [])]
-    yield _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
+    text = [least, _SIGN, *life_lines(summary.life)]
+    tables = [cycle_table(found), endurance_table(summary)]
+    return _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 
 
-def _film(run: Run) -> Iterator[Section]:
-    if run.film is None or not run.summary.film:
-        return
-    columns = {name: np.asarray(values, float) for name, values in run.film.items()}
+def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
+    columns = {name: np.asarray(values, float) for name, values in film.items()}
     degrees = np.linspace(0.0, 720.0, 721)
     drawn = [
-        chart(Heading(f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(run.summary))
+        chart(Heading(f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(summary))
         for column, title, unit in _FILM_CHARTS
         for over_cycle in [np.interp(degrees, columns["crank_deg"], columns[column], period=720.0)]
     ]
-    tables = [film_table(film) for film in run.summary.film.values()]
-    yield _tables("film", "Oil film of the big end", tables, film_lines(run.summary), drawn)
+    tables = [film_table(figures) for figures in (summary.film or {}).values()]
+    return _tables("film", "Oil film of the big end", tables, film_lines(summary), drawn)
 
 
 _FILM_CHARTS = (
@@ -242,24 +229,7 @@ _FILM_CHARTS = (
 )
 
 
-def _buckling(run: Run) -> Iterator[Section]:
-    tables = buckling_tables(run.summary)
-    if tables:
-        yield _tables("buckling", "Buckling", tables, buckling(run.summary.buckling))
-
-
-def _convergence(run: Run) -> Iterator[Section]:
-    text = [_BARS]
-    if run.summary.model.mesh_from_file:
-        text.append("The mesh comes from a file and was not refined.")
-    yield _tables("convergence", "Convergence", convergence_tables(run.summary), text)
-
-
-def _checks(run: Run) -> Iterator[Section]:
-    yield _tables("checks", "Checks", [check_table(run.summary)])
-
-
-def _repeat(run: Run) -> Iterator[Section]:
+def _repeat(run: Run) -> Section:
     summary = run.summary
     platform = summary.environment.platform
     processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
@@ -271,13 +241,7 @@ def _repeat(run: Run) -> Iterator[Section]:
         "total_s": summary.total_s,
         "memory": summary.peak_memory_MiB,
     }
-    yield Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
-
-
-SECTIONS: tuple[Callable[[Run], Iterator[Section]], ...] = (
-    _assumed, _left_out, _inputs, _loads, _results, _assembly, _cycle, _film, _buckling, _convergence,
-    _checks, _repeat,
-)  # fmt: skip
+    return Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
 
 
 def marks(summary: Summary) -> dict[str, float]:
@@ -300,7 +264,11 @@ def study_text(run: Run) -> str:
 
 
 def _tables(
-    name: str, title: str, tables: Sequence[Table], text: Sequence[str] = (), charts: Sequence[Chart] = ()
+    name: str,
+    title: str,
+    tables: Iterable[Table | None],
+    text: Sequence[str] = (),
+    charts: Sequence[Chart] = (),
 ) -> Section:
-    content = {"tables": tables, "text": text, "charts": charts}
+    content = {"tables": list(filter(None, tables)), "text": text, "charts": charts}
     return Section(name, title, "tables.html.jinja", content)
