@@ -1,13 +1,12 @@
 """The figures of a rod, its modes, and the extremes of the forces over the crank cycle."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
-from fea.analysis.modes import ModesFigures
-from fea.analysis.rod_report import RodReport, SolidFigures
 from fea.base.note import UNITS, by_consequence
 from fea.base.units import RPM
 from fea.output import units
@@ -16,10 +15,14 @@ from fea.output.terminal.run_lines import plain_table
 from fea.output.text import gathered
 from fea.output.units import in_unit
 
+if TYPE_CHECKING:
+    from fea.analysis.modes import ModesFigures
+    from fea.analysis.rod_report import RodReport, SolidFigures
+
 _MOST_LEFT_OUT = 3  # solids, by name
 
 
-def print_rod(figures: RodReport, console: Console | None = None) -> None:
+def print_rod(figures: "RodReport", console: Console | None = None) -> None:
     """Print the figures of a rod."""
     console = console or terminal()
     x, y, z = figures.center_of_gravity_mm
@@ -55,7 +58,7 @@ def print_rod(figures: RodReport, console: Console | None = None) -> None:
     print_lines(console, [shapes])
 
 
-def _found(figures: RodReport) -> list[str]:
+def _found(figures: "RodReport") -> list[str]:
     lines = []
     for name, bore in zip(("big end", "small end"), figures.bores, strict=True):
         x, y, z = bore.at_mm or (0.0, 0.0, 0.0)
@@ -68,7 +71,7 @@ def _found(figures: RodReport) -> list[str]:
     return [*lines, *(str(note) for note in figures.assumed if note.topic != UNITS)]
 
 
-def solid_lines(solids: Sequence[SolidFigures]) -> list[str]:
+def solid_lines(solids: "Sequence[SolidFigures]") -> list[str]:
     """Return a line for each solid of a file: those that are kept, and the largest of the others."""
     ordered = sorted(solids, key=lambda solid: (not solid.kept, -solid.mass_kg))
     left = sum(not solid.kept for solid in ordered)
@@ -85,7 +88,7 @@ def solid_lines(solids: Sequence[SolidFigures]) -> list[str]:
 _MOST_SPEEDS = 4
 
 
-def print_modes(figures: ModesFigures, console: Console | None = None) -> None:
+def print_modes(figures: "ModesFigures", console: Console | None = None) -> None:
     """Print the modes, a row each, on standard output or another console."""
     console = console or terminal()
     modes = figures.modes
