@@ -144,17 +144,13 @@ class OvalityFigures(Figures):
     narrowest_deg: float
 
 
-class TouchFigures(Figures):
-    """Contact on a bore: the largest pressure, its place and arc; the length is along z."""
+class BoreFigures(OvalityFigures):
+    """Contact on a bore, and how its diameter changes."""
 
     max_pressure_MPa: float
-    at_deg: float
+    at_deg: float  #: where it is largest
     at_z_mm: float
-    arc_deg: float
-
-
-class BoreFigures(OvalityFigures, TouchFigures):
-    """Contact on a bore, and how its diameter changes."""
+    arc_deg: float  #: on which it presses; the length is along z
 
 
 class SharpEdgeFigures(Figures):

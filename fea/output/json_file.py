@@ -37,7 +37,7 @@ def json_text(value: object, digits: int = DIGITS) -> str:
 
 def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a type
     if dataclasses.is_dataclass(value):
-        return _plain(as_dict(value), digits)
+        return _plain(_told(value), digits)
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist(), digits)
     if isinstance(value, Enum):
@@ -54,10 +54,24 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     if isinstance(value, PathLike):
         return fspath(value)
     if isinstance(value, list | tuple):
-        if any(isinstance(item, float | np.floating) for item in value) and len(value) <= 3:
+        numbers = any(isinstance(item, float | np.floating) for item in value)
+        if numbers and len(value) <= 3 and digits < FULL:
             return _vector(value, digits)
         return [_plain(item, digits) for item in value]
     raise TypeError(f"{value!r} has no JSON form: give a mapping, a sequence, a number, text or None.")
+
+
+def _told(value: Any) -> dict[str, Any] | str:
+    """What is told of a dataclass: its fields by their names, but for a check and a note."""
+    if isinstance(value, Check):
+        return {"value": value.value, "limit": value.limit, "pass": value.passed}
+    if isinstance(value, Note):
+        omitted = value.kind is NoteKind.OMISSION
+        return {"what": value.topic, "why": value.text} if omitted else str(value)
+    hints = _hints(typing.cast("type", type(value)))
+    known = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    optional = {name for name in known if ONLY_WHERE_KNOWN in getattr(hints[name], "__metadata__", ())}
+    return {name: item for name, item in known.items() if item is not None or name not in optional}
 
 
 def as_dict(value: Any) -> Any:
@@ -65,24 +79,7 @@ def as_dict(value: Any) -> Any:
 
     Fields that are None are left out where they are declared as `fea.analysis.figures.WhereKnown`.
     """
-    if isinstance(value, Check):
-        return {"value": value.value, "limit": value.limit, "pass": value.passed}
-    if isinstance(value, Note):
-        omitted = value.kind is NoteKind.OMISSION
-        return {"what": value.topic, "why": value.text} if omitted else str(value)
-    if dataclasses.is_dataclass(value):
-        hints = _hints(typing.cast("type", type(value)))
-        return {
-            field.name: as_dict(getattr(value, field.name))
-            for field in dataclasses.fields(value)
-            if getattr(value, field.name) is not None
-            or ONLY_WHERE_KNOWN not in getattr(hints[field.name], "__metadata__", ())
-        }
-    if isinstance(value, Mapping):
-        return {key: as_dict(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [as_dict(item) for item in value]
-    return value
+    return _plain(value, FULL)
 
 
 def read_summary(folder: Path) -> Summary:

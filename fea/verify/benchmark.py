@@ -44,20 +44,10 @@ class BenchmarkRow:
 
     def as_dict(self) -> dict[str, object]:
         """Return the row with the names that other programs rely on."""
-        quantity = self.quantity
-        return {
-            "case": self.case.name,
-            "quantity": quantity.name,
-            "unit": quantity.unit,
-            "target": quantity.target,
-            "computed": quantity.computed,
-            "error_percent": quantity.error_percent,
-            "tolerance_percent": quantity.tolerance_percent,
-            "dofs": self.dofs,
-            "seconds": self.seconds,
-            "pass": self.passed,
-            "source": self.case.source,
-        }
+        named = ("unit", "target", "computed", "error_percent", "tolerance_percent")
+        of_quantity = {name: getattr(self.quantity, name) for name in named}
+        cost = {"dofs": self.dofs, "seconds": self.seconds, "pass": self.passed, "source": self.case.source}
+        return {"case": self.case.name, "quantity": self.quantity.name, **of_quantity, **cost}
 
     @property
     def passed(self) -> bool:

@@ -165,20 +165,9 @@ class Journal:
     def _enter(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
         self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
         self._base.executemany(
-            "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) "
-            "VALUES (?, ?, ?, ?, ?, ?, iif(? = '', 'pending', 'failed'), ?)",
-            (
-                (
-                    row.number,
-                    row.sample,
-                    json.dumps(row.design),
-                    row.rpm,
-                    row.job,
-                    row.key,
-                    *[row.refused] * 2,
-                )
-                for row in rows
-            ),
+            "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) VALUES (:number, "
+            ":sample, :design, :rpm, :job, :key, iif(:refused = '', 'pending', 'failed'), :refused)",
+            (vars(row) | {"design": json.dumps(row.design)} for row in rows),
         )
 
     def _all(self, query: str, *values: Any) -> list[Any]:

@@ -51,41 +51,26 @@ def _against(axes: "Axes", name: str, title: str, exact: Exact, scale: float = 1
     axes.set_xlim(0, last)
 
 
-def _leon_curves() -> dict[tuple[str, str], tuple[str, str, Exact, float]]:
-    """By table and column: heading, unit, exact curve at 6000 rpm and its factor."""
+def _leon() -> "Figure":
     motion, forces = partial(leon.exact_motion, 6000), partial(leon.exact_forces, 6000)
     top, table_13 = 1e3 * (leon.L + leon.R), "leon2001_table13_forces_6000rpm"
-    position = ("Table 1: piston position from TDC", "cm")
-    velocity = ("Table 3: piston velocity", "m/s")
-    acceleration = ("Table 4: piston acceleration", "km/s²")
-    resultant = ("Table 13: resultant on the pin", "kN")
-    rod = ("Table 13: rod force (compression positive; printed unsigned)", "kN")
-    return {
-        ("leon2001_table1_piston_position", "position_cm"): (
-            *position,
-            lambda x: (top - motion(x).piston_position) / 10,
-            1.0,
-        ),
-        ("leon2001_table3_piston_velocity_6000rpm", "velocity_m_s"): (
-            *velocity,
-            lambda x: -motion(x).piston_velocity / 1e3,
-            1.0,
-        ),
-        ("leon2001_table4_piston_acceleration_6000rpm", "acceleration_m_s2"): (
-            *acceleration,
-            lambda x: -motion(x).piston_acceleration / 1e3,
-            1e-3,
-        ),
-        (table_13, "F_resultant_N"): (*resultant, lambda x: -leon.along_cylinder(forces(x)), 1e-3),
-        (table_13, "F_normal_N"): ("Table 13: normal force", "kN", lambda x: forces(x).wall, 1e-3),
-        (table_13, "F_rod_N"): (*rod, lambda x: -forces(x).pin_axial, 1e-3),
-    }
-
-
-def _leon() -> "Figure":
+    # Table, column, heading, unit, exact curve at 6000 rpm, and its factor.
+    curves: tuple[tuple[str, str, str, str, Exact, float], ...] = (
+        ("leon2001_table1_piston_position", "position_cm", "Table 1: piston position from TDC", "cm",
+         lambda x: (top - motion(x).piston_position) / 10, 1.0),
+        ("leon2001_table3_piston_velocity_6000rpm", "velocity_m_s", "Table 3: piston velocity", "m/s",
+         lambda x: -motion(x).piston_velocity / 1e3, 1.0),
+        ("leon2001_table4_piston_acceleration_6000rpm", "acceleration_m_s2", "Table 4: piston acceleration",
+         "km/s²", lambda x: -motion(x).piston_acceleration / 1e3, 1e-3),
+        (table_13, "F_resultant_N", "Table 13: resultant on the pin", "kN",
+         lambda x: -leon.along_cylinder(forces(x)), 1e-3),
+        (table_13, "F_normal_N", "Table 13: normal force", "kN", lambda x: forces(x).wall, 1e-3),
+        (table_13, "F_rod_N", "Table 13: rod force (compression positive; printed unsigned)", "kN",
+         lambda x: -forces(x).pin_axial, 1e-3),
+    )  # fmt: skip
     figure = new_figure(10, 10)
-    axes, curves = figure.subplots(3, 2).ravel(), _leon_curves().items()
-    for panel, ((table, title), (heading, unit, exact, scale)) in zip(axes, curves, strict=True):
+    axes = figure.subplots(3, 2).ravel()
+    for panel, (table, title, heading, unit, exact, scale) in zip(axes, curves, strict=True):
         _against(panel, table, title, exact, scale)
         _label(panel, heading, unit, int(panel.get_xlim()[1]))
     axes[0].legend(frameon=False)
