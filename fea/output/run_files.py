@@ -161,14 +161,18 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
+    touched = run.pictured and any(case.touch for case in run.cases.values())
+    joined = any(case.assembly for case in run.cases.values())
+    if film is None and not touched and not joined:
+        return
     from fea.output.plots import joint  # noqa: PLC0415 - likewise
 
     if film is not None:
         yield _one("film.png", lambda path: joint.plot_film(path, film, title))
-    if run.pictured and any(case.touch for case in run.cases.values()):
+    if touched:
         length = run.summary.rod.length_mm
         yield _one("bores.png", lambda path: joint.plot_bores(path, run.cases, length, title))
-    if any(case.assembly for case in run.cases.values()):
+    if joined:
         yield _one("joint.png", lambda path: joint.plot_joint(path, run.cases, title, run.cycle))
 
 
