@@ -131,8 +131,14 @@ def run_folder(target: Path) -> Iterator[Path]:
     Raises `OccupiedError`: `target` contains something other than an earlier run; `StorageError`: a full
     disk, a permission or the file system prevents writing.
     """
-    require_replaceable(target)
     place = target.resolve()  # a link to a directory stays a link
+    try:
+        require_replaceable(target)
+    except OccupiedError:
+        if not place.parent.is_dir():
+            raise
+        with held(place.parent):  # without an atomic exchange, another run may just be taking its place
+            require_replaceable(target)
     with reported(near(target), ANOTHER_OUT):
         made = [parent for parent in place.parents if not parent.exists()]
         place.parent.mkdir(parents=True, exist_ok=True)

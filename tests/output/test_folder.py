@@ -1,5 +1,7 @@
+import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -93,6 +95,10 @@ def test_a_run_that_fails_leaves_everything_as_it_was(tmp_path, error):
     assert hidden(target) == []
 
 
+_LINKS = pytest.mark.skipif(os.name != "posix", reason="symbolic links need a privilege elsewhere")
+
+
+@_LINKS
 def test_an_empty_directory_and_a_linked_run_are_replaced(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to("real")
@@ -166,7 +172,14 @@ def half_a_file(target):
 
 @pytest.mark.parametrize(
     "spoil",
-    [mine_alone, mine_beside, mine_inside, mine_linked, of_another_program, half_a_file],
+    [
+        mine_alone,
+        mine_beside,
+        mine_inside,
+        pytest.param(mine_linked, marks=_LINKS),
+        of_another_program,
+        half_a_file,
+    ],
 )
 def test_what_is_not_a_run_is_never_touched(tmp_path, spoil):
     target = tmp_path / "run"
@@ -300,9 +313,9 @@ def test_runs_into_one_place_at_once_are_all_complete(tmp_path):
 @pytest.mark.parametrize("length", [245, 255])
 def test_a_name_too_long_for_what_stands_beside_it_is_refused_at_once(tmp_path, length):
     target = tmp_path / "results" / ("x" * length)
-    with pytest.raises(StorageError, match="File name too long"):
+    with pytest.raises(StorageError, match=re.escape(os.strerror(errno.ENAMETOOLONG))):
         require_replaceable(target)
-    with pytest.raises(StorageError, match="File name too long"), run_folder(target):
+    with pytest.raises(StorageError, match=re.escape(os.strerror(errno.ENAMETOOLONG))), run_folder(target):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -323,7 +336,7 @@ def test_messages_name_a_place_as_it_is_short_to_type(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("keep")
     for target, words in (
         (tmp_path / "file", "^file is a file"),
-        (tmp_path / "file" / "r", "^file/r is inside file,"),
+        (tmp_path / "file" / "r", f"^{re.escape(str(Path('file', 'r')))} is inside file,"),
     ):
         with pytest.raises(OccupiedError, match=words):
             require_replaceable(target)

@@ -1,5 +1,6 @@
 from dataclasses import replace
 from io import StringIO
+from pathlib import Path
 
 import pytest
 from printed import flowing, require_brief
@@ -89,9 +90,9 @@ def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     lines = said((folder, SUMMARY)).splitlines()
     assert lines[0] == "leon-2001 at 6000 rpm: survives, safety factor 1.99 ± 0.06 (tension)"
     assert "1 of 1 checks passed; 2.3 s" in "\n".join(lines)
-    assert lines[-1] == f"Next: fea view {folder}/tension.vtu"
+    assert lines[-1] == f"Next: fea view {folder / 'tension.vtu'}"
     drawn = replace(SUMMARY, files=(*FILES, "tension.png"))
-    assert f"look at {folder}/tension.png" in said((folder, drawn)).splitlines()[-1]
+    assert f"look at {folder / 'tension.png'}" in said((folder, drawn)).splitlines()[-1]
 
 
 @pytest.mark.parametrize("width", [40, 50, 60, 70, 80, 100])
@@ -106,7 +107,7 @@ def test_no_figure_is_cut_on_a_narrow_terminal(folder, width):
 
 def test_paths_are_told_from_where_one_is(folder, monkeypatch):
     monkeypatch.chdir(folder.parent)
-    assert f"Next: fea view {folder.name}/tension.vtu" in said((folder, SUMMARY))
+    assert f"Next: fea view {Path(folder.name, 'tension.vtu')}" in said((folder, SUMMARY))
 
 
 def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
@@ -121,7 +122,7 @@ def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
         )
         runs.append((folder / f"{rpm}rpm", found))
     lines = said(*reversed(runs)).splitlines()
-    assert lines[-1] == f"Next: fea view {folder.name}/6000rpm/tension.vtu"
+    assert lines[-1] == f"Next: fea view {Path(folder.name, '6000rpm', 'tension.vtu')}"
     assert [words[0] for line in lines if (words := line.split()) and words[0].isdigit()] == [
         "3000",
         "6000",
