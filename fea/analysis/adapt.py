@@ -239,7 +239,8 @@ def usage(
     """One over the safety factor against fatigue between the cases (n_nodes,), and its error.
 
     Mean and amplitude are those of the signed equivalent stress, as over a cycle; `regions` are of the whole
-    rod's surface. None where a strength that the criterion needs is not known.
+    rod's surface. Parts of which a strength that the criterion needs is not known are left out; None where
+    it is known of none.
     """
     rows = np.arange(len(mesh.points))
     signed = signed_equivalent(deviatoric(np.stack([case.stress for case in cases], axis=-1)))
@@ -256,8 +257,8 @@ def usage(
         now = fatigue_factor(criterion, at[0], at[1], material, surface)
         worse = fatigue_factor(criterion, at[0] + at[2], at[1] + at[2], material, surface)
         if now is None or worse is None:
-            return None
+            continue
         own = 1 / now
         larger = own > used[of_part]
         used[of_part[larger]], more[of_part[larger]] = own[larger], (1 / worse - own)[larger]
-    return used, more
+    return (used, more) if used.any() else None

@@ -378,6 +378,10 @@ class SurvivalFigures(Figures):
     place: WhereKnown[str] = None
     safety_factor: float
     assured_safety_factor: float  #: what remains of it if the stress is higher by its error bar
+    #: Where the cycle is not computed and the strengths are known: factor against fatigue between the load
+    #: cases, which over the cycle is that or less, and its place in words
+    fatigue_at_most: WhereKnown[float] = None
+    fatigue_where: WhereKnown[str] = None
 
 
 class PassFigures(Figures):

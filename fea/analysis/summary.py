@@ -39,7 +39,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
-from fea.analysis.survival import factors, survival
+from fea.analysis.survival import Factor, factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
@@ -141,6 +141,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         rod,
         passes,
         rpm=result.rpm,
+        fatigue=None if result.cycle is not None or rod.duty is not None else _between(rod, cases),
         loads={name: load_figures(case.load) for name, case in result.cases.items()},
         results={
             name: case_figures(rod, case, governing, edges[name]) for name, case in result.cases.items()
@@ -175,6 +176,17 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
             )
 
 
+def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> Factor | None:
+    """Factor against fatigue between the load cases of the cycle, with the name of its place."""
+    some, mesh = [case for case in cases if case.load.in_cycle], rod.mesh.whole
+    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
+    used = usage(some, mesh, rod.materials, regions, rod.options.fatigue) if len(some) > 1 else None
+    if used is None:
+        return None
+    worst = peak(*used, cases[0].error.masked)
+    return Factor("fatigue", "", 1 / worst.value, worst.error_percent, place_name(rod.mesh, worst.node))
+
+
 def summary_of(
     rod: PreparedRod,
     passes: Sequence[PassFigures],
@@ -184,6 +196,7 @@ def summary_of(
     results: Mapping[str, CaseFigures],
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
+    fatigue: Factor | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
     checks: Mapping[str, Check],
@@ -200,6 +213,7 @@ def summary_of(
             factors(results, buckling, envelope, assembly),
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
+            unjudged=fatigue,
         ),
         rod=figures(
             RodFigures,

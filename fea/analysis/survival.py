@@ -133,11 +133,16 @@ def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
 
 
 def survival(
-    found: Sequence[Factor], required: float | None = None, *, given_mesh: bool = False
+    found: Sequence[Factor],
+    required: float | None = None,
+    *,
+    given_mesh: bool = False,
+    unjudged: Factor | None = None,
 ) -> SurvivalFigures:
     """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
 
-    A mesh from a file cannot be refined, so that no tolerance would decide.
+    A mesh from a file cannot be refined, so that no tolerance would decide. `unjudged` is the most that the
+    factor against fatigue can be, where the cycle that it is of is not computed.
     """
     least = 1.0 if required is None else required
     failed, open_ = (
@@ -161,6 +166,8 @@ def survival(
         met = f"meets the required safety factor of {required or 1:g}:"
         met = "survives, safety factor" if required is None else met
         answer, text = Answer.SURVIVES, f"{met} {governing.text}{against}"
+        if unjudged is not None and unjudged.answer(least) is Answer.FAILS:
+            text += f", but not the cycle: at most {unjudged.value:.2f} against fatigue (--cycle)"
     return SurvivalFigures(
         answer=answer.value,
         text=text,
@@ -170,6 +177,8 @@ def survival(
         place=governing.place or None,
         safety_factor=governing.value,
         assured_safety_factor=governing.low,
+        fatigue_at_most=None if unjudged is None else unjudged.value,
+        fatigue_where=None if unjudged is None else unjudged.place,
     )
 
 

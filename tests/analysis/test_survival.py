@@ -85,6 +85,15 @@ def test_verdict_in_a_line(found, required, answer, text):
     assert verdict.text == text
 
 
+def test_a_rod_that_the_cycle_fails_does_not_just_survive():
+    found, over_the_cycle = [tension(1.99)], Factor("fatigue", "", 0.87, 5.0, "shank")
+    verdict = survival(found, unjudged=over_the_cycle)
+    assert verdict.text.endswith("but not the cycle: at most 0.87 against fatigue (--cycle)")
+    assert (verdict.fatigue_at_most, verdict.fatigue_where) == (0.87, "shank")
+    undecided = Factor("fatigue", "", 0.97, 5.0, "shank")
+    assert survival(found, unjudged=undecided).text == survival(found).text
+
+
 @given(st.floats(0.05, 20), st.floats(0, 40), st.floats(0.5, 3))
 def test_the_tolerance_it_names_decides(value, bar, required):
     verdict = survival([tension(value, bar)], required)

@@ -45,11 +45,16 @@ def test_cycle_leaves_an_envelope_a_history_and_a_map(sweep):
     assert "safety factor below 1: yield" in run.stdout
 
 
-def test_a_sweep_with_its_map_may_be_replaced(sweep):
+def test_a_sweep_with_its_map_may_be_replaced_by_its_load_cases(sweep):
     folder, _ = sweep
+    judged = json.loads((folder / "6000rpm" / "summary.json").read_text())["envelope"]
     flags = ("--rpm", "3000,6000", "--size", "14", "--out", folder, "--quiet")
     assert fea("run", "plain.toml", *flags, cwd=folder.parent).returncode == 0
     assert not (folder / "6000rpm" / "envelope.vtu").exists()
+    # The cycle contains the load cases, and little that is worse than they are.
+    found = json.loads((folder / "6000rpm" / "summary.json").read_text())["survival"]
+    assert 0 <= found["fatigue_at_most"] / judged["min_fatigue_safety_factor"] - 1 < 0.01
+    assert found["fatigue_where"]
 
 
 def test_many_speeds_leave_fields_at_the_worst_and_figures_at_all(tmp_path):

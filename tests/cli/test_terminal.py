@@ -26,6 +26,8 @@ def test_bolts_joint_and_fits_take_a_line_each(bolted, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = printed(bolted, tmp_path)
     require_brief(text)
+    most = bolted.survival.fatigue_at_most
+    assert f"(--cycle); by the load cases its factor is at most {most:.2f}.\n" in text
     heads = [line.partition(" ")[0].strip(",:") for line in after_the_table(text)]
     assert "Fits, micro-slip: bushing" in text
     assert heads[0] == "Governs"

@@ -91,6 +91,9 @@ def _facts(summary: Summary) -> list[Fact]:
                 f"{criterion}; {at}",
             )
         )
+    if (most := summary.survival.fatigue_at_most) is not None:
+        said = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
+        found.append(Fact("Safety factor against fatigue, at most", factor(most), said))
     if summary.buckling.min_safety_factor is not None:
         under = summary.buckling.column.case
         said = f"as a column, under {under}" if under else "as a column"

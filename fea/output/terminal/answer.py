@@ -1,6 +1,7 @@
 """The answer of a run in a few statements, the gravest first, each of a line or two."""
 
 from collections.abc import Iterable, Iterator
+from math import inf
 
 from fea.analysis.figures import (
     AssemblyFigures,
@@ -118,6 +119,18 @@ def governs(summary: Summary) -> str:
         return "Governs: yielding."
     where = envelope.where or f"({place(envelope.at_mm)}) mm"
     return f"Governs: yielding, {where}, at {number(envelope.crank_deg, '.0f')}° of the cycle."
+
+
+def fatigue_unjudged(summaries: Iterable[Summary]) -> list[str]:
+    """Return, where no cycle tells, that fatigue is not judged, and what the load cases say of it."""
+    left = [one for one in summaries if one.rpm is not None and one.envelope is None and one.life is None]
+    if not left:
+        return []
+    worst = min(left, key=lambda one: one.survival.fatigue_at_most or inf)
+    most = worst.survival.fatigue_at_most
+    speed = f" at {worst.rpm:g} rpm" if len(left) > 1 else ""
+    known = "" if most is None else f"; by the load cases its factor is at most {factor(most)}{speed}"
+    return [f"Fatigue is not judged (--cycle){known}."]
 
 
 def _weakest(case: CaseFigures) -> str:

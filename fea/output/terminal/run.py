@@ -57,7 +57,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
     print_lines(console, [headline], "bold")
-    print_lines(console, unusual(notes))
+    print_lines(console, [*unusual(notes), *answer.fatigue_unjudged(summaries)])
     console.print(table)
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
@@ -222,7 +222,7 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
     prose.print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
-    prose.print_lines(console, prose.unusual(summary.notes))
+    prose.print_lines(console, [*prose.unusual(summary.notes), *answer.fatigue_unjudged([summary])])
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)
