@@ -107,12 +107,11 @@ class Touch:
     arc: float  #: angle around the bore over which they touch anywhere, to the distance of two vertices, rad
 
     @classmethod
-    def of(cls, pressure: Floats, angle: Floats, z: Floats) -> "Touch":
-        """Find it from pressures (n,), MPa, at angles (n,), rad, and places (n,) along the bore, mm."""
+    def of(cls, pressure: Floats, angle: Floats, z: Floats, apart: float) -> "Touch":
+        """Find it from pressures (n,), MPa, at angles (n,), rad, `apart` from each other, and z (n,), mm."""
         largest, arc = int(pressure.argmax()), 0.0
         touching = np.sort(angle[pressure > 0])
         if touching.size > 1:
             gaps = np.diff(np.append(touching, touching[0] + 2 * np.pi))
-            every = np.diff(np.unique(np.round(angle, 6)))
-            arc = 2 * np.pi - float(gaps.max() if gaps.max() > 2.5 * np.median(every) else 0.0)
+            arc = 2 * np.pi - float(gaps.max() if gaps.max() > 2.5 * apart else 0.0)
         return cls(float(pressure[largest]), float(angle[largest]), float(z[largest]), arc)

@@ -158,13 +158,22 @@ class BoreContact:
     def touch(self, values: Floats) -> dict[Surface, Touch]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
         pressure = values[self._pins]
+        return {
+            surface: Touch.of(pressure[own], angle, z, apart)
+            for surface, own, angle, z, apart in self._around
+        }
+
+    @cached_property
+    def _around(self) -> list[tuple[Surface, Ints, Floats, Floats, float]]:
+        """Of each bore its unknowns among the pins', their angles, rad, z, mm, and distance in angle, rad."""
         x, y, z = self._vertices.T
-        touches = {}
+        around = []
         for number, bore in enumerate(self.problem.bores):
-            own = self._owner == number
+            own = np.flatnonzero(self._owner == number)
             angle = np.arctan2(y[own], x[own] - bore.center[0])
-            touches[bore.multipliers.surface] = Touch.of(pressure[own], angle, z[own])
-        return touches
+            apart = float(np.median(np.diff(np.unique(np.round(angle, 6)))))
+            around.append((bore.multipliers.surface, own, angle, z[own], apart))
+        return around
 
     def traction(self, pressure: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
