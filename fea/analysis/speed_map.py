@@ -150,27 +150,22 @@ _WITHIN = 0.01
 _OPEN = -1.0
 
 
-def opening_speed(rod: PreparedRod, pins: "AssemblyPins", speeds: Sequence[float]) -> float | None:
-    """Find the lowest speed, rpm, at which a load case opens the joint at the edge of the bore.
+def opening_speeds(rod: PreparedRod, speeds: Sequence[float]) -> dict[str, float | None]:
+    """Find the lowest speed, rpm, at which a load case opens the joint at the edge of the bore, by its name.
 
     It is looked for between the lowest and the highest of `speeds`, rpm, and found to 1 %; of a large contact
-    problem, it is the first of `speeds` at which the joint is open. None where it opens at none of them.
+    problem, it is the first of `speeds` at which the joint is open. None where it opens at none of them;
+    nothing for a rod of one piece.
     """
-    rising = sorted(speeds)
+    pins, rising = rod.assembly_contact, sorted(speeds)
+    if pins is None:
+        return {}
     number = next((number for number, rpm in enumerate(rising) if _edge(rod, pins, rpm) <= 0), None)
-    if number is None:
-        return None
-    rpm = rising[number]
-    if number == 0 or pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
-        return rpm
-    low = rising[number - 1]
-    return float(brentq(lambda speed: _edge(rod, pins, speed), low, rpm, xtol=_WITHIN * rpm))
-
-
-def opening_speeds(rod: PreparedRod, speeds: Sequence[float]) -> dict[str, float | None]:
-    """Return that speed by its name; nothing for a rod of one piece."""
-    pins = rod.assembly_contact
-    return {} if pins is None else {JOINT_OPENING: opening_speed(rod, pins, speeds)}
+    rpm = None if number is None else rising[number]
+    if rpm and number and pins.contact.problem.unfolding.size <= MOST_UNKNOWNS:
+        low = rising[number - 1]
+        rpm = float(brentq(lambda speed: _edge(rod, pins, speed), low, rpm, xtol=_WITHIN * rpm))
+    return {JOINT_OPENING: rpm}
 
 
 def _edge(rod: PreparedRod, pins: "AssemblyPins", rpm: float) -> float:

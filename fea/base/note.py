@@ -48,6 +48,16 @@ def assumptions(topic: str, values: Iterable[str]) -> tuple[Note, ...]:
     return tuple(assumption(f"assumed {value}", topic) for value in values)
 
 
+class Assumed(list[str]):
+    """What a study does not give, in words."""
+
+    def or_else(self, given: float | None, default: float, text: str) -> float:
+        """Return what is given, or the default, which is noted; the text has a place for it."""
+        if given is None:
+            self.append(text.format(default))
+        return default if given is None else given
+
+
 def omission(what: str, why: str) -> Note:
     """Return a note on what is left out of the analysis."""
     return Note(NoteKind.OMISSION, what, why)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
-from fea.base.note import Note, assumptions, doubt, remark, warning
+from fea.base.note import Assumed, Note, assumptions, doubt, remark, warning
 from fea.base.units import INCH, KN, N_M, UM
 from fea.contact.bolt_beam import BoltBeam
 from fea.judge.bolt import Bolt
-from fea.judge.bolt_shape import Assumed, BoltSeats, BoltShape, bolt_shape
+from fea.judge.bolt_shape import BoltSeats, BoltShape, bolt_shape
 from fea.judge.vdi2230 import (
     UTILISATION,
     BoltCompliance,

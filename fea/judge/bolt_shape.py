@@ -3,23 +3,12 @@
 import math
 from dataclasses import dataclass
 
+from fea.base.note import Assumed
 from fea.study.assembly_table import AssemblyTable
 from fea.study.bolts import Thread, thread_in_hole
 from geometry.errors import InvalidValue, require
 from geometry.outline import bosses
 from geometry.rod import Rod
-
-
-class Assumed(list[str]):
-    """A list of assumptions."""
-
-    def or_else(self, given: float | None, default: float, text: str) -> float:
-        """Return what is given, or the default, which is noted; the text has a place for it."""
-        if given is None:
-            self.append(text.format(default))
-            return default
-        return given
-
 
 # Of the room on the end of a boss, what a seat may take, as in `geometry.assembly`.
 _ROOM = 0.98

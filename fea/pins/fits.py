@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from fea.base.choices import PinBody
-from fea.base.note import SINGULAR, Note, assumptions, warning
+from fea.base.note import SINGULAR, Assumed, Note, assumptions, warning
 from fea.contact.elastic_pin import Pin, bending
 from fea.rod.meshed_rod import Bores
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
@@ -87,17 +87,13 @@ class Fits:
         piston pin carries, N; `widens`: by how much the radius of the small end's bore grows towards its ends
         as it is drawn, mm. Raises `InvalidValue`: a pin does not fit the rod.
         """
-        assumed: list[str] = []
+        assumed = Assumed()
 
-        def given(key: str, value: float | None, default: float, what: str) -> float:
-            if value is None:
-                assumed.append(f"{what} {default:.3g} mm (contact.{key})")
-            return default if value is None else value
+        def given(key: str, default: float, what: str) -> float:
+            return assumed.or_else(getattr(table, key), default, f"{what} {{:.3g}} mm (contact.{key})")
 
         small, big = (
-            _clearance(
-                key, given(key, getattr(table, key), share * 2 * radius, f"{end}-end clearance"), radius
-            )
+            _clearance(key, given(key, share * 2 * radius, f"{end}-end clearance"), radius)
             for key, share, radius, end in (
                 ("small_end_clearance_mm", SMALL_CLEARANCE, bores.small_radius, "small"),
                 ("big_end_clearance_mm", BIG_CLEARANCE, bores.big_radius, "big"),
@@ -106,17 +102,9 @@ class Fits:
         piston_pin = None
         if table.piston_pin is PinBody.ELASTIC:
             diameter, width = 2 * bores.small_radius, bores.small_width + abs(bores.small_taper)
-            bore = given(
-                "piston_pin_bore_mm", table.piston_pin_bore_mm, PIN_BORE * diameter, "piston-pin bore"
-            )
-            gap = given(
-                "piston_boss_gap_mm",
-                table.piston_boss_gap_mm,
-                BOSS_GAP * width,
-                "distance of the piston's bosses",
-            )
-            default = gap + 2 * BOSS_LENGTH * diameter
-            length = given("piston_pin_length_mm", table.piston_pin_length_mm, default, "piston-pin length")
+            bore = given("piston_pin_bore_mm", PIN_BORE * diameter, "piston-pin bore")
+            gap = given("piston_boss_gap_mm", BOSS_GAP * width, "distance of the piston's bosses")
+            length = given("piston_pin_length_mm", gap + 2 * BOSS_LENGTH * diameter, "piston-pin length")
             rule = f"must be smaller than 0.95 times the pin's diameter, {diameter:g} mm"
             require(bore < 0.95 * diameter, "contact.piston_pin_bore_mm", bore, rule)
             rule = (

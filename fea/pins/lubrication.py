@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.base.note import Note, assumption, assumptions, warning
+from fea.base.note import Assumed, Note, assumption, assumptions, warning
 from fea.base.units import BAR, DEG, UM
 from fea.film.asperities import Asperities
 from fea.film.cycle import MOST_CYCLES, FilmCycle, HeatBalance, JournalLoads, integrate
@@ -61,46 +61,39 @@ class Lubrication:
 
         Raises `InvalidValue`: with this clearance there is no film, or the oil hole is wider than the bore.
         """
-        bores, table, said = structure.bores, structure.film, list[str]()
-
-        def given(value: float | None, default: float, what: str, unit: str) -> float:
-            if value is None:
-                said.append(f"{what} {default:.3g} {unit}")
-            return default if value is None else value
-
+        bores, table, said = structure.bores, structure.film, Assumed()
         radius, fit = bores.big_radius, structure.contact.big_end_clearance_mm
         clearance = table.radial_clearance_um
         if clearance is None and fit is not None:
             clearance = fit / 2 / UM
         default = BIG_CLEARANCE * radius / UM
-        clearance = given(clearance, default, "radial clearance", "µm (film.radial_clearance_um)")
+        text = "radial clearance {:.3g} µm (film.radial_clearance_um)"
+        clearance = said.or_else(clearance, default, text)
         least, most = (share * radius / UM for share in _CLEARANCES)
         rule = f"must lie between {least:.3g} and {most:.3g} µm in this bore, or there is no oil film"
         remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
         require(least <= clearance <= most, "film.radial_clearance_um", float(clearance), rule, remedy)
-        alpha = given(
-            table.piezoviscosity_1_GPa,
-            assumed.PIEZOVISCOSITY_1_GPA,
-            "piezoviscosity",
-            "1/GPa (film.piezoviscosity_1_GPa)",
-        )
+        text = "piezoviscosity {:.3g} 1/GPa (film.piezoviscosity_1_GPa)"
+        alpha = said.or_else(table.piezoviscosity_1_GPa, assumed.PIEZOVISCOSITY_1_GPA, text)
         oil, warm, heat = _oil(table, alpha * _PER_GPA), 0.0, 0.0
         if isinstance(oil, WarmOil):
             if table.oil is None and table.viscosity_100C_mPas is None:
                 said.append(f"oil {assumed.OIL} (film.oil)")
-            warm = given(table.inlet_C, assumed.INLET_C, "inlet at", "°C (film.inlet_C)")
-            text = "heat into the oil"
-            heat = given(table.heat_percent, assumed.HEAT_PERCENT, text, "% (film.heat_percent)") / 100
+            warm = said.or_else(table.inlet_C, assumed.INLET_C, "inlet at {:.3g} °C (film.inlet_C)")
+            text = "heat into the oil {:.3g} % (film.heat_percent)"
+            heat = said.or_else(table.heat_percent, assumed.HEAT_PERCENT, text) / 100
         twice = [key for key in _VISCOSITIES if getattr(table, key) is not None]
         unused = [
             warning(f"film.{key} is not used: film.{twice[0]} says the viscosity", TOPIC) for key in twice[1:]
         ]
-        inlet = given(table.inlet_bar, assumed.INLET_BAR, "oil pressure", "bar (film.inlet_bar)")
-        hole = given(table.hole_deg, assumed.HOLE_DEG, "oil hole at", "° (film.hole_deg)")
-        diameter = given(table.hole_diameter_mm, assumed.HOLE_MM, "oil hole of", "mm (film.hole_diameter_mm)")
+        inlet = said.or_else(table.inlet_bar, assumed.INLET_BAR, "oil pressure {:.3g} bar (film.inlet_bar)")
+        hole = said.or_else(table.hole_deg, assumed.HOLE_DEG, "oil hole at {:.3g} ° (film.hole_deg)")
+        text = "oil hole of {:.3g} mm (film.hole_diameter_mm)"
+        diameter = said.or_else(table.hole_diameter_mm, assumed.HOLE_MM, text)
         rule = f"must be less than the width of the big end's bore, {bores.big_width:.4g} mm"
         require(diameter < bores.big_width, "film.hole_diameter_mm", diameter, rule)
-        rough = given(table.roughness_um, assumed.ROUGHNESS_UM, "roughness", "µm (film.roughness_um)")
+        text = "roughness {:.3g} µm (film.roughness_um)"
+        rough = said.or_else(table.roughness_um, assumed.ROUGHNESS_UM, text)
         rubs = assumed.BOUNDARY_FRICTION if table.boundary_friction is None else table.boundary_friction
         return cls(
             oil=oil,

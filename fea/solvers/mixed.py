@@ -237,23 +237,21 @@ class MixedModel(Model):
         Raises `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`; `StagnationError`: the mesh
         does not allow a stable pressure.
         """
-        displacement, residuals, pressure = {}, {}, {}
-        n_nodes = len(self.mesh.points)
-        for parity, f in right_hand_sides(loads).items():
-            slot = self._slot(parity)
-            with self._clock("solve"):
-                fixed = self._fixed(parity)
-                if parity not in self._condition:  # at the cost of one more solution
-                    softest = np.where(fixed[:, None], 0.0, probe(self._K))
-                    self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
-                system = MixedSystem(self._K, self._space, fixed, self._alive(parity))
-                u, p, left = self._settled(system, slot, f)
-                restraints = self._restraints_off_planes(parity)
-                reaction = float(np.abs(system.imbalance(u, p, f)[0][restraints]).max(initial=0.0))
-            displacement[parity] = u.reshape(n_nodes, 3, -1)
-            pressure[parity] = self._space.nodal(p, n_nodes)
-            residuals[parity] = replace(left, reaction=reaction)
-        return Solution(displacement, residuals, pressure, dict(self._condition))
+        pressure = {}
+
+        def mixed(parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
+            fixed = self._fixed(parity)
+            if parity not in self._condition:  # at the cost of one more solution
+                softest = np.where(fixed[:, None], 0.0, probe(self._K))
+                self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
+            system = MixedSystem(self._K, self._space, fixed, self._alive(parity))
+            u, p, left = self._settled(system, slot, f)
+            pressure[parity] = self._space.nodal(p, len(self.mesh.points))
+            restraints = self._restraints_off_planes(parity)
+            reaction = float(np.abs(system.imbalance(u, p, f)[0][restraints]).max(initial=0.0))
+            return u, replace(left, reaction=reaction)
+
+        return replace(self._solution(right_hand_sides(loads), mixed), pressure=pressure)
 
     def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures; if the iterative solver stagnates, by the direct one if it fits."""

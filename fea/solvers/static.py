@@ -165,23 +165,28 @@ class Model:
         Raises `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the
         factorisation broke down.
         """
-        displacement: dict[Parity, Floats] = {}
-        left: dict[Parity, Residuals] = {}
-        for parity, f in right_hand_sides(loads).items():
-            slot = self._slot(parity)
-            with self._clock("solve"):
-                u, left[parity] = self._refined(parity, slot, f)
-            displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, left, condition=dict(self._condition))
+        return self._solution(right_hand_sides(loads), self._refined)
 
     def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
         """Displacements under sums of the forces of `compliance`, by columns of weights (k, n)."""
+
+        def summed(parity: Parity, slot: int, own: Floats) -> tuple[Floats, Residuals]:
+            forces = self._condensed[parity]
+            u = self._solver.solve_sums(slot, unheld(forces, self._fixed(parity)), own)
+            return self._refined(parity, slot, forces @ own, u)
+
+        return self._solution(columns, summed)
+
+    def _solution(
+        self,
+        sides: Mapping[Parity, Floats],
+        solved: Callable[[Parity, int, Floats], tuple[Floats, Residuals]],
+    ) -> Solution:
         displacement, left = {}, {}
-        for parity, own in columns.items():
-            slot, forces = self._slot(parity), self._condensed[parity]
+        for parity, side in sides.items():
+            slot = self._slot(parity)
             with self._clock("solve"):
-                u = self._solver.solve_sums(slot, unheld(forces, self._fixed(parity)), own)
-                u, left[parity] = self._refined(parity, slot, forces @ own, u)
+                u, left[parity] = solved(parity, slot, side)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
         return Solution(displacement, left, condition=dict(self._condition))
 

@@ -80,7 +80,8 @@ def rings(radii: Sequence[float], height: float) -> SideBySide:
     They are cut at `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_Z`; the inside is `Surface.INNER`, the outside
     `Surface.OUTER`, the top free.
     """
-    return SideBySide(tuple(Prism(half_ring(*pair), (0.0, height)) for pair in pairwise(radii)))
+    sides = [half_ring(*pair) for pair in pairwise(radii)]
+    return SideBySide(tuple(Prism((*of_ring[2:], *of_ring[:2]), (0.0, height)) for of_ring in sides))
 
 
 def bars(
