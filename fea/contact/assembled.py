@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.active_set import ContactSystem
+from fea.contact.block import Guess, Places
 from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
-from fea.contact.guess import Guess, Places
 from fea.contact.problem import ContactProblem
 from fea.contact.trial import EXACT, Exact
 from fea.machine.threads import one_blas_thread

@@ -14,7 +14,7 @@ from fea.film.grid import FilmGrid
 from fea.output.stored_run import read_vtu
 from fea.output.text import read_columns
 from fea.pins import lubrication
-from fea.pins.film import YieldingBore
+from fea.pins.lubrication import YieldingBore
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study

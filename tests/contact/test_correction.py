@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.contact.block_search import Correction
-from fea.contact.guess import Guess
+from fea.contact.block import Guess
+from fea.contact.friction_system import Correction
 from fea.contact.trial import EXACT
 
 

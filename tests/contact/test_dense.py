@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.contact.dense import solved
+from fea.contact.trial import solved
 
 SIZE = 40
 

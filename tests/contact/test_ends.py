@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fea.contact.block import Block, Blocks, Product
+from fea.contact.block import Block, Blocks, Guess, Places, Product
 from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import FrictionSystem, Load, Steps
-from fea.contact.guess import Guess, Places
 
 PINS, PLACES, FRICTION = 12, 8, 0.3
 SIZE = PINS + 3 * PLACES

@@ -20,7 +20,7 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
-from fea.solvers import saddle
+from fea.solvers import mixed
 from fea.solvers.linear import amg as conjugate_gradients
 from fea.solvers.mixed import MixedModel, pressure_space
 from fea.solvers.static import Model
@@ -178,7 +178,7 @@ def test_multigrid_solves_for_pressure_too():
 
 
 def test_a_pressure_that_multigrid_does_not_settle_is_solved_for_directly(monkeypatch):
-    monkeypatch.setattr(saddle, "MOST_ITERATIONS", 3)
+    monkeypatch.setattr(mixed, "MOST_ITERATIONS", 3)
     mesh = strap()
     model = MixedModel(mesh, [RUBBER], [0], RELIEF, solver=SolverName.AMG)
     solution = model.solve([tilted_load(mesh)])

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from fea.solid.errors import StagnationError
-from fea.solvers import saddle
-from fea.solvers.saddle import Constraint, iterate_saddle
+from fea.solvers import mixed
+from fea.solvers.mixed import Constraint, iterate_saddle
 
 N_U, N_P = 40, 12
 
@@ -31,7 +31,7 @@ def solved(seed, compliance, sizes):
 def test_every_load_is_solved_for_whatever_its_size(seed, compliance):
     left, size = solved(seed, compliance, np.array([1.0, 1e9, 0.0, 1e-9]))
     # The tolerance is of the preconditioner's norm, whose condition has a root of some fifty.
-    assert (left <= 50 * 2 * saddle.TOLERANCE * size).all()
+    assert (left <= 50 * 2 * mixed.TOLERANCE * size).all()
 
 
 def test_nothing_is_asked_of_no_load():
@@ -40,6 +40,6 @@ def test_nothing_is_asked_of_no_load():
 
 
 def test_what_does_not_converge_is_not_returned(monkeypatch):
-    monkeypatch.setattr(saddle, "MOST_ITERATIONS", 3)
+    monkeypatch.setattr(mixed, "MOST_ITERATIONS", 3)
     with pytest.raises(StagnationError, match=r"after 3 steps\. Use .*--size"):
         solved(1, 0.1, np.ones(2))
