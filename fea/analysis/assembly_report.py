@@ -76,78 +76,56 @@ _LOST = -0.1
 _APART = 1e-3
 
 
-class LoadLimits:
-    """Follows an assembly while everything that acts in a load case grows in proportion."""
-
-    def __init__(self, pins: "AssemblyPins", case: Instants, known: AssemblyState) -> None:
-        self._pins, self._case = pins, case
-        self._states = {0.0: pins.assembly.sums(pins.assembly.assembled.start), 1.0: known}
-
-    def opens(self) -> float | None:
-        """When the joint opens at the edge of the bore.
-
-        Raises `ContactError`: a state could not be found.
-        """
-        return self._onset(lambda state: state.joint.edge_pressure or 0.0)
-
-    def separates(self) -> float | None:
-        """When rod and cap come apart; errors as for `opens`."""
-        clamped = self._states[0.0].joint.force
-        return self._onset(lambda state: state.joint.force - _APART * clamped)
-
-    def lifts_off(self, surface: Surface) -> float | None:
-        """When a part begins to lift off its seat; errors as for `opens`."""
-        return self._onset(
-            lambda state: 0.0 if state.faces[surface].open_share > 0 else state.faces[surface].least
-        )
-
-    def _onset(self, measure: Callable[[AssemblyState], float]) -> float | None:
-        lost = _LOST * measure(self._states[0.0])
-
-        def left(factor: float) -> float:
-            if factor not in self._states:
-                self._states[factor] = self._pins.state_under(self._case, factor)
-            value = measure(self._states[factor])
-            return value if value > 0 else lost
-
-        return onset(left)
-
-
 class Onsets:
-    """Follows the worst load cases of a rod of separate parts until something comes apart."""
+    """Follows the worst load cases of a rod of separate parts, as all that acts grows, until something parts.
+
+    What begins is None where it was not found.
+    """
 
     def __init__(
         self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
     ) -> None:
         self._pins, self._cases, self._assembled = pins, cases, states[ASSEMBLY]
-        self._states = {name: state for name, state in states.items() if name != ASSEMBLY}
-        self._limits: dict[str, LoadLimits] = {}
+        self._states = {(name, 1.0): state for name, state in states.items() if name != ASSEMBLY}
 
-    def of_joint(self, begins: Callable[[LoadLimits], float | None]) -> OnsetFigures | None:
-        """When something begins at the joint, in the case that pulls it apart most; None where not found."""
-        return self._of(max, lambda state: state.separating(self._assembled), begins)
+    def opens(self) -> OnsetFigures | None:
+        """When the joint opens at the edge of the bore, in the case that pulls it apart most."""
+        return self._of(self._separating, lambda state: state.joint.edge_pressure or 0.0)
+
+    def separates(self) -> OnsetFigures | None:
+        """When rod and cap come apart, in the same case."""
+        clamped = self._assembled.joint.force
+        return self._of(self._separating, lambda state: state.joint.force - _APART * clamped)
 
     def lifts_off(self, seat: Surface) -> OnsetFigures | None:
         """When a part begins to lift off its seat, in the case that relieves the seat most."""
         return self._of(
-            min,
-            lambda state: (state.faces[seat].least, -state.faces[seat].open_share),
-            lambda limits: limits.lifts_off(seat),
+            lambda state: (-state.faces[seat].least, state.faces[seat].open_share),
+            lambda state: 0.0 if state.faces[seat].open_share > 0 else state.faces[seat].least,
         )
+
+    def _separating(self, state: AssemblyState) -> tuple[float]:
+        return (state.separating(self._assembled),)
 
     def _of(
         self,
-        extreme: Callable[..., str],
-        measure: Callable[[AssemblyState], object],
-        begins: Callable[[LoadLimits], float | None],
+        severity: Callable[[AssemblyState], tuple[float, ...]],
+        measure: Callable[[AssemblyState], float],
     ) -> OnsetFigures | None:
         if self._pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
             return None
-        case = extreme(self._states, key=lambda name: measure(self._states[name]))
-        if case not in self._limits:
-            self._limits[case] = LoadLimits(self._pins, self._cases[case], self._states[case])
+        loaded = [key for key in self._states if key[1] == 1]
+        case, _ = max(loaded, key=lambda key: severity(self._states[key]))
+        lost = _LOST * measure(self._assembled)
+
+        def left(factor: float) -> float:
+            if (case, factor) not in self._states and factor:
+                self._states[case, factor] = self._pins.state_under(self._cases[case], factor)
+            value = measure(self._states[case, factor] if factor else self._assembled)
+            return value if value > 0 else lost
+
         try:
-            factor = begins(self._limits[case])
+            factor = onset(left)
         except ContactError:
             return None
         return OnsetFigures(case=case, load_factor=factor, largest_factor=LARGEST)
@@ -297,8 +275,8 @@ def _joint(
     }
     return JointFigures(
         friction=friction,
-        opens=onsets.of_joint(lambda limits: limits.opens()),
-        separates=onsets.of_joint(lambda limits: limits.separates()),
+        opens=onsets.opens(),
+        separates=onsets.separates(),
         by_case=by_case,
         cycle=None if cycle is None else _joint_cycle(cycle),
     )

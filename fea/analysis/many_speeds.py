@@ -147,10 +147,6 @@ def _yielding(worst: Worst) -> float:
     return min(worst.yielding.factor, *(peak.min_safety_factor for peak in worst.peaks))
 
 
-def _fatigue(worst: Worst) -> float:
-    return np.inf if worst.fatigue is None else worst.fatigue.factor
-
-
 def _crossland(worst: Worst) -> float:
     """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
     places = (place.figures.crossland_safety_factor for place in (worst.yielding, worst.fatigue) if place)
@@ -159,6 +155,6 @@ def _crossland(worst: Worst) -> float:
 
 _MODES: dict[str, Callable[[Worst], float]] = {
     "yield": _yielding,
-    "fatigue": _fatigue,
+    "fatigue": lambda worst: np.inf if worst.fatigue is None else worst.fatigue.factor,
     "crossland": _crossland,
 }

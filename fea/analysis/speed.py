@@ -10,7 +10,6 @@ from fea.analysis.fields import Equilibrium
 from fea.analysis.film import FilmResult, film_at
 from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
-from fea.base.material import Material
 from fea.base.note import SINGULAR, Note, omission, remark, warning
 from fea.judge.case_result import CaseResult, bore_ends, case_result
 from fea.judge.fatigue import check_notes
@@ -28,7 +27,12 @@ def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResu
     residuals = list(solved.solution.residuals.values())
     values = _of_mesh(rod) | {
         "finite": float(sum(not case.finite for case in cases)),
-        "small_strain": max(_strain(case, rod.materials) for case in cases),
+        # Equivalent strain: von Mises stress over 3 μ.
+        "small_strain": max(
+            float(np.nanmax(stress)) / (3 * material.shear_modulus)
+            for case in cases
+            for stress, material in zip(case.part_von_mises, rod.materials, strict=True)
+        ),
         "small_displacement": max(case.max_displacement for case in cases) / rod.mesh.bores.rod_length,
         "section_balance": _section_balance(rod.mid_sections, cases),
         "backward_error": max(item.backward_error for item in residuals),
@@ -70,12 +74,6 @@ def _section_balance(sections: Iterable[SectionBalance], cases: Sequence[CaseRes
         if check("section_balance", least).passed:
             break
     return least
-
-
-def _strain(case: CaseResult, materials: Sequence[Material]) -> float:
-    """Largest equivalent strain of any part, von Mises stress over 3 μ."""
-    parts = zip(case.part_von_mises, materials, strict=True)
-    return max(float(np.nanmax(stress)) / (3 * material.shear_modulus) for stress, material in parts)
 
 
 def _balance(mesh: MeshedRod, solved: Equilibrium) -> dict[str, float]:
@@ -172,7 +170,6 @@ def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
 
 
 def _omissions(rod: PreparedRod, solution: Solution) -> Iterator[Note]:
-    """What the loads and the materials spare."""
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
         yield omission("antisymmetric part about y = 0", "every load is symmetric about y = 0")
     if not rod.structure.soft and rod.mesh.cell.order > 1:

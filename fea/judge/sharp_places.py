@@ -148,7 +148,7 @@ class SharpPlaces:
                 continue
             k, side = np.unravel_index(np.nanargmax(sizes), sizes.shape)
             at, row = of_place[k], rows[of_place[k]]
-            node = edges.nodes[row, 0]
+            node, away = edges.nodes[row, 0], edges.away[row, side]
             places.append(
                 SharpPlace(
                     at=edges.middle[row],
@@ -156,7 +156,7 @@ class SharpPlaces:
                     opening=float(edges.opening[row]),
                     length=float(edges.length[row]),
                     thickness=float(measure[at, side]),
-                    stress=_across(spots[at, side], edges.away[row, side]),
+                    stress=float(away @ _tensor(spots[at, side]) @ away),
                     von_mises=float(sizes[k, side]),
                     bar=float(bars[at, side]),
                     yield_strength=float(safety_factor[node] * equivalent[node]),
@@ -241,7 +241,3 @@ def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
 def _tensor(stress: Floats) -> Floats:
     """Matrices (…, 3, 3) of tensors (…, 6)."""
     return np.asarray(stress[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
-
-
-def _across(stress: Floats, direction: Floats) -> float:
-    return float(direction @ _tensor(stress) @ direction)

@@ -258,7 +258,9 @@ class ClampedParts:
         if self.outer <= self.seat:
             return 4 * self.grip / (math.pi * self.modulus * (self.outer**2 - self.hole**2))
         reach = min(self.outer, self.widest)
-        cone = 2 / (self._cones * self.hole * self.slope) * self._logarithm(reach)
+        w, h = self.seat, self.hole
+        logarithm = math.log((w + h) * (reach - h) / ((w - h) * (reach + h)))
+        cone = 2 / (self._cones * h * self.slope) * logarithm
         sleeve = self.grip - (reach - self.seat) / (self._cones * self.slope)
         return (cone + 4 / (reach**2 - self.hole**2) * sleeve) / (math.pi * self.modulus)
 
@@ -266,7 +268,3 @@ class ClampedParts:
     def _cones(self) -> int:
         """The guideline's w, over 1: cones that meet in the middle with a nut (1), one cone otherwise (2)."""
         return 1 if self.nut else 2
-
-    def _logarithm(self, reach: float) -> float:
-        w, h = self.seat, self.hole
-        return math.log((w + h) * (reach - h) / ((w - h) * (reach + h)))

@@ -41,7 +41,7 @@ class BondedBore:
     def of(cls, bore: BoreFacets, n_nodes: int) -> "BondedBore":
         """Integrate the tractions over a bore of a mesh with `n_nodes` nodes."""
         places = (bore.shape_values @ bore.corners)[..., :2]  # (n_facets, n_points, 2) from the axis
-        images = (2 if bore.cut_y else 1) * (2 if bore.cut_z else 1)
+        images = bore.images
         area = images * float(bore.areas.sum())
         center = images * np.einsum("fq,fqd->d", bore.areas, places) / area
         if bore.cut_y:

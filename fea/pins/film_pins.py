@@ -16,7 +16,7 @@ from fea.pins.lubrication import TOPIC, Films
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.pins.pressure import Harmonics, PressedBore, PressedPins
-from fea.solid.bore import radial_forces, radial_traction
+from fea.solid.bore import radial_loads
 from fea.solid.parity import Split
 from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
@@ -103,13 +103,11 @@ class FilmUnits(Harmonics):
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
         yield from super()._harmonics(parity)
-        facets, n_nodes = self._facets, self._pins.n_nodes
-        z = facets.corners[..., 2]
+        facets, z = self._facets, self._facets.corners[..., 2]
         there = self._functions.at(facets.angle, z @ facets.shape_values.T)[parity]
         nodal = self._functions.at(facets.node_angle, z)[parity]
-        for pressure, at_nodes in zip(there, nodal, strict=True):
-            forces = radial_forces(facets, n_nodes, pressure)
-            yield Surface.BIG_END_BORE, forces, radial_traction(facets, n_nodes, at_nodes)
+        for load in radial_loads(facets, self._pins.n_nodes, there, nodal):
+            yield Surface.BIG_END_BORE, *load
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
@@ -147,13 +145,8 @@ class FilmUnits(Harmonics):
     def _resultants(self) -> Floats:
         """Force (2, n_functions) on the whole rod's mesh of each function, N."""
         facets = self._facets
-        images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
-        even, odd = self._functions.at(facets.angle, facets.corners[..., 2] @ facets.shape_values.T)
-        radial = np.stack([np.cos(facets.angle), np.sin(facets.angle)]) * facets.areas * images
-        of_even, of_odd = (np.einsum("dfq,nfq->dn", radial, each, optimize=True) for each in (even, odd))
-        if facets.cut_y:  # components that the images across y = 0 cancel
-            of_even[1], of_odd[0] = 0.0, 0.0
-        return np.concatenate([of_even, of_odd], axis=1)
+        both = self._functions.at(facets.angle, facets.corners[..., 2] @ facets.shape_values.T)
+        return np.concatenate(facets.resultants(*both), axis=1)
 
 
 def _between(weights: Floats, angles: Floats) -> Floats:

@@ -94,11 +94,10 @@ def works(model: Model, facets: BoreFacets, even: Floats, odd: Floats) -> Floats
 
     There are at least as many even ones as odd ones.
     """
-    images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
     if not facets.cut_y:
         every = np.concatenate([even, odd])
         u = model.solve([Split(forces, None) for forces in every]).displacement[Parity.SYMMETRIC]
-        return np.asarray(images * np.tensordot(every, u, axes=2))
+        return np.asarray(facets.images * np.tensordot(every, u, axes=2))
     none = np.zeros((len(even) - len(odd), *even.shape[1:]))
     pairs = zip(even, np.concatenate([odd, none]), strict=True)
     u_of = model.solve([Split(*pair) for pair in pairs]).displacement
@@ -106,7 +105,7 @@ def works(model: Model, facets: BoreFacets, even: Floats, odd: Floats) -> Floats
         np.tensordot(own, u_of[parity], axes=2)[:, : len(own)]
         for parity, own in ((Parity.SYMMETRIC, even), (Parity.ANTISYMMETRIC, odd))
     ]
-    return np.asarray(images * block_diag(*of_parities))
+    return np.asarray(facets.images * block_diag(*of_parities))
 
 
 # Cells around the bore and steps of the cycle; and those of a coarser film, from which the error follows.

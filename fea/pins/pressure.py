@@ -13,7 +13,7 @@ import numpy as np
 from fea.base.units import DEG
 from fea.pins.model import UnitLoads, Weights, inertial_fields
 from fea.pins.prescribed import LoadedBore, PrescribedPins, StoredFields
-from fea.solid.bore import BoreFacets, BoreLoad, bore_load, radial_forces, radial_traction, wrapped
+from fea.solid.bore import BoreFacets, BoreLoad, bore_load, radial_loads, wrapped
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import Arc, BorePressure, Shape
@@ -123,16 +123,7 @@ class PressedBore:
     @cached_property
     def resultants(self) -> tuple[Floats, Floats]:
         """Force (2, n) on the whole rod of each even and each odd harmonic, N."""
-        facets = self.bore.facets
-        images = (2 if facets.cut_y else 1) * (2 if facets.cut_z else 1)
-        radial = np.stack([np.cos(facets.angle), np.sin(facets.angle)]) * facets.areas * images
-        even, odd = (
-            np.einsum("dfq,nfq->dn", radial, pressure, optimize=True)
-            for pressure in self.pressures(facets.angle)
-        )
-        if facets.cut_y:  # components that the images across y = 0 cancel
-            even[1], odd[0] = 0.0, 0.0
-        return even, odd
+        return self.bore.facets.resultants(*self.pressures(self.bore.facets.angle))
 
     def weights(self, force: Floats) -> Weights:
         """Weights of cos nφ (n_terms, n) and sin nφ (n_terms − 1, n) for a resultant `force` (2, n), N.
@@ -176,12 +167,7 @@ class Harmonics(UnitLoads):
     def fields(self) -> tuple[StoredFields, StoredFields]:
         """Return the even and the odd unit loads."""
         even, odd = (
-            StoredFields.of(
-                self._count(parity),
-                self._harmonics(parity),
-                inertial,
-                self._pins.tilt,
-            )
+            StoredFields.of(self._count(parity), self._harmonics(parity), inertial, self._pins.tilt)
             for parity, inertial in enumerate(inertial_fields(self._pins.inertia))
         )
         return even, odd
@@ -190,13 +176,11 @@ class Harmonics(UnitLoads):
         return sum(len(bore.orders) - parity for bore in self.bores)
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
-        n_nodes = self._pins.n_nodes
         for pressed in self.bores:
             facets = pressed.bore.facets
-            there, nodal = pressed.pressures(facets.angle), pressed.pressures(facets.node_angle)
-            for pressure, at_nodes in zip(there[parity], nodal[parity], strict=True):
-                forces = radial_forces(facets, n_nodes, pressure)
-                yield pressed.bore.surface, forces, radial_traction(facets, n_nodes, at_nodes)
+            there, nodal = (pressed.pressures(angle)[parity] for angle in (facets.angle, facets.node_angle))
+            for load in radial_loads(facets, self._pins.n_nodes, there, nodal):
+                yield pressed.bore.surface, *load
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""

@@ -68,6 +68,19 @@ class BoreFacets(FacetPoints):
     cut_y: bool
     cut_z: bool
 
+    @property
+    def images(self) -> int:
+        """Number of images of the cell in the whole rod."""
+        return (2 if self.cut_y else 1) * (2 if self.cut_z else 1)
+
+    def resultants(self, even: Floats, odd: Floats) -> tuple[Floats, Floats]:
+        """Force (2, n) on the whole rod's mesh of even and odd pressures (n, n_facets, n_points), N."""
+        radial = np.stack([np.cos(self.angle), np.sin(self.angle)]) * self.areas * self.images
+        of_even, of_odd = (np.einsum("dfq,nfq->dn", radial, each, optimize=True) for each in (even, odd))
+        if self.cut_y:  # components that the images across y = 0 cancel
+            of_even[1], of_odd[0] = 0.0, 0.0
+        return of_even, of_odd
+
 
 def bore_facets(mesh: TetMesh, surface: Surface, center_x: float) -> BoreFacets:
     """Quadrature points of the bore `surface`, whose axis passes through (`center_x`, 0)."""
@@ -145,6 +158,14 @@ def radial_traction(bore: BoreFacets, n_nodes: int, pressure: Floats) -> Floats:
     traction[bore.nodes, 0] = pressure * np.cos(bore.node_angle)
     traction[bore.nodes, 1] = pressure * np.sin(bore.node_angle)
     return traction
+
+
+def radial_loads(
+    bore: BoreFacets, n_nodes: int, there: Floats, nodal: Floats
+) -> Iterator[tuple[Floats, Floats]]:
+    """Yield forces and traction (n_nodes, 3) of pressures at quadrature points and at the facets' nodes."""
+    for pressure, at_nodes in zip(there, nodal, strict=True):
+        yield radial_forces(bore, n_nodes, pressure), radial_traction(bore, n_nodes, at_nodes)
 
 
 # Angles (rad) that agree to this many decimals count as equal, so that an arc may end at a node.

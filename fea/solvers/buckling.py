@@ -208,7 +208,11 @@ class Buckling:
         self._mesh, self._ends = mesh, ends
         self._sides = tuple(Parity) if Surface.SYMMETRY_Y in mesh.facets else (Parity.SYMMETRIC,)
         self._geometric = GeometricStiffness(mesh, model.material)
-        self._bodies = {Parity.SYMMETRIC: {side: self._turning(model, side) for side in self._sides}}
+        symmetric = {}
+        for side in self._sides:  # about z = 0 symmetric as well, with the model's factor
+            fixed, inverse = model.restrained(side)
+            symmetric[side] = constrained(mesh, ends, (side, Parity.SYMMETRIC), fixed, inverse)
+        self._bodies = {Parity.SYMMETRIC: symmetric}
         if Surface.SYMMETRY_Z in mesh.facets:
             self._bodies[Parity.ANTISYMMETRIC] = self._leaving(model)
         self._spaces = {parity_z: self._first(parity_z) for parity_z in self._bodies}
@@ -260,11 +264,6 @@ class Buckling:
         parts = load.times(self._parts(vectors), parity_z)
         stacked = np.stack([parts[side] for side in self._sides])
         return -stacked.reshape(-1, stacked.shape[-1])
-
-    def _turning(self, model: Model, side: Parity) -> Constrained:
-        """The body symmetric about z = 0, with the model's factor."""
-        fixed, inverse = model.restrained(side)
-        return constrained(self._mesh, self._ends, (side, Parity.SYMMETRIC), fixed, inverse)
 
     def _leaving(self, model: Model) -> dict[Parity, Constrained]:
         """The bodies antisymmetric about z = 0."""

@@ -52,7 +52,14 @@ def constrained(
     `fixed` (n,) are the degrees of freedom of the planes, and one per rigid motion (`stopping`), with which
     `inverse` is K_c⁻¹. Raises `UnderconstrainedError`: the surfaces leave a rigid motion free.
     """
-    rigid, C = _rigid(mesh, parities), _rows(mesh, surfaces, parities)
+    rigid, free = _rigid(mesh, parities), motions_with(mesh, *parities)
+    rows = [
+        mean_motions(mesh, end.surface, end.center)[motion].ravel()
+        for end in surfaces
+        for motion in end.motions
+        if motion in free
+    ]
+    C = np.stack(rows) if rows else np.zeros((0, mesh.points.size))
     if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
         raise UnderconstrainedError(
             "the constraints at the two ends leave a rigid motion of the body free. Constrain more motions"
@@ -85,17 +92,6 @@ def _rigid(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
     """Rigid motions (n, n_rigid) that have the parities."""
     motions = rigid_motions(mesh.points, mesh.points.mean(axis=0) * [1.0, 0.0, 0.0])
     return motions[motions_with(mesh, *parities)].reshape(-1, mesh.points.size).T
-
-
-def _rows(mesh: TetMesh, surfaces: tuple[ConstrainedSurface, ...], parities: tuple[Parity, Parity]) -> Floats:
-    """Rows (n_rows, n) of the constrained mean motions that have the parities."""
-    rows = [
-        mean_motions(mesh, end.surface, end.center)[motion].ravel()
-        for end in surfaces
-        for motion in end.motions
-        if motion in motions_with(mesh, *parities)
-    ]
-    return np.stack(rows) if rows else np.zeros((0, mesh.points.size))
 
 
 def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:

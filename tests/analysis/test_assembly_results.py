@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
-from fea.analysis.assembly_report import LARGEST, WITHIN, LoadLimits, assembly_figures, onset
+from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.survival import factors, survival
 from fea.apps.report_run import prepared_again
@@ -178,12 +178,13 @@ def test_half_a_rod_says_the_same_as_a_quarter():
 
 def test_a_joint_opens_and_comes_apart_where_it_is_said_to(rod):
     pins, case = rod.pins, pulled(40e3)
-    limits = LoadLimits(pins, case, pins.state_under(case))
+    states = {ASSEMBLY: pins.state_under(case, 0.0), case.name: pins.state_under(case)}
+    onsets = Onsets(pins, {case.name: case}, states)
 
     def joint(factor):
         return pins.state_under(case, factor).joint
 
-    opens, separates = limits.opens(), limits.separates()
+    opens, separates = onsets.opens().load_factor, onsets.separates().load_factor
     assert 0 < opens < 1 < separates
     assert joint(opens * 0.95).edge_pressure > 0 == joint(opens * 1.05).edge_pressure
     assert joint(separates * 0.95).force > 0

@@ -5,7 +5,7 @@ import pytest
 from fea import load_study, run
 from fea.study.flags import Flags
 from fea.verify.stability import materials, runs
-from fea.verify.stability.outcome import ExtremeRow, Verdict, judged
+from fea.verify.stability.outcome import ExtremeRow, Place, Verdict
 from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
 
@@ -78,9 +78,13 @@ def test_loads_on_the_mesh_balance_at_every_extreme(rows):
 
 
 def test_a_case_that_is_off_unnoticed_is_wrong():
-    assert judged(2.0, 1.0, marked=False) is Verdict.WRONG
-    assert judged(2.0, 1.0, marked=True) is Verdict.MARKED
-    assert judged(float("nan"), 1.0, marked=False) is Verdict.WRONG
+    def verdict(error, *noticed_by):
+        return ExtremeRow.judged(Place("c", "p", 1.0), error, 1.0, {}, noticed_by).verdict
+
+    assert verdict(0.5) is Verdict.RIGHT
+    assert verdict(2.0) is Verdict.WRONG
+    assert verdict(2.0, "a check") is Verdict.MARKED
+    assert verdict(float("nan")) is Verdict.WRONG
     assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, Verdict.WRONG)])
 
 

@@ -6,7 +6,6 @@ Vaněk, Mandel & Brezina (1996) through pyamg, on 3×3 node blocks with the six 
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.solid.assembly import SymmetricMatrix
@@ -81,7 +80,8 @@ class SmoothedAggregation(LinearSolver):
         from pyamg import smoothed_aggregation_solver  # noqa: PLC0415 - only large models need it
 
         full = sparse.bsr_matrix(matrix.full())
-        modes = np.where(_fixed(matrix)[:, None], 0.0, self._modes)
+        fixed = np.equal(matrix.row_sums, matrix.diagonal())  # rows that have their diagonal entry alone
+        modes = np.where(fixed[:, None], 0.0, self._modes)
         self._hierarchies[slot] = smoothed_aggregation_solver(
             full,
             B=modes,
@@ -116,8 +116,3 @@ class SmoothedAggregation(LinearSolver):
             )
             raise StagnationError(message)
         return np.asarray(u)
-
-
-def _fixed(matrix: SymmetricMatrix) -> npt.NDArray[np.bool_]:
-    """Degrees of freedom (n,) whose row has only its diagonal entry."""
-    return np.equal(matrix.row_sums, matrix.diagonal())

@@ -60,6 +60,30 @@ class ExtremeRow:
     #: how a run reports the problem: the names of the checks that fail, or its error bar
     noticed_by: tuple[str, ...] = ()
 
+    @classmethod
+    def judged(
+        cls,
+        place: Place,
+        error_percent: float,
+        tolerance_percent: float,
+        checks: Mapping[str, Check],
+        noticed_by: Iterable[str] = (),
+    ) -> "ExtremeRow":
+        """Judge a result by the checks of its run; `noticed_by`: how else a run would report a problem."""
+        noticed = (*noticed_by, *(name for name, check in checks.items() if not check.passed))
+        right = Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG
+        values = {name: each.value for name, each in checks.items()}
+        return cls(
+            *place,
+            verdict=Verdict.MARKED if noticed else right,
+            result_error_percent=error_percent,
+            backward_error=values.get("backward_error"),
+            condition_estimate=values.get("condition"),
+            energy_error=values.get("energy_balance"),
+            tolerance_percent=tolerance_percent,
+            noticed_by=noticed,
+        )
+
     @property
     def passed(self) -> bool:
         """Whether the result is right or the problem is reported."""
@@ -70,34 +94,6 @@ class ExtremeRow:
         quality = ("backward_error", "condition_estimate", "energy_error", "result_error_percent")
         named = ("case", "parameter", "value", *quality, "tolerance_percent", "noticed_by", "verdict")
         return {name: getattr(self, name) for name in named}
-
-
-def judged(error_percent: float, tolerance_percent: float, *, marked: bool) -> Verdict:
-    """Return the verdict on a result; `marked`: a run would report it as not to be trusted."""
-    if marked:
-        return Verdict.MARKED
-    return Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG
-
-
-def judged_row(
-    place: Place,
-    error_percent: float,
-    tolerance_percent: float,
-    checks: Mapping[str, Check],
-    noticed_by: Iterable[str] = (),
-) -> ExtremeRow:
-    """Judge a result with the checks of its run; `noticed_by` tells how else a run would report a problem."""
-    noticed = (*noticed_by, *(name for name, check in checks.items() if not check.passed))
-    return ExtremeRow(
-        *place,
-        verdict=judged(error_percent, tolerance_percent, marked=bool(noticed)),
-        result_error_percent=error_percent,
-        backward_error=checks["backward_error"].value,
-        condition_estimate=checks["condition"].value,
-        energy_error=checks["energy_balance"].value,
-        tolerance_percent=tolerance_percent,
-        noticed_by=noticed,
-    )
 
 
 @dataclass(frozen=True)
@@ -126,7 +122,7 @@ class Solved:
         self, place: Place, error_percent: float, tolerance_percent: float, noticed_by: Iterable[str] = ()
     ) -> ExtremeRow:
         """Judge a result computed from the displacement; `noticed_by` names other checks that would fail."""
-        return judged_row(place, error_percent, tolerance_percent, self.checks, noticed_by)
+        return ExtremeRow.judged(place, error_percent, tolerance_percent, self.checks, noticed_by)
 
     def peak_row(self, place: Place, peak: Peak, exact: float) -> ExtremeRow:
         """Judge a peak, MPa: if it is called converged, its error must be within the limit of that."""

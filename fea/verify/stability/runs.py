@@ -15,7 +15,7 @@ from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study
-from fea.verify.stability.outcome import ExtremeRow, Place, Verdict, judged, judged_row
+from fea.verify.stability.outcome import ExtremeRow, Place, Verdict
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 from loads.dynamics import cycle
@@ -44,10 +44,9 @@ def engines() -> Iterator[ExtremeRow]:
 def _balance(place: Place, *, ratio: float = 1 / 3, rpm: float = 6000.0, peak: float = 60.0) -> ExtremeRow:
     """Judge the balance relative to the largest force on the rod, or to that times the rod's length."""
     engine = Engine(crank_radius=ratio * _LENGTH, rod_length=_LENGTH, bore=76.0, piston_mass=1.0 * KG)
-    gas, tolerance = Otto(engine, 8.0, peak * BAR), 1e-10
+    gas = Otto(engine, 8.0, peak * BAR)
     error = 100 * max(_imbalance(engine, gas, rpm * RPM, angle) for angle in np.arange(0, 4 * math.pi, 0.1))
-    verdict = judged(error, tolerance, marked=False)
-    return ExtremeRow(*place, verdict, result_error_percent=error, tolerance_percent=tolerance)
+    return ExtremeRow.judged(place, error, 1e-10, {})
 
 
 def _imbalance(engine: Engine, gas: Otto, speed: float, angle: float) -> float:
@@ -82,7 +81,7 @@ def rods() -> Iterator[ExtremeRow]:
         result = solve_speed(prepare(replace(pulled, rod=table)), None)
         # The written stress must transmit the force; recovered stress is not exactly in equilibrium.
         error = 100 * abs(_section_force(result.cases["given"]) / _PULL - 1)
-        yield judged_row(Place("web of a rod, p2", "mm", web), error, 3.0, result.checks)
+        yield ExtremeRow.judged(Place("web of a rod, p2", "mm", web), error, 3.0, result.checks)
     usual, rod = study.engine, prepare(replace(study, mesh=MeshTable(_SIZE)))
     otto = replace(usual, gas="otto", compression_ratio=8.0, peak_pressure_bar=60.0)
     motored = replace(usual, gas="motored", compression_ratio=8.0)
@@ -128,4 +127,4 @@ def _sums(
     for value, rpm in speeds.items():
         result = solve_speed(rod, rpm)
         error = 100 * max(result.checks[name].value for name in ("force_balance", "moment_balance"))
-        yield judged_row(Place(*case, value), error, 1e-8, result.checks)
+        yield ExtremeRow.judged(Place(*case, value), error, 1e-8, result.checks)
