@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fea.base.note import Note, assumptions
-from fea.judge.bolt_choice import ChosenBolt, choose_bolt
-from fea.judge.bolt_shape import BoltSeats, seats_of
+from fea.judge.bolt_choice import BoltSeats, ChosenBolt, choose_bolt, seats_of
 from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import (

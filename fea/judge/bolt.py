@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.choices import ThreadRolled
-from fea.judge.bolt_shape import BoltShape
 from fea.judge.vdi2230 import (
     alternating_stress,
     endurance_after,
@@ -18,13 +17,44 @@ from fea.judge.vdi2230 import (
     thread_torque,
     tightening_stress,
 )
-from fea.study.bolts import BoltStrength
+from fea.study.bolts import BoltStrength, Thread
 from geometry.arrays import Floats
 
 # k_τ: share of the torsion of tightening that remains in service.
 _TORSION_LEFT = 0.5
 # Places around a thread whose stress is followed: the largest amplitude is met to 0.2 %.
 _AROUND = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoltShape:
+    """A bolt in its seats; lengths in mm."""
+
+    thread: Thread
+    grip: float  #: from the seat of the head to that of the nut, or to the first thread that carries
+    engaged: float  #: length of thread in the rod from the end of the grip; 0 with a nut
+    #: Outer diameters of the seats; that of the nut is 0 for a screw in a threaded hole
+    head_diameter: float
+    nut_diameter: float
+    shank_diameter: float
+    free_thread: float  #: length of thread in the grip; the rest is shank
+    hole: float  #: its diameter
+
+    @property
+    def least_diameter(self) -> float:
+        """d₀: the stress diameter of the thread, or the diameter of a thinner shank, mm."""
+        return min(self.thread.stress_diameter, self.shank_diameter)
+
+    @property
+    def least_area(self) -> float:
+        """A₀ = π/4 d₀², mm²."""
+        return math.pi / 4 * self.least_diameter**2
+
+    @property
+    def least_seat_area(self) -> float:
+        """A_p: area of the smaller seat, mm²."""
+        seat = min(self.head_diameter, self.nut_diameter or self.head_diameter)
+        return math.pi / 4 * (seat**2 - self.hole**2)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,7 @@ from jsonschema import Draft202012Validator
 from fea.analysis.assembling import Assembling
 from fea.base.choices import BoltGrade, ThreadRolled
 from fea.base.note import NoteKind
-from fea.judge.bolt_choice import choose_bolt
-from fea.judge.bolt_shape import BoltSeats, seats_of
+from fea.judge.bolt_choice import BoltSeats, choose_bolt, seats_of
 from fea.study.assembly_table import AssemblyTable
 from fea.study.documents import study_schema, template
 from fea.study.flags import Flags
