@@ -45,18 +45,10 @@ _LEFT_OUT = (
 class SpeedSweep:
     """The worst places of a rod at each of many speeds.
 
-    `speeds`: rpm.
+    `speeds`: rpm. Raises `InvalidValue`: nothing loads the rod at one of the speeds, or there is no engine.
 
-    Raises
-    ------
-    InvalidValue
-        Nothing loads the rod at one of the speeds, or there is no engine.
-
-    Attributes
-    ----------
-    critical
-        Lowest speed, rpm, from which each factor is below 1, to a tenth, and that from which a joint opens;
-        None where there is none.
+    Attributes: `critical`: lowest speed, rpm, from which each factor is below 1, to a tenth, and that from
+    which a joint opens; None where there is none.
     """
 
     def __init__(self, rod: PreparedRod, speeds: Sequence[float]) -> None:

@@ -291,10 +291,8 @@ class Known(NamedTuple):
 def agreeing(moving: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
     """Compare a motion with directly solved instants.
 
-    Returns
-    -------
-    motion, reason
-        The motion as it is; without displacement where that differs; or None and why where the stress does.
+    Returns the motion as it is, or without displacement where that differs; or None, and why, where the
+    stress does.
     """
     stress, moved = 0.0, 0.0
     for case in cases:

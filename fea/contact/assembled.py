@@ -72,25 +72,13 @@ class InterfaceVertices:
 class Assembled:
     """Parts that are held together by bolts and fits: `tightened`, and at the `start` as warm as the engine.
 
-    Parameters
-    ----------
-    parts
-        Nodes of each part that nothing else holds.
-    friction
-        Coefficient μ between all mating faces.
-    preload
-        (n_bolts,) force of each bolt of the cell when it is tightened, N.
-    warming
-        From the temperature at which the parts were put together to that of the engine.
-    names
-        Of the parts, for messages.
+    `parts`: nodes of each part that nothing else holds; `friction`: coefficient μ between all mating faces;
+    `preload`: (n_bolts,) force of each bolt of the cell when it is tightened, N; `warming`: from the
+    temperature at which the parts were put together to that of the engine; `names`: of the parts, for
+    messages.
 
-    Attributes
-    ----------
-    motions
-        The rigid motions of the parts: parity and displacement (3 n_nodes,).
-
-    Raises `ContactError`: no contact between the parts carries the bolt forces.
+    Attributes: `motions`: the rigid motions of the parts: parity and displacement (3 n_nodes,). Raises
+    `ContactError`: no contact between the parts carries the bolt forces.
     """
 
     def __init__(

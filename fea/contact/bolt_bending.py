@@ -90,18 +90,10 @@ class BoltEnds:
 class BoltBending:
     """Bending of the bolts of parts that are put together.
 
-    Parameters
-    ----------
-    body
-        The parts.
-    growth
-        (3 n_nodes,) free thermal expansion of the parts on the cell, mm; 0 for none.
+    `body`: the parts; `growth`: (3 n_nodes,) free thermal expansion of the parts on the cell, mm; 0 for none.
 
-    Attributes
-    ----------
-    feedback
-        (n_bolts, 4 n_bolts) change of each bolt force by the unit moments on the ends of all bolts while the
-        parts stick together, 1/mm: by its product with the moments the bolt forces are wrong.
+    Attributes: `feedback`: (n_bolts, 4 n_bolts) change of each bolt force by the unit moments on the ends of
+    all bolts while the parts stick together, 1/mm: by its product with the moments the bolt forces are wrong.
     """
 
     def __init__(

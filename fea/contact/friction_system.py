@@ -95,13 +95,9 @@ class BlockSearch:
     def __call__(self, problem: tuple[Block, Offsets, Guess, Exact, Trial | None]) -> tuple[Trial, int]:
         """Find the solution of a block, and how many states were tried.
 
-        Parameters
-        ----------
-        problem
-            A block, its sticking state, the first guess, the exactness of the laws, an earlier solution.
-
-        Raises `ContactError`: no pressure of the pins has their forces; `UnsettledError`: no state was found
-        that obeys contact and friction.
+        `problem`: a block, its sticking state, the first guess, the exactness of the laws, an earlier
+        solution. Raises `ContactError`: no pressure of the pins has their forces; `UnsettledError`: no state
+        was found that obeys contact and friction.
         """
         block, offsets, guess, exact, trial = problem
         correction = Correction(exact)

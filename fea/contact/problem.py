@@ -29,32 +29,15 @@ class ContactProblem:
 
     The unknowns are the pressures of the pins in their bores, the stresses between mating faces and the bolt
     forces, in this order on the cell; their images across y = 0 follow, if loads and unknowns have both
-    parities about it (`both_sides`).
+    parities about it (`both_sides`). `body`: gives the work of forces on the cell; `loads`: per parity (3
+    n_nodes, n_loads) forces on the cell beside the unknowns, with weights of their own.
 
-    Parameters
-    ----------
-    body
-        Gives the work of forces on the cell.
-    loads
-        Per parity (3 n_nodes, n_loads) forces on the cell beside the unknowns, with weights of their own.
-
-    Attributes
-    ----------
-    forces
-        (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell.
-    cell_loads
-        The loads.
-    nodes
-        (n_cell,) node of the cell at which each of them acts; −1 for bolts.
-    unfolding
-        Leads from the cell to all unknowns.
-    cell_compliance
-        Per parity (n_cell, n_cell) moments of the displacements of unit unknowns.
-    compliance, initial, rigid
-        C (n, n), the moments (n,) of the gaps as made and those (n, m) of the pins' free motions, R in
-        `fea.contact.active_set`.
-    loaded
-        (n, n_loads) moments of the gaps that unit loads open.
+    Attributes: `forces`: (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell;
+    `cell_loads`: the loads; `nodes`: (n_cell,) node of the cell at which each of them acts; −1 for bolts;
+    `unfolding`: leads from the cell to all unknowns; `cell_compliance`: per parity (n_cell, n_cell) moments
+    of the displacements of unit unknowns; `compliance`, `initial`, `rigid`: C (n, n), the moments (n,) of the
+    gaps as made and those (n, m) of the pins' free motions, R in `fea.contact.active_set`; `loaded`: (n,
+    n_loads) moments of the gaps that unit loads open.
     """
 
     def __init__(

@@ -246,16 +246,9 @@ def integrate(
 ) -> FilmCycle:
     """Integrate a film until its cycle repeats itself and its heat balances, and return the last cycle.
 
-    Parameters
-    ----------
-    heat
-        What the temperature of the oil follows from; without it the oil is that of the bearing.
-    before
-        A cycle of the same bearing with other cells or steps, to begin with.
-    most
-        Largest number of cycles, at least one.
-
-    Raises `FilmError`: a step was not solved, however short it was made.
+    `heat`: what the temperature of the oil follows from; without it the oil is that of the bearing; `before`:
+    a cycle of the same bearing with other cells or steps, to begin with; `most`: largest number of cycles, at
+    least one. Raises `FilmError`: a step was not solved, however short it was made.
     """
     slope, tried = _SLOPE, None
     count, lead = acting.count, math.ceil(_RAMP * acting.count)

@@ -160,16 +160,8 @@ class Bearing:
     ) -> JournalState:
         """Solve film, bore and position together by Newton's method, where the active set is what is full.
 
-        Parameters
-        ----------
-        guess
-            Where the iteration begins; without a load, its position is kept.
-        load
-            Force (2,) of the film on the bore, N.
-        loaded
-            g (n,) of `ElasticBore`.
-
-        Raises `FilmError`: the iteration did not end.
+        `guess`: where the iteration begins; without a load, its position is kept; `load`: force (2,) of the
+        film on the bore, N; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge)
         if loaded is None:

@@ -52,16 +52,9 @@ _ON_PLANE = 1e-6
 class AssemblyContact(BoreContact):
     """The contact problem of a rod of separate parts and its pins.
 
-    Attributes
-    ----------
-    assembled
-        The parts put together.
-    sums
-        Sums up states of them.
-    growth
-        Free thermal expansion of the rod on the cell, mm.
-
-    Raises `ContactError`: no contact between the parts carries the bolt forces.
+    Attributes: `assembled`: the parts put together; `sums`: sums up states of them; `growth`: free thermal
+    expansion of the rod on the cell, mm. Raises `ContactError`: no contact between the parts carries the bolt
+    forces.
     """
 
     def __init__(self, structure: Structure, fits: Fits, specification: AssemblySpecification) -> None:

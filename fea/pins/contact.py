@@ -359,11 +359,8 @@ class ContactFields:
 class ContactUnits(UnitLoads):
     """Patterns of the unknowns of the contact problem, and inertia.
 
-    Attributes
-    ----------
-    kept
-        How many of the unit loads, the last ones, are no patterns of unit work: inertia, and the state in
-        which separate parts were put together.
+    Attributes: `kept`: how many of the unit loads, the last ones, are no patterns of unit work: inertia, and
+    the state in which separate parts were put together.
     """
 
     kept = 2

@@ -181,13 +181,8 @@ class Contacts(NamedTuple):
 class SampledWeights:
     """Weights at n instants, which may be estimates until they are solved.
 
-    Attributes
-    ----------
-    weights
-        At every instant.
-    error
-        (n,) upper bound of the length of the vector of errors of the even and odd weights; 0 where they are
-        exact.
+    Attributes: `weights`: at every instant; `error`: (n,) upper bound of the length of the vector of errors
+    of the even and odd weights; 0 where they are exact.
     """
 
     def __init__(self, weights: Weights) -> None:

@@ -31,10 +31,7 @@ class Tabulation:
 def shape_functions(n_nodes: int, points: Floats) -> tuple[Floats, Floats]:
     """Shape functions and their derivatives at `points` (dim, n) of the reference simplex.
 
-    Returns
-    -------
-    values, gradients
-        (n, n_nodes) and (n, n_nodes, dim).
+    Their shapes are (n, n_nodes) and (n, n_nodes, dim).
     """
     element = _ELEMENTS[n_nodes]()
     tables = [element.lbasis(points, node) for node in range(n_nodes)]

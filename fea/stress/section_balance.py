@@ -28,11 +28,8 @@ class SectionBalance:
     def error(self, case: Instants, stress: Floats) -> float:
         """Equilibrium error of a case's nodal stress (n_nodes, 6), MPa, at the section.
 
-        Returns
-        -------
-        float
-            The larger of the force error and the moment error over the radius of gyration, relative to the
-            largest bore force plus the moment over the radius of gyration.
+        Returns the larger of the force error and the moment error over the radius of gyration, relative to
+        the largest bore force plus the moment over the radius of gyration.
         """
         x, y = map(float, case.pin)
         moment = (self._rod_length - self._station) * y

@@ -40,14 +40,9 @@ Solve = Callable[[tuple[Fields, Fields]], UnitSolutions]
 class Basis(ABC):
     """Unit loads and their solutions.
 
-    Attributes
-    ----------
-    loads
-        The unit loads that span every instant.
-    units
-        Solutions of these, or of those of their sums that make up the basis.
-    error
-        Estimated error of the stress at any place and instant, relative to the largest of the cycle.
+    Attributes: `loads`: the unit loads that span every instant; `units`: solutions of these, or of those of
+    their sums that make up the basis; `error`: estimated error of the stress at any place and instant,
+    relative to the largest of the cycle.
     """
 
     loads: UnitLoads
@@ -125,21 +120,12 @@ class SmallBasis(Basis):
     """Sums of the unit loads of pins in contact.
 
     It grows where another cycle is asked for, or where instants shall be exact. New sums follow those before
-    them, so that earlier weights remain valid.
+    them, so that earlier weights remain valid. `solve`: solves unit loads and recovers their stress;
+    `counts`: (n,) nodes of the cell that count: those away from singular places; `cycles`: the cycles that
+    are spanned from the beginning, one at least.
 
-    Parameters
-    ----------
-    solve
-        Solves unit loads and recovers their stress.
-    counts
-        (n,) nodes of the cell that count: those away from singular places.
-    cycles
-        The cycles that are spanned from the beginning, one at least.
-
-    Attributes
-    ----------
-    sensitivity
-        Per part, (2, n_sides, n): the largest von Mises and mean stress found per pressure that was left out.
+    Attributes: `sensitivity`: per part, (2, n_sides, n): the largest von Mises and mean stress found per
+    pressure that was left out.
     """
 
     loads: "ContactUnits"

@@ -192,14 +192,9 @@ _NEAR_BALL = 0.1
 class EstimatedCycle:
     """The degrees of a cycle, and its peak cases among them, in the order of time.
 
-    Attributes
-    ----------
-    angles, weights, error
-        Crank angles, rad, and those of `SampledWeights`.
-    rpm, degrees
-        The speed, and the weights at the degrees alone.
-    allowed
-        What estimates may err by, relative to the largest stress of the place.
+    Attributes: `angles`, `weights`, `error`: crank angles, rad, and those of `SampledWeights`; `rpm`,
+    `degrees`: the speed, and the weights at the degrees alone; `allowed`: what estimates may err by, relative
+    to the largest stress of the place.
     """
 
     def __init__(

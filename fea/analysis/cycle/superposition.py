@@ -238,10 +238,7 @@ class CycleAnalysis:
     ) -> tuple[Ints, bool]:
         """Let a small basis grow until the smallest factors are exact.
 
-        Returns
-        -------
-        nodes, certain
-            Nodes of the cell whose extremes are exact now; False if it took all instants.
+        Returns the nodes of the cell whose extremes are exact now, and False if that took all instants.
         """
         whole = self.mesh.mirrored
         places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
