@@ -80,19 +80,18 @@ def drawn_assembly(study: Study) -> Assembly | None:
     """
     if study.assembly is not None and study.rod.cad is not None:
         table = study.assembly  # lengths of bolts that it does not give are 0
-        return Assembly(
-            split=table.split_angle,
-            bushing=table.bushing_touches,
-            shell=table.shell_thickness_mm or 0.0,
-            bolt=BoltSeat(
-                head_diameter=table.bolt_head_mm or 0.0,
-                grip=table.bolt_grip_mm or 0.0,
-                nut_diameter=table.bolt_nut_mm or 0.0,
-                engaged=table.bolt_engaged_mm or 0.0,
-            ),
-        )
+        given = (table.bolt_head_mm, table.bolt_nut_mm, table.bolt_grip_mm, table.bolt_engaged_mm)
+        return _geometry(table, table.split_angle, *(value or 0.0 for value in given))
     assembling = Assembling.of(study)
     return None if assembling is None else assembling.geometry
+
+
+def _geometry(table: AssemblyTable, split: float, *lengths: float) -> Assembly:
+    head, nut, grip, engaged = lengths
+    seat = BoltSeat(head_diameter=head, nut_diameter=nut, grip=grip, engaged=engaged)
+    return Assembly(
+        split=split, bushing=table.bushing_touches, shell=table.shell_thickness_mm or 0.0, bolt=seat
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,16 +144,10 @@ class Assembling:
             bolt=chosen,
             fits=choose_fits(table, radii, materials, expansions),
             expansions=expansions,
-            geometry=Assembly(
-                split=table.split_angle if split is None else split,
-                bushing=table.bushing_touches,
-                shell=table.shell_thickness_mm or 0.0,
-                bolt=BoltSeat(
-                    head_diameter=bolt.head_diameter,
-                    nut_diameter=bolt.nut_diameter,
-                    grip=bolt.grip,
-                    engaged=bolt.engaged,
-                ),
+            geometry=_geometry(
+                table,
+                table.split_angle if split is None else split,
+                *(bolt.head_diameter, bolt.nut_diameter, bolt.grip, bolt.engaged),
             ),
         )
 

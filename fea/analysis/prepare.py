@@ -356,24 +356,37 @@ def _structure(
     clock: Clock,
     symbolic: Symbolic | None,
 ) -> Structure:
-    options, elastic = study.analysis, of_parts(materials, mesh.cell.part)
-    if soft_parts(materials, mesh.cell) and options.buckling:
+    options, elastic, cell = study.analysis, of_parts(materials, mesh.cell.part), mesh.cell
+    support, solver, assembly = options.support, options.solver, options.matrix_assembly
+    soft = soft_parts(materials, cell)
+    if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
         rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     with clock("loads"):
-        body = inertia(mesh.cell, elastic.density, options.matrix_assembly)
+        body = inertia(cell, elastic.density, assembly)
+    if soft:
+        from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
+
+        model: Model = MixedModel(
+            cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly
+        )
+    else:
+        model = Model(cell, elastic, support, solver, clock, assembly=assembly, symbolic=symbolic)
     return Structure(
-        model=_model(mesh, materials, options, clock, symbolic),
+        model=model,
         bores=mesh.bores,
         materials=materials,
         inertia=body,
         pressure=options.pin_load,
-        support=options.support,
+        support=support,
         contact=study.contact,
         film=study.film,
         pin_stiffness=study.pin_stiffness,
-        largest_pin_force=partial(_largest_pin_force, loading, body.properties, _spread(study) or [None]),
+        largest_pin_force=lambda: max(
+            float(np.hypot(*loading.at(body.properties, rpm).cases.pin).max())
+            for rpm in (*_spread(study),) or (None,)
+        ),
         crank_cycle=lambda speed: _engine(loading).crank_cycle(body.properties, speed / RPM),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
@@ -385,13 +398,6 @@ def _engine(loading: Loading, name: str = "") -> EngineLoading:
         rule = "has no [engine], so there is no crank cycle"
         raise InvalidValue("STUDY", name, rule, "Add an [engine].")
     return loading
-
-
-def _largest_pin_force(
-    loading: Loading, mass: MassProperties, speeds: Sequence[float] | Sequence[None]
-) -> float:
-    cases = [loading.at(mass, rpm).cases for rpm in speeds]
-    return max(float(np.hypot(*each.pin).max()) for each in cases)
 
 
 def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
@@ -407,23 +413,6 @@ def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinM
     pins = structure.pins()
     instead = assumption(f"{PRESCRIBED} takes the place of contact, which {why}", "pins")
     return structure, pins, (instead, *pins.notes)
-
-
-def _model(
-    mesh: MeshedRod,
-    materials: tuple[Material, ...],
-    options: AnalysisTable,
-    clock: Clock,
-    symbolic: Symbolic | None,
-) -> Model:
-    support, solver, assembly = options.support, options.solver, options.matrix_assembly
-    soft = soft_parts(materials, mesh.cell)
-    if not soft:
-        elastic = of_parts(materials, mesh.cell.part)
-        return Model(mesh.cell, elastic, support, solver, clock, assembly=assembly, symbolic=symbolic)
-    from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
-
-    return MixedModel(mesh.cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly)
 
 
 def _recovery(

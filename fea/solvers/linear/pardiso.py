@@ -185,7 +185,7 @@ class Pardiso(LinearSolver):
         if not (self._with_schur.pivots(slot)[:n] > 0).all():
             raise SingularMatrixError(NOT_POSITIVE_DEFINITE)
         self._solve[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n)
-        self._sum[slot] = partial(_summed_within, self._with_schur, slot, parts[0], n)
+        self._sum[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n, summed=True)
         return -(complement + complement.T) / 2
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
@@ -216,27 +216,24 @@ def _solved(handle: _Handle, slot: int, values: Floats, right_hand_sides: Floats
     return solution
 
 
-def _solved_within(handle: _Handle, slot: int, values: Floats, n: int, right_hand_sides: Floats) -> Floats:
-    """Solve with the leading block (n, n)."""
-    solution = np.empty_like(right_hand_sides, order="F")
-    for start in range(0, right_hand_sides.shape[1], _AT_ONCE):
-        some = right_hand_sides[:, start : start + _AT_ONCE]
-        sides, between = np.zeros((2, some.shape[1], len(handle))).swapaxes(1, 2)
-        sides[:n] = some
-        handle(_FORWARD, slot, values, sides, between)
-        between[n:] = 0.0
-        handle(_BACKWARD, slot, values, between, sides)
-        solution[:, start : start + _AT_ONCE] = sides[:n]
-    return solution
+def _solved_within(
+    handle: _Handle, slot: int, values: Floats, n: int, columns: Floats, *, summed: bool = False
+) -> Floats:
+    """Solve A u = f with the leading block A (n, n) of the factor of [A F; Fᵀ 0].
 
-
-def _summed_within(handle: _Handle, slot: int, values: Floats, n: int, columns: Floats) -> Floats:
-    """Solve A u = F c with the factor of [A F; Fᵀ 0]: backward substitution for A u + F (−c) = 0 alone."""
+    `columns` (n, k) are f; or with `summed` c (m, k) of f = F c: backward substitution for A u + F (−c) = 0
+    alone.
+    """
     solution = np.empty((n, columns.shape[1]), order="F")
     for start in range(0, columns.shape[1], _AT_ONCE):
         some = columns[:, start : start + _AT_ONCE]
-        known, found = np.zeros((2, some.shape[1], len(handle))).swapaxes(1, 2)
-        known[n:] = -some
+        found, known = np.zeros((2, some.shape[1], len(handle))).swapaxes(1, 2)
+        if summed:
+            known[n:] = -some
+        else:
+            found[:n] = some
+            handle(_FORWARD, slot, values, found, known)
+            known[n:] = 0.0
         handle(_BACKWARD, slot, values, known, found)
         solution[:, start : start + _AT_ONCE] = found[:n]
     return solution
