@@ -38,12 +38,6 @@ def along_y(places: Floats) -> Floats:
     return places[..., 1]
 
 
-def outwards(places: Floats) -> Floats:
-    """Direction away from the axis z."""
-    away = places * [1.0, 1.0, 0.0]
-    return np.asarray(away / np.linalg.norm(away, axis=-1, keepdims=True))
-
-
 def radius(places: Floats) -> Floats:
     """Measure of parts that lie around each other."""
     return np.asarray(np.hypot(places[..., 0], places[..., 1]))

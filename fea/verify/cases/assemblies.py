@@ -12,6 +12,7 @@ from fea.contact.bolt_beam import BoltBeam
 from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
+from fea.contact.multipliers import radial
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
 from fea.verify.assembled_body import (
@@ -19,7 +20,6 @@ from fea.verify.assembled_body import (
     along_x,
     apart,
     bars,
-    outwards,
     parted,
     pulled,
     radius,
@@ -100,7 +100,7 @@ def _fitted(
     fit: _Fit, size: float, *, warmer: float = 0.0, loads: Callable[[TetMesh], Floats] | None = None
 ) -> AssembledBody:
     mesh = apart(rings(fit.radii, 1.0), size, fit.radii[1:2], radius, {(1, 0): fit.sides})
-    face = MatingFaces.of(mesh, fit.sides, outwards, interference=fit.interference, friction=False)
+    face = MatingFaces.of(mesh, fit.sides, radial(0.0), interference=fit.interference, friction=False)
     applied = np.zeros((*mesh.points.shape, 0)) if loads is None else loads(mesh)
     warming = None
     if warmer:

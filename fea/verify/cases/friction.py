@@ -6,8 +6,9 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.contact.interfaces import MatingFaces
+from fea.contact.multipliers import radial
 from fea.solid.traction import traction_forces
-from fea.verify.assembled_body import AssembledBody, along_x, along_y, apart, outwards, radius
+from fea.verify.assembled_body import AssembledBody, along_x, along_y, apart, radius
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, hoop_stress, nodes_of, pressure, rectangle, uniform
 from fea.verify.cases.assemblies import SIDES, joint
@@ -169,7 +170,7 @@ def pin_in_sheet(size: float, friction: float = FRICTION) -> AssembledBody:
     mesh = apart(both, size, [_PIN], radius, {(1, 0): _HOLE})
     areas = {Surface.LOADED: 2 * math.pi * _PIN**2, Surface.CLAMPED: -4 * _OUTSIDE * _SHEET_HALF}
     pull = sum(traction_forces(mesh, end, uniform(1 / area, 0.0, 0.0)) for end, area in areas.items())
-    face = MatingFaces.of(mesh, _HOLE, outwards, friction=friction > 0)
+    face = MatingFaces.of(mesh, _HOLE, radial(0.0), friction=friction > 0)
     steel = Material(210e3, 0.3, 7.85e-9, 400.0)
     return AssembledBody(mesh, (steel, ALUMINIUM), [face], [], np.asarray(pull)[..., None], friction=friction)
 

@@ -172,7 +172,8 @@ def _gas() -> Table:
     quantities = []
     cause = "piston area 5944 mm² (a bore of 87 mm) instead of 4536 mm² (76 mm)"
     for rpm in SPEEDS:
-        pressure, force = (column("leon2001_table7_gas", f"{what}_{rpm}rpm_{unit}") for what, unit in _GAS)
+        titles = f"p_{rpm}rpm_bar", f"F_{rpm}rpm_N"
+        pressure, force = (column("leon2001_table7_gas", title) for title in titles)
         trace = shipped_trace(SOURCE).pressure(pressure.theta, np.array(rpm * RPM))
         open_end = {
             c.key: Slip("the measured values at 0° and 720° differ; here that at 0° is used", float(c.text))
@@ -193,9 +194,6 @@ def _gas() -> Table:
     )
 
 
-_GAS = (("p", "bar"), ("F", "N"))
-
-
 def _inertia_force(number: int, rpm: int) -> Table:
     """Tables 8–10: acceleration of tables 4–6, and 1.690 kg times it."""
     acceleration, force = (column(_INERTIA_FORCE[rpm], title) for title in ("acceleration_m_s2", "F_N"))
@@ -207,15 +205,12 @@ def _inertia_force(number: int, rpm: int) -> Table:
     misprints = rpm == 3000
     slips = {"130": digit, "230": digit} if misprints else {}
     remark = "At 130° and 230° one digit of the force is wrong (…175 × 1.690 ends in 575)."
-    return _table(
-        str(number),
-        f"inertia force of the reciprocating mass at {rpm} rpm",
-        [
-            Quantity("piston acceleration", "m/s²", acceleration, before, exact, cause, where),
-            Quantity("inertia force", "N", force, used, (PISTON + M_B) * exact, cause, where, slips),
-        ],
-        *[remark] * misprints,
-    )
+    quantities = [
+        Quantity("piston acceleration", "m/s²", acceleration, before, exact, cause, where),
+        Quantity("inertia force", "N", force, used, (PISTON + M_B) * exact, cause, where, slips),
+    ]
+    title = f"inertia force of the reciprocating mass at {rpm} rpm"
+    return _table(str(number), title, quantities, *[remark] * misprints)
 
 
 def _angular_acceleration() -> Table:
@@ -226,10 +221,8 @@ def _angular_acceleration() -> Table:
         cells = column("leon2001_table11_rod_angular_acceleration", f"alpha_{rpm}rpm")
         theta, exact = cells.theta, exact_motion(rpm, cells.degrees).rod_acceleration
         wave = b1 * np.sin(theta) + 9 * b3 * np.sin(3 * theta) + 25 * b5 * np.sin(5 * theta)
-        series = -((rpm / 60) ** 2) * wave
-        quantities.append(
-            Quantity("rod angular acceleration", "rad/s²", cells, series, exact, cause, f"{rpm} rpm")
-        )
+        series, name = -((rpm / 60) ** 2) * wave, "rod angular acceleration"
+        quantities.append(Quantity(name, "rad/s²", cells, series, exact, cause, f"{rpm} rpm"))
     return _table("11", "angular acceleration of the rod", quantities)
 
 
@@ -275,9 +268,8 @@ def _angular_force() -> Table:
         exact = INERTIA * motion.rod_acceleration / (L * np.cos(motion.rod_angle))
         cause = "α of table 11, which is too small by (2π)²"
         slips = {"90": Slip(misread, -force), "270": Slip(misread, force)} if rpm == 800 else {}
-        quantities.append(
-            Quantity("rod angular force", "N", cells, printed, exact, cause, f"{rpm} rpm", slips)
-        )
+        of_speed = f"{rpm} rpm", slips
+        quantities.append(Quantity("rod angular force", "N", cells, printed, exact, cause, *of_speed))
     return _table(
         "12",
         "angular inertia force of the rod",
@@ -393,12 +385,8 @@ def _pin_loads() -> Table:
         rpm, key = int(record["rpm"]), record["crank_deg"]
         exact, cause, where = exact_forces(rpm, float(key)), f"table {_NUMBER[rpm]}", f"{rpm} rpm"
         quantities.append(_critical_angle(rpm, key))
-        corrected = (
-            exact.motion.rod_angle / DEG,
-            -along_cylinder(exact),
-            np.abs(exact.wall),
-            -exact.pin_axial,
-        )
+        forces = -along_cylinder(exact), np.abs(exact.wall), -exact.pin_axial
+        corrected = exact.motion.rod_angle / DEG, *forces
         names = (("rod angle", "°"), ("resultant", "N"), ("normal force", "N"), ("rod force", "N"))
         for title, named, figure in zip(_PIN_TITLES, names, corrected, strict=True):
             beside = next(float(c.text) for c in column(_PIN_FORCES[rpm], title) if c.key == key)

@@ -14,10 +14,12 @@ import numpy as np
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import SpeedResult, solve_speed
+from fea.judge.case_result import CaseResult
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.pin_models import PRESCRIBED
 from fea.study.study import load_study
 from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records, wrong_digit
+from geometry.arrays import Floats
 
 SOURCE = "leon-2001"
 SPEEDS = (800.0, 3000.0, 6000.0)  # rpm
@@ -32,20 +34,17 @@ _CIRCULAR = "σ₃ was computed from the von Mises stress, so that the check is 
 Extreme = Callable[[SpeedResult], float]
 
 
-def _largest_von_mises(result: SpeedResult) -> float:
-    return max(float(case.von_mises.max()) for case in result.cases.values())
+def _largest(field: Callable[[CaseResult], Floats]) -> Extreme:
+    return lambda result: max(float(field(case).max()) for case in result.cases.values())
 
 
-def _largest_principal(result: SpeedResult) -> float:
-    return max(float(case.principal[:, 0].max()) for case in result.cases.values())
+_largest_von_mises = _largest(lambda case: case.von_mises)
+_largest_principal = _largest(lambda case: case.principal[:, 0])
+_largest_displacement = _largest(lambda case: np.linalg.norm(case.displacement, axis=1))
 
 
 def _least_safety(result: SpeedResult) -> float:
     return min(float(case.safety_factor.min()) for case in result.cases.values())
-
-
-def _largest_displacement(result: SpeedResult) -> float:
-    return max(float(np.linalg.norm(case.displacement, axis=1).max()) for case in result.cases.values())
 
 
 @cache
