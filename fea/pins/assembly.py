@@ -70,18 +70,7 @@ class AssemblyContact(BoreContact):
             )
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
-        pulls = [
-            BoltPull.of(
-                mesh,
-                f"bolt {number}",
-                dict(ends.seats),
-                np.array(bolt.direction),
-                specification.stiffness,
-                share=ends.share,
-                point=np.array(bolt.point),
-            )
-            for number, (bolt, ends) in enumerate(zip(axes, seated, strict=True), 1)
-        ]
+        pulls = _pulls(mesh, axes, seated, specification.stiffness)
         super().__init__(structure, fits, faces=faces, bolts=pulls)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
@@ -243,6 +232,24 @@ def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
             share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
         )
         for number, bolt in enumerate(bolts)
+    ]
+
+
+def _pulls(
+    mesh: TetMesh, bolts: Sequence[BoltAxis], seated: Sequence[BoltEnds], stiffness: float
+) -> list[BoltPull]:
+    """The bolts of the cell."""
+    return [
+        BoltPull.of(
+            mesh,
+            f"bolt {number}",
+            dict(ends.seats),
+            np.array(bolt.direction),
+            stiffness,
+            share=ends.share,
+            point=np.array(bolt.point),
+        )
+        for number, (bolt, ends) in enumerate(zip(bolts, seated, strict=True), 1)
     ]
 
 
