@@ -7,6 +7,7 @@ from pathlib import Path
 
 from geometry.arrays import Vector
 from geometry.errors import InvalidValue, require
+from geometry.holes import Diameters
 
 
 class Role(StrEnum):
@@ -148,20 +149,25 @@ class MissingCap(StrEnum):
 
 
 @dataclass(frozen=True)
-class CadFile:
-    """A rod from a CAD program."""
+class RodFile:
+    """A rod from another program: a CAD file, or a mesh of tetrahedra or of the surface."""
 
     path: Path  #: the file; its ending tells the format
     #: big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
     big_end_bore: float | None = None
     small_end_bore: float | None = None
     #: Of `geometry.imports.UNITS`: the unit of the lengths in the file, whatever it declares; None: the
-    #: declared one, or the one with which the rod has a plausible length
+    #: declared one (of a mesh mm), or the one with which the rod has a plausible length
     unit: str | None = None
-    solids: tuple[str, ...] = ()  #: names of the solids to keep; empty: the rod and what belongs to it
+    solids: tuple[str, ...] = ()  #: of a CAD file, names of those to keep; empty: the rod and its other parts
     #: What to do where the cap of the big end is missing, or the cap's own file
     cap: MissingCap | Path = MissingCap.REFUSED
     swap_ends: bool = False  #: whether the other bore is the big end's
+
+    @property
+    def diameters(self) -> Diameters:
+        """Diameters of the bores that are given."""
+        return self.big_end_bore, self.small_end_bore
 
 
 def is_cad(path: Path) -> bool:

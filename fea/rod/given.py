@@ -14,11 +14,11 @@ from fea.rod.reading import SECONDS, read_isolated
 from fea.solid.element import volume_points
 from fea.solid.inertia import enclosed_volume
 from fea.study.paths import require_size
-from fea.study.rod_table import LARGEST_MESH_FILE, MeshFile, RodTable
+from fea.study.rod_table import LARGEST_MESH_FILE, RodTable
 from geometry.assembly import Assembly
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore
-from geometry.imports import ImportReport, Role
+from geometry.imports import ImportReport, RodFile, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 from geometry.system import memory_limit
@@ -45,7 +45,7 @@ _OF_SURFACE = (
 _STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) give far smaller errors"
 
 
-def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
+def given_rod(file: RodFile, request: MeshRequest, clock: Clock) -> MeshedRod:
     """Read the mesh of a rod and name its bores; it is solved as a whole.
 
     `request`: its order is that of the study: first order cannot be had from a second-order mesh. Raises
@@ -67,19 +67,12 @@ def given_rod(file: MeshFile, request: MeshRequest, clock: Clock) -> MeshedRod:
         return replace(meshed_rod(given.mesh, given.bores, [PART]), meshing=meshing, imported=given.imported)
 
 
-def _read(file: MeshFile) -> GivenMesh:
+def _read(file: RodFile) -> GivenMesh:
     size = file.path.stat().st_size
     memory = _MEMORY + _MEMORY_RATIO * size
     try:
         return read_isolated(
-            partial(
-                given_mesh,
-                file.path,
-                (file.big_end_bore, file.small_end_bore),
-                file.unit,
-                swap_ends=file.swap_ends,
-                cap=file.cap,
-            ),
+            partial(given_mesh, file),
             f"read {file.path}",
             who="the mesh reader",
             seconds=SECONDS + size / _READING,

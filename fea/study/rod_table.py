@@ -25,7 +25,7 @@ from geometry.assembly import Assembly
 from geometry.dimensions import dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.imports import FORMATS, UNITS, CadFile, CadFormat, MissingCap, is_cad, require_readable
+from geometry.imports import FORMATS, UNITS, CadFormat, MissingCap, RodFile, is_cad, require_readable
 from geometry.mass import MassProperties
 from geometry.plausible import Plausible
 from geometry.presets import PRESETS
@@ -37,22 +37,6 @@ if TYPE_CHECKING:
     from geometry.solid import Solid
 
 LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra takes a sixth
-
-
-@dataclass(frozen=True)
-class MeshFile:
-    """A mesh of tetrahedra from another program."""
-
-    path: Path
-    #: its unit of length, of `geometry.imports.UNITS`; None for millimetres, or the one with which the rod
-    #: has a usual length
-    unit: str | None = None
-    #: big_end_bore, small_end_bore: diameters that identify the bores, mm, needed if these are not the two
-    #: largest parallel through-holes
-    big_end_bore: float | None = None
-    small_end_bore: float | None = None
-    cap: MissingCap | Path = MissingCap.REFUSED  #: what to do where the cap is missing, or its own file
-    swap_ends: bool = False  #: whether the other bore is the big end's
 
 
 # Relative difference up to which given and computed mass properties count as equal.
@@ -169,11 +153,11 @@ class RodTable:
     """The rod of a study: dimensions, a CAD file, a mesh, or its mass properties alone."""
 
     dimensions: Rod | None  #: of a parametric rod
-    cad: CadFile | None  #: the CAD file that it comes from
+    cad: RodFile | None  #: the CAD file that it comes from
     mass: MassProperties | None  #: given mass properties, used for the dynamics of `fea loads`
     #: Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured
     length: float | None
-    mesh: MeshFile | None = None  #: the mesh that it comes from
+    mesh: RodFile | None = None  #: the mesh that it comes from
 
     def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
         """Return the table with other keys that say how its file is read.
@@ -279,7 +263,7 @@ class RodTable:
         return entries
 
 
-def _imported(cad: CadFile, tell: Callable[[str], None], assembly: Assembly | None) -> "Solid":
+def _imported(cad: RodFile, tell: Callable[[str], None], assembly: Assembly | None) -> "Solid":
     from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
 
     try:
@@ -290,7 +274,7 @@ def _imported(cad: CadFile, tell: Callable[[str], None], assembly: Assembly | No
         raise InvalidValue(f"rod.{_file_key(cad)}", str(cad.path), rule) from error
 
 
-def _file_key(cad: CadFile) -> str:
+def _file_key(cad: RodFile) -> str:
     return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
 
 
@@ -320,13 +304,8 @@ def read_rod(raw: object, folder: Path) -> RodTable:
             return _from_file(name, given, mass, folder)
     for name in _FILE_OPTIONS:
         rule = "has no effect without a file of the rod"
-        require(
-            not given.get(name),
-            f"rod.{name}",
-            given.get(name),
-            rule,
-            "Remove it, or name a file: step or cad.",
-        )
+        remedy, value = "Remove it, or name a file: step or cad.", given.get(name)
+        require(not value, f"rod.{name}", value, rule, remedy)
     sizes = _dimensions(given)
     if "preset" in given:
         preset = given["preset"]
@@ -346,8 +325,8 @@ def read_rod(raw: object, folder: Path) -> RodTable:
 def rod_of_file(path: Path) -> RodTable:
     """Return the rod of a CAD or mesh file about which nothing else is said."""
     if is_mesh(path):
-        return RodTable(None, None, None, None, MeshFile(path))
-    return RodTable(None, CadFile(path), None, None)
+        return RodTable(None, None, None, None, RodFile(path))
+    return RodTable(None, RodFile(path), None, None)
 
 
 def _fields() -> Mapping[str, str]:
@@ -370,34 +349,24 @@ def _between_bores(table: RodTable) -> RodTable:
 
 def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, folder: Path) -> RodTable:
     mesh = key == "mesh"
-    what = "mesh" if mesh else "file"
     allowed = {key, *_BORES, *MASS_KEYS, *_FILE_OPTIONS} - ({"solids"} if mesh else set())
     for name, value in given.items():
-        dimensionless = not mesh and name in ("preset", *_FILES)
-        rule = f"cannot be combined with {key}" + (
-            "" if dimensionless else f": the {what} has its own dimensions"
-        )
+        why = f": the {'mesh' if mesh else 'file'} has its own dimensions"
+        rule = f"cannot be combined with {key}" + ("" if not mesh and name in ("preset", *_FILES) else why)
         require(name in allowed, f"rod.{name}", value, rule, "Remove one of them.")
-    path = located(f"rod.{key}", given[key], folder)
-    require_readable(f"rod.{key}", path)
-    if mesh:
-        rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
-        remedy = "Write the mesh in one of these, or give a solid as rod.step."
-        require(is_mesh(path), "rod.mesh", str(path), rule, remedy)
-    require(
-        is_file(path), f"rod.{key}", str(path), "is not a file", f"Name a {'mesh' if mesh else 'CAD'} file."
-    )
+    path, name = located(f"rod.{key}", given[key], folder), f"rod.{key}"
+    require_readable(name, path)
+    rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
+    remedy = "Write the mesh in one of these, or give a solid as rod.step."
+    require(not mesh or is_mesh(path), name, str(path), rule, remedy)
+    require(is_file(path), name, str(path), "is not a file", f"Name a {'mesh' if mesh else 'CAD'} file.")
     rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
-    require(key != "cad" or is_cad(path), "rod.cad", path.name, rule, "Export the rod as STEP.")
+    require(key != "cad" or is_cad(path), name, path.name, rule, "Export the rod as STEP.")
     big, small = (require_positive(f"rod.{name}", given[name]) if name in given else None for name in _BORES)
-    swap = given.get("swap_ends", False)
     cap = _cap(given.get("cap", MissingCap.REFUSED), folder, is_mesh if mesh else is_cad)
-    if mesh:
-        return RodTable(None, None, mass, None, MeshFile(path, given.get("unit"), big, small, cap, swap))
-    cad = CadFile(
-        path, big, small, unit=given.get("unit"), solids=given.get("solids", ()), cap=cap, swap_ends=swap
-    )
-    return RodTable(None, cad, mass, None)
+    solids, swap = given.get("solids", ()), given.get("swap_ends", False)
+    file = RodFile(path, big, small, given.get("unit"), solids, cap, swap)
+    return RodTable(None, None if mesh else file, mass, None, file if mesh else None)
 
 
 def _cap(given: str, folder: Path, readable: Callable[[Path], bool]) -> MissingCap | Path:

@@ -26,10 +26,10 @@ from geometry.imports import (
     DECLARED,
     UNITS,
     BoreLocation,
-    CadFile,
     CadSolid,
     ImportReport,
     MissingCap,
+    RodFile,
     Role,
     is_usual,
     plausible_unit,
@@ -49,7 +49,7 @@ _NEAR = 3.5
 
 
 def import_cad(
-    file: CadFile,
+    file: RodFile,
     mirror: Mirror | None = None,
     tell: Callable[[str], None] = lambda _stage: None,
     assembly: Assembly | None = None,
@@ -85,25 +85,24 @@ def import_cad(
     return replace(solid, imported=ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing))
 
 
-def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[CadSolid], Pair]:
+def _read(file: RodFile, unit: str, tell: Callable[[str], None]) -> tuple[list[CadSolid], Pair]:
     tell(f"reading {file.path.name}")
     named = read_solids(file.path, unit)
     if isinstance(file.cap, Path):
         named += read_solids(file.cap, unit, beside=True)
     if len(named) > 1:
         tell(f"looking for the rod among {len(named)} solids")
-    diameters = (file.big_end_bore, file.small_end_bore)
-    solids = classified(named, file.solids, diameters)
+    solids = classified(named, file.solids, file.diameters)
     tags = [one.tag for one in solids if one.kept]
     tell("looking for the bores")
     try:
-        bores = find_bores(tags, recognised_faces(tags), diameters)
+        bores = find_bores(tags, recognised_faces(tags), file.diameters)
     except HalfOpenError as missing:
         if file.cap is not MissingCap.ASSUMED:
             raise
         cap = cad_solid(assumed_cap(recognised_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
-        return [*solids, cap], find_bores(tags, recognised_faces(tags), diameters)
+        return [*solids, cap], find_bores(tags, recognised_faces(tags), file.diameters)
     except GeometryError as error:
         if linked := linked_files(file.path):
             raise GeometryError(
@@ -112,7 +111,7 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
             ) from error
         raise
     caps = [one.tag for one in solids if one.role is Role.CAP and one.kept]
-    if caps and not any(diameters):
+    if caps and not any(file.diameters):
         middle = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in caps], axis=0)
         big, small = (np.linalg.norm(middle - bore.center) for bore in bores)
         bores = bores[::-1] if small < big else bores
@@ -120,7 +119,7 @@ def _read(file: CadFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
 
 
 def _assumed(
-    file: CadFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
+    file: RodFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
 ) -> list[str]:
     notes = []
     if file.unit not in (None, declared):
@@ -157,7 +156,7 @@ def _assumed(
 
 
 def _bonded(
-    file: CadFile,
+    file: RodFile,
     solids: Sequence[CadSolid],
     holes: Pair,
     mirror: Mirror | None,
@@ -174,7 +173,7 @@ def _bonded(
 
 
 def _assembled(
-    file: CadFile,
+    file: RodFile,
     solids: Sequence[CadSolid],
     holes: Pair,
     assembly: Assembly,
@@ -236,7 +235,7 @@ def _remove(volumes: Sequence[int]) -> None:
         ]
 
 
-def _cell(file: CadFile, volumes: Sequence[int], asked: Mirror | None, length: float, lack: str) -> Mirror:
+def _cell(file: RodFile, volumes: Sequence[int], asked: Mirror | None, length: float, lack: str) -> Mirror:
     smallest = smallest_cell(volumes, length)
     if asked is not None and len(asked.planes) > len(smallest.planes):
         raise GeometryError(

@@ -8,8 +8,8 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
-from geometry.holes import EQUAL_BORES, UNKNOWN, Diameters, place_text, rod_frame
-from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, plausible_unit
+from geometry.holes import EQUAL_BORES, Diameters, place_text, rod_frame
+from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, RodFile, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
 from mesh.files.cap import GAPS, shells, with_assumed_cap, with_cap
@@ -44,40 +44,32 @@ class GivenMesh:
     imported: ImportReport  #: where the bores are in the file, in millimetres, and what was mended or assumed
 
 
-def given_mesh(
-    path: Path,
-    diameters: Diameters = UNKNOWN,
-    unit: str | None = None,
-    *,
-    swap_ends: bool = False,
-    cap: MissingCap | Path = MissingCap.REFUSED,
-) -> GivenMesh:
+def given_mesh(file: RodFile) -> GivenMesh:
     """Read a rod's mesh, check it, find its bores and place it in the rod's frame.
 
-    `unit` is of `geometry.imports.UNITS`; without it, millimetres or the one with which the rod has a usual
-    length. `swap_ends`: whether the other bore is the big end's; `cap`: what to do about a missing cap, or
-    its own file. Raises `MeshError`: the file is damaged, its mesh cannot be used, or its bores cannot be
+    Raises `MeshError`: the file is damaged, its mesh cannot be used, or its bores cannot be
     identified; `OSError` and `ImportError`: see `mesh.files.reading.read_tets`.
     """
     said: tuple[str, ...] = ()
     try:
-        sound, said = _read(path, cap, diameters)
+        sound, said = _read(file)
         extent = float(np.ptp(sound.mesh.points, axis=0).max())
-        scale = unit or ("m" if extent < _LEAST_EXTENT else "mm")
-        given = _measured(sound, scale, diameters, swap_ends=swap_ends)
-        usual = unit or plausible_unit(given.bores[1].x, scale)
+        scale = file.unit or ("m" if extent < _LEAST_EXTENT else "mm")
+        given = _measured(sound, scale, file)
+        usual = file.unit or plausible_unit(given.bores[1].x, scale)
         if usual != scale:
-            given = _measured(sound, usual, diameters, swap_ends=swap_ends)
+            given = _measured(sound, usual, file)
     except MeshError as error:
-        raise MeshError(f"{path}: {error}") from error
-    if unit is None and usual != "mm":
+        raise MeshError(f"{file.path}: {error}") from error
+    if file.unit is None and usual != "mm":
         why = "because in mm the rod would be of no usual length (rod.unit)"
         said = (f"the mesh is taken to be in {usual}, {why}", *said)
     return replace(given, imported=replace(given.imported, assumed=(*said, *given.imported.assumed)))
 
 
-def _read(path: Path, cap: MissingCap | Path, diameters: Diameters) -> tuple[Mended, tuple[str, ...]]:
+def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
     """Read the rod, with its cap where it has one of its own or one is to be assumed; and what was done."""
+    path, cap = file.path, file.cap
     if cap is MissingCap.REFUSED and path.suffix.lower() != ".stl":
         return mended(read_tets(path)), ()
     surface, sound = _surface(path)
@@ -94,7 +86,7 @@ def _read(path: Path, cap: MissingCap | Path, diameters: Diameters) -> tuple[Men
         )
     completed = with_assumed_cap(surface) if cap is MissingCap.ASSUMED else None
     if completed is None:
-        if not any(diameters):
+        if not any(file.diameters):
             find_bore_pair(surface)  # refused before its inside is meshed
         return sound or mended(filled(surface)), ()
     require_closed(completed)
@@ -121,7 +113,7 @@ def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
     return SurfaceMesh(sound.mesh.points, boundary_facets(sound.mesh.tets)[:, :3]), sound
 
 
-def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool) -> GivenMesh:
+def _measured(sound: Mended, unit: str, file: RodFile) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
     mesh, curved = straightened(scaled)
     inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
@@ -133,9 +125,9 @@ def _measured(sound: Mended, unit: str, diameters: Diameters, *, swap_ends: bool
         )
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
-    pair = find_bore_pair(surface, diameters)
-    guessed = pair[0].same_radius(pair[1].radius, _SAME_BORE) and not (swap_ends or any(diameters))
-    pair = pair[::-1] if swap_ends else pair
+    pair = find_bore_pair(surface, file.diameters)
+    guessed = pair[0].same_radius(pair[1].radius, _SAME_BORE) and not (file.swap_ends or any(file.diameters))
+    pair = pair[::-1] if file.swap_ends else pair
     axes = _axes(surface, pair)
     placed, bores = _placed(mesh, surface, pair, axes)
     whole = replace(placed, facets=_named(facets, pair))

@@ -15,7 +15,7 @@ from geometry.cad.formats import declared_unit
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.imports import CadFile, MissingCap, Role
+from geometry.imports import MissingCap, RodFile, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 
@@ -104,7 +104,7 @@ def crank_drive(occ):
 
 def imported(path, mirror=None, **said):
     with session():
-        return import_cad(CadFile(path, **said), mirror)
+        return import_cad(RodFile(path, **said), mirror)
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +134,7 @@ def test_named_solids_override_the_choice(drive):
     assert [one.name for one in found.imported.solids if one.kept] == names
     assert found.bores[1].radius == pytest.approx(SMALL)
     with session(), pytest.raises(GeometryError, match=r"rod\.solids names 'rot', but the solids .* are: "):
-        import_cad(CadFile(drive, solids=("rot",)))
+        import_cad(RodFile(drive, solids=("rot",)))
 
 
 def test_a_cap_apart_gives_the_rod_in_one_piece(tmp_path):
@@ -151,7 +151,7 @@ def test_a_rod_without_its_cap_is_refused_or_given_one(tmp_path):
         session(),
         pytest.raises(HalfOpenError, match=r"diameter 50 mm .* covers only 180°\. Is the cap missing"),
     ):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     found = imported(path, cap=MissingCap.ASSUMED)
     ring = math.pi / 2 * ((BIG + 9) ** 2 - BIG**2) * WIDTH
     assert found.imported.solids[1].volume == pytest.approx(ring, rel=1e-9)
@@ -177,7 +177,7 @@ def test_two_rods_alike_are_one_and_different_ones_must_be_chosen(tmp_path):
 
     path = written(tmp_path / "different.step", different)
     with session(), pytest.raises(GeometryError, match=r"several solids .* could be the rod.*rod\.solids"):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
 
 
 @pytest.mark.parametrize("ending", ["step", "brep", "igs", "FCStd"])
@@ -213,7 +213,7 @@ def test_surfaces_that_close_volumes_become_solids(tmp_path, ending):
 
     path = written(tmp_path / f"open.{ending}", half_open)
     with session(), pytest.raises(GeometryError):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
 
 
 def test_surfaces_beside_those_that_close_a_volume_are_not_meshed(tmp_path):
@@ -224,7 +224,7 @@ def test_surfaces_beside_those_that_close_a_volume_are_not_meshed(tmp_path):
 
     path = written(tmp_path / "beside.igs", shell_and_plane)
     with session():
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
         walls = set(gmsh.model.getBoundary(gmsh.model.getEntities(3), combined=False, oriented=False))
         assert set(gmsh.model.getEntities(2)) == walls
 
@@ -276,7 +276,7 @@ def test_the_same_numbers_in_millimetres_give_the_same_bits_whatever_the_file_de
 
     def bits(path, unit=None):
         with session():
-            solid = import_cad(CadFile(path, unit=unit))
+            solid = import_cad(RodFile(path, unit=unit))
             gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
             gmsh.model.mesh.generate(2)
             nodes = gmsh.model.mesh.getNodes()[1].tobytes()
@@ -296,7 +296,7 @@ def test_a_damaged_archive_is_refused(tmp_path, content, message):
     path = tmp_path / "rod.FCStd"
     path.write_bytes(content)
     with session(), pytest.raises(GeometryError, match=message):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
 
 
 def test_a_document_of_links_names_the_files_that_hold_its_parts(tmp_path):
@@ -310,7 +310,7 @@ def test_a_document_of_links_names_the_files_that_hold_its_parts(tmp_path):
         archive.writestr("Document.xml", text)
         archive.write(shape, "a.brp")
     with session(), pytest.raises(GeometryError, match=r"links to other files.*\(Rod.FCStd\): read the file"):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
 
 
 def test_a_placement_that_leads_nowhere_is_damage(tmp_path):
@@ -353,7 +353,7 @@ def test_an_archive_neither_fills_the_disk_nor_writes_elsewhere(tmp_path, monkey
         archive.writestr("Document.xml", freecad_document("../../outside.brp"))
         archive.writestr("../../outside.brp", b"0" * 100_000)
     with session(), pytest.raises(GeometryError, match="unpacks to more than"):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     assert [entry.name for entry in tmp_path.iterdir()] == ["bomb.FCStd"]
 
 
@@ -368,14 +368,14 @@ def test_holes_that_are_no_bores_of_a_rod_are_refused(tmp_path):
         session(),
         pytest.raises(GeometryError, match="are not the bores of a rod: the centre of gravity lies"),
     ):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     named = imported(path, big_end_bore=16.0, small_end_bore=10.0)
     assert named.bores[1].x == pytest.approx(40)
 
 
 def refused(path, message, **said):
     with session(), pytest.raises(GeometryError, match=message):
-        import_cad(CadFile(path, **said))
+        import_cad(RodFile(path, **said))
 
 
 def test_a_hollow_pin_shorter_than_the_bore_is_no_bushing(tmp_path):

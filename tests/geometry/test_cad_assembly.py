@@ -12,7 +12,7 @@ from assembly_files import write_assembly
 from geometry.assembly import Assembly, BoltSeat
 from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError, InvalidValue
-from geometry.imports import CadFile
+from geometry.imports import RodFile
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
@@ -52,7 +52,7 @@ def areas(solid):
 
 def opened(path, assembly, **said):
     with session():
-        solid = import_cad(CadFile(path, **said), assembly=assembly)
+        solid = import_cad(RodFile(path, **said), assembly=assembly)
         return solid, areas(solid)
 
 
@@ -172,7 +172,7 @@ def test_heads_without_seats_get_them_cut(folder):
 
 def test_solids_may_be_named_by_the_user(nuts):
     with session():
-        told = import_cad(CadFile(nuts), assembly=TOUCHING).imported.solids
+        told = import_cad(RodFile(nuts), assembly=TOUCHING).imported.solids
     by_role = {str(one.role): one.name for one in told}
     kept = [one.name for one in told if one.kept]
     bolts = [one.name for one in told if not one.kept]

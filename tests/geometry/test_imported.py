@@ -8,7 +8,7 @@ from geometry.cad.imported import import_cad
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
 from geometry.holes import EQUAL_BORES
-from geometry.imports import CadFile
+from geometry.imports import RodFile
 from geometry.presets import LEON_2001
 from geometry.rod import proportioned
 from geometry.session import session
@@ -51,7 +51,7 @@ def strap(occ, holes=((0, 10), (100, 5)), thickness=12):
 
 def test_a_written_rod_comes_back_with_the_same_mass(leon, mass):
     with session():
-        solid = import_cad(CadFile(leon), Mirror.NONE)
+        solid = import_cad(RodFile(leon), Mirror.NONE)
     assert solid.mass.mass == pytest.approx(mass.mass, rel=1e-6)
     assert solid.mass.center == pytest.approx(mass.center, rel=1e-6, abs=1e-5)
     assert solid.mass.inertia_z == pytest.approx(mass.inertia_z, rel=1e-6)
@@ -63,7 +63,7 @@ def test_a_slanted_small_end_is_measured(tmp_path):
     with session():
         export_step(rod, tmp_path / "slanted.step")
     with session():
-        imported = import_cad(CadFile(tmp_path / "slanted.step"), Mirror.NONE).bores[1]
+        imported = import_cad(RodFile(tmp_path / "slanted.step"), Mirror.NONE).bores[1]
     assert imported.width == pytest.approx(rod.pin_bearing_width, rel=1e-6)
     assert imported.taper == pytest.approx(rod.pin_bearing_taper, rel=1e-6)
     assert rod.pin_bearing_taper < 0
@@ -74,7 +74,7 @@ def test_chamfers_are_not_a_part_of_the_bores(tmp_path):
     with session():
         export_step(rod, tmp_path / "chamfered.step")
     with session():
-        solid = import_cad(CadFile(tmp_path / "chamfered.step"))
+        solid = import_cad(RodFile(tmp_path / "chamfered.step"))
     widths = [bore.width for bore in solid.bores]
     assert widths == pytest.approx([rod.crank_bearing_width, rod.pin_bearing_width], rel=1e-9)
     assert widths[0] == pytest.approx(rod.big_end_width - 2.4)
@@ -83,7 +83,7 @@ def test_chamfers_are_not_a_part_of_the_bores(tmp_path):
 
 def test_mirror_planes_are_found_and_cut(leon, mass):
     with session():
-        solid = import_cad(CadFile(leon))
+        solid = import_cad(RodFile(leon))
     assert solid.mirror is Mirror.QUARTER
     bores = {Surface.BIG_END_BORE, Surface.SMALL_END_BORE}
     assert set(solid.faces) == {*Mirror.QUARTER.planes, *bores, Surface.FREE}
@@ -103,7 +103,7 @@ def test_a_rod_lying_anywhere_is_placed_in_its_frame(tmp_path, leon, mass):
 
     path = write(tmp_path / "moved.step", moved)
     with session():
-        solid = import_cad(CadFile(path))
+        solid = import_cad(RodFile(path))
     assert solid.mirror is Mirror.QUARTER
     assert solid.mass.center == pytest.approx(mass.center, rel=1e-6, abs=1e-5)
     assert solid.mass.inertia_z == pytest.approx(mass.inertia_z, rel=1e-6)
@@ -122,7 +122,7 @@ def test_the_unit_of_the_file_is_respected_if_it_can_be(tmp_path, leon, declared
     path = tmp_path / "unit.step"
     path.write_text(leon.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", declared))
     with session():
-        solid = import_cad(CadFile(path, unit=given), Mirror.NONE)
+        solid = import_cad(RodFile(path, unit=given), Mirror.NONE)
     assert solid.bores[1].x == pytest.approx(141 * scale)
     assert solid.mass.mass == pytest.approx(101968.5 * scale**3, rel=1e-5)
     said = " ".join(solid.imported.assumed)
@@ -138,7 +138,7 @@ def test_several_solids_stay_parts_that_share_their_faces(tmp_path):
 
     path = write(tmp_path / "bushed.step", bushed)
     with session():
-        solid = import_cad(CadFile(path))
+        solid = import_cad(RodFile(path))
         shared = math.prod([2, math.pi, 8, 12]) / solid.mirror.copies
         boundary = [{tag for _, tag in gmsh.model.getBoundary([(3, v) for v in part.volumes], oriented=False)}
                     for part in solid.parts]  # fmt: skip
@@ -157,9 +157,9 @@ def test_a_lopsided_solid_is_not_cut_and_a_missing_plane_is_refused(tmp_path):
 
     path = write(tmp_path / "lopsided.step", lopsided)
     with session():
-        assert import_cad(CadFile(path)).mirror is Mirror.NONE
+        assert import_cad(RodFile(path)).mirror is Mirror.NONE
     with session(), pytest.raises(GeometryError, match=r'not have half symmetry\. Use symmetry = "none"'):
-        import_cad(CadFile(path), Mirror.HALF)
+        import_cad(RodFile(path), Mirror.HALF)
 
 
 def ellipse(occ, angle):
@@ -175,7 +175,7 @@ def test_a_hole_turned_about_its_own_axis_is_no_mirror_image(tmp_path, angle, mi
     """Its wall keeps area and centre."""
     path = write(tmp_path / "ellipse.step", lambda occ: ellipse(occ, angle))
     with session():
-        assert import_cad(CadFile(path)).mirror is mirror
+        assert import_cad(RodFile(path)).mirror is mirror
 
 
 def test_parts_that_are_images_of_each_other_are_not_cut_away(tmp_path):
@@ -189,7 +189,7 @@ def test_parts_that_are_images_of_each_other_are_not_cut_away(tmp_path):
 
     path = write(tmp_path / "halves.step", halves)
     with session():
-        solid = import_cad(CadFile(path))
+        solid = import_cad(RodFile(path))
     assert solid.mirror is Mirror.HALF
     assert len(solid.parts) == 2
 
@@ -201,7 +201,7 @@ def test_a_groove_is_not_taken_for_the_bore_that_has_it(tmp_path, width):
 
     path = write(tmp_path / "grooved.step", grooved)
     with session():
-        big = import_cad(CadFile(path)).bores[0]
+        big = import_cad(RodFile(path)).bores[0]
     assert big.radius == pytest.approx(10)
     assert big.width == pytest.approx(12 - width)
 
@@ -213,7 +213,7 @@ def test_counterbores_are_not_taken_for_the_bore(tmp_path):
 
     path = write(tmp_path / "bored.step", bored)
     with session():
-        small = import_cad(CadFile(path)).bores[1]
+        small = import_cad(RodFile(path)).bores[1]
     assert (small.radius, small.width) == pytest.approx((5, 8))
 
 
@@ -225,11 +225,11 @@ def test_of_two_bores_alike_the_big_ends_is_nearer_to_the_centre_of_gravity(tmp_
 
     path = write(tmp_path / "alike.step", drawn)
     with session():
-        found = import_cad(CadFile(path))
+        found = import_cad(RodFile(path))
         assert found.mass.center[0] < 40
         assert EQUAL_BORES in found.imported.assumed
     with session():
-        other = import_cad(CadFile(path, swap_ends=True))
+        other = import_cad(RodFile(path, swap_ends=True))
         assert other.mass.center[0] > 60
         assert EQUAL_BORES not in other.imported.assumed
 
@@ -237,7 +237,7 @@ def test_of_two_bores_alike_the_big_ends_is_nearer_to_the_centre_of_gravity(tmp_
 def test_bores_that_cannot_be_told_are_listed_with_the_keys_that_name_them(tmp_path):
     path = write(tmp_path / "one.step", lambda occ: strap(occ, ((0, 10),)))
     with session(), pytest.raises(GeometryError) as refusal:
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     for text in ("diameter 20 mm", "rod.big_end_bore_mm", "rod.small_end_bore_mm"):
         assert text in str(refusal.value)
 
@@ -246,18 +246,18 @@ def test_alike_holes_are_told_apart_by_the_diameters_given(tmp_path):
     holes = ((0, 10), (100, 5), (50, 5))
     path = write(tmp_path / "three.step", lambda occ: strap(occ, holes))
     with session(), pytest.raises(GeometryError, match="more than one pair"):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     holes = ((0, 10), (100, 5), (50, 7))
     path = write(tmp_path / "large.step", lambda occ: strap(occ, holes))
     with (
         session(),
         pytest.raises(GeometryError, match="more than one pair"),
     ):  # a hole of the shank, or the pin's
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
     with session():
-        assert import_cad(CadFile(path, small_end_bore=10)).bores[1].x == pytest.approx(100)
+        assert import_cad(RodFile(path, small_end_bore=10)).bores[1].x == pytest.approx(100)
     with session(), pytest.raises(GeometryError, match="no two parallel bores"):
-        import_cad(CadFile(path, small_end_bore=11))
+        import_cad(RodFile(path, small_end_bore=11))
 
 
 def test_a_blind_hole_and_a_boss_are_no_bores(tmp_path):
@@ -267,7 +267,7 @@ def test_a_blind_hole_and_a_boss_are_no_bores(tmp_path):
 
     path = write(tmp_path / "blind.step", draw)
     with session():
-        solid = import_cad(CadFile(path))
+        solid = import_cad(RodFile(path))
     assert [bore.radius for bore in solid.bores] == pytest.approx([10, 5])
 
 
@@ -283,19 +283,19 @@ def test_a_file_that_is_no_step_file_is_refused(tmp_path, content, message):
     path = tmp_path / "bad.step"
     path.write_bytes(content)
     with session(), pytest.raises(GeometryError, match=message):
-        import_cad(CadFile(path))
+        import_cad(RodFile(path))
 
 
 def test_a_missing_file_is_the_systems_error(tmp_path):
     with session(), pytest.raises(FileNotFoundError):
-        import_cad(CadFile(tmp_path / "none.step"))
+        import_cad(RodFile(tmp_path / "none.step"))
 
 
 def test_nothing_is_printed(leon, tmp_path, capfd):
     with session():
         export_step(LEON_2001, tmp_path / "again")
     with session():
-        import_cad(CadFile(tmp_path / "again"))
+        import_cad(RodFile(tmp_path / "again"))
     assert capfd.readouterr().out == ""
 
 
@@ -317,7 +317,7 @@ def test_drafted_corners_and_blends_of_varying_radius_get_small_elements(tmp_pat
     """The corner's radius at the floor, across the leaning wall, and that of a blend's thin end."""
     path = write(tmp_path / "drafted.step", lambda occ: drafted(occ, 0.4))
     with session():
-        rounds = [item for item in import_cad(CadFile(path)).features if item.kind is FeatureKind.ROUND]
+        rounds = [item for item in import_cad(RodFile(path)).features if item.kind is FeatureKind.ROUND]
     assert [item.radius for item in rounds] == [pytest.approx(2.0 / math.cos(0.4), rel=0.03)]
     assert rounds[0].sweep == pytest.approx(math.pi / 2, rel=0.1)
 
@@ -331,7 +331,7 @@ def test_drafted_corners_and_blends_of_varying_radius_get_small_elements(tmp_pat
 
     path = write(tmp_path / "blended.step", blended)
     with session():
-        rounds = [item for item in import_cad(CadFile(path)).features if item.kind is FeatureKind.ROUND]
+        rounds = [item for item in import_cad(RodFile(path)).features if item.kind is FeatureKind.ROUND]
     assert [item.radius for item in rounds] == [pytest.approx(2.0, rel=0.1)]
 
 
@@ -342,7 +342,7 @@ def test_bores_that_are_splines_are_cylinders_all_the_same(tmp_path):
     path = write(tmp_path / "splines.step", converted)
     assert "B_SPLINE_SURFACE" in path.read_text()
     with session():
-        solid = import_cad(CadFile(path))
+        solid = import_cad(RodFile(path))
     assert [(bore.radius, bore.width) for bore in solid.bores] == [
         pytest.approx((10, 12), rel=5e-3),  # the kernel integrates the area of splines coarsely
         pytest.approx((5, 12), rel=5e-3),

@@ -6,7 +6,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from geometry.imports import MissingCap
+from geometry.imports import MissingCap, RodFile
 from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
@@ -84,7 +84,7 @@ def test_an_assumed_cap_is_a_ring_of_the_section_at_the_joint(parts):
 def test_two_files_are_one_rod(parts, monkeypatch):
     monkeypatch.setattr(fill, "PER_LENGTH", 30)
     folder, sizes = parts
-    given = given_mesh(folder / "rod.stl", cap=folder / "cap.stl")
+    given = given_mesh(RodFile(folder / "rod.stl", cap=folder / "cap.stl"))
     assert given.bores[1].x == pytest.approx(141, rel=1e-3)
     assert "bonded at the joint" in given.imported.assumed[0]
     corners = given.mesh.points[given.mesh.tets[:, :4]]
@@ -118,7 +118,7 @@ def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):
     with pytest.raises(MeshError, match=r"closed: leave rod\.cap out"):
         with_cap(closed, cap)
     with pytest.raises(MeshError, match=r'is the cap missing\? .*--cap FILE.*"assumed"'):
-        given_mesh(folder / "rod.stl", cap=MissingCap.REFUSED)
+        given_mesh(RodFile(folder / "rod.stl", cap=MissingCap.REFUSED))
 
 
 def test_triangles_that_cross_are_counted():

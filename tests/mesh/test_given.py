@@ -13,6 +13,7 @@ from fea.analysis.meshing import mesh_study
 from fea.base.choices import Element, Symmetry
 from fea.study.flags import Flags
 from fea.study.study import load_study
+from geometry.imports import RodFile
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import find_bore_pair
 from mesh.files.given import given_mesh
@@ -70,7 +71,7 @@ def test_a_mesh_from_a_file_stands_in_the_rod_frame_with_its_bores_named(curved,
         turn.apply(whole.points) + np.array([7.0, 8.0, 9.0]), whole.tets, np.arange(1, len(whole.tets) + 1)
     )
     (tmp_path / "rod.inp").write_text(deck(file))
-    found = given_mesh(tmp_path / "rod.inp")
+    found = given_mesh(RodFile(tmp_path / "rod.inp"))
     big, small = found.bores
     bores = curved.bores
     assert (big.radius, small.radius, small.x) == pytest.approx(
@@ -96,7 +97,7 @@ def test_the_unit_is_recognised_by_the_length_of_the_rod_or_given(coarse, tmp_pa
     (tmp_path / "rod.inp").write_text(
         deck(TetFile(scale * whole.points, whole.tets, np.arange(len(whole.tets))))
     )
-    found = given_mesh(tmp_path / "rod.inp", unit=unit)
+    found = given_mesh(RodFile(tmp_path / "rod.inp", unit=unit))
     assert found.bores[1].x == pytest.approx(coarse.bores.rod_length, rel=1e-9)
     assert [note.split(",")[0] for note in found.imported.assumed] == [
         f"the mesh is taken to be in {said}"
@@ -136,4 +137,4 @@ def test_bores_that_are_not_round_are_refused_with_how_far_they_are_off(coarse, 
     rough = whole.points * np.array([1.0, 1.06, 1.0])  # the bores are ellipses now
     (tmp_path / "rod.inp").write_text(deck(TetFile(rough, whole.tets, random.permutation(len(whole.tets)))))
     with pytest.raises(MeshError, match=r"not round: .* % of the radius|no two parallel round bores"):
-        given_mesh(tmp_path / "rod.inp")
+        given_mesh(RodFile(tmp_path / "rod.inp"))

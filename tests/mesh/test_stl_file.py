@@ -5,6 +5,7 @@ from dataclasses import replace
 import gmsh
 import pytest
 
+from geometry.imports import RodFile
 from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
@@ -30,7 +31,7 @@ def surface(tmp_path_factory):
 def test_the_inside_of_a_closed_surface_is_meshed(surface, monkeypatch):
     monkeypatch.setattr(fill, "PER_LENGTH", 30)
     path, volume = surface
-    given = given_mesh(path)
+    given = given_mesh(RodFile(path))
     corners = given.mesh.points[given.mesh.tets[:, :4]]
     sides = corners[:, 1:] - corners[:, :1]
     meshed = abs((sides[:, 0] * _cross(sides[:, 1], sides[:, 2])).sum()) / 6

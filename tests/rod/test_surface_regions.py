@@ -10,7 +10,7 @@ from fea.base.material import Marin, Material, SurfaceFinish
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.surface_regions import SurfaceRegions
-from fea.study.rod_table import CadFile, RodTable
+from fea.study.rod_table import RodTable
 from fea.study.study import load_study
 from geometry.cad.formats import export_step
 from geometry.session import session
@@ -124,7 +124,7 @@ def test_a_solid_from_a_file_has_the_same_regions(tmp_path):
     path = tmp_path / "rod.step"
     with session():
         export_step(table(**features).dimensions, path)
-    found = meshed(replace(table(), dimensions=None, cad=CadFile(path)))
+    found = meshed(replace(table(), dimensions=None, cad=RodFile(path)))
     # Meshed anew: equal but for how the facets divide the curved surfaces.
     assert areas(found) == pytest.approx(areas(meshed(table(**features))), rel=0.02)
 
