@@ -22,15 +22,9 @@ class _MachineMemory(ctypes.Structure):
     """MEMORYSTATUSEX."""
 
     _fields_ = (
-        ("length", c_uint32),
-        ("load", c_uint32),
-        ("physical", c_uint64),
-        ("free_physical", c_uint64),
-        ("page_file", c_uint64),
-        ("free_page_file", c_uint64),
-        ("virtual", c_uint64),
-        ("free_virtual", c_uint64),
-        ("free_extended", c_uint64),
+        *((name, c_uint32) for name in ("length", "load")),
+        *((name, c_uint64) for name in ("physical", "free_physical", "page_file", "free_page_file")),
+        *((name, c_uint64) for name in ("virtual", "free_virtual", "free_extended")),
     )
 
 
@@ -38,16 +32,12 @@ class _ProcessMemory(ctypes.Structure):
     """PROCESS_MEMORY_COUNTERS."""
 
     _fields_ = (
-        ("size", c_uint32),
-        ("page_faults", c_uint32),
-        ("peak_working_set", c_size_t),
-        ("working_set", c_size_t),
-        ("peak_paged_pool", c_size_t),
-        ("paged_pool", c_size_t),
-        ("peak_nonpaged_pool", c_size_t),
-        ("nonpaged_pool", c_size_t),
-        ("committed", c_size_t),
-        ("peak_committed", c_size_t),
+        *((name, c_uint32) for name in ("size", "page_faults")),
+        *((name, c_size_t) for name in ("peak_working_set", "working_set", "peak_paged_pool", "paged_pool")),
+        *(
+            (name, c_size_t)
+            for name in ("peak_nonpaged_pool", "nonpaged_pool", "committed", "peak_committed")
+        ),
     )
 
 

@@ -11,13 +11,8 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.section import Section
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import CHILDREN, TetMesh
 
-# The eight tetrahedra into which a second-order one is split, by its nodes in VTK's order: four at the
-# vertices, and four around the diagonal 6–8 of the octahedron between them.
-_EIGHT = np.reshape(
-    [0, 4, 6, 7, 1, 4, 5, 8, 2, 5, 6, 9, 3, 7, 8, 9, 6, 8, 4, 5, 6, 8, 5, 9, 6, 8, 9, 7, 6, 8, 7, 4], (8, 4)
-)
 # The edges cut, as triangles, by the number of vertices below the plane (vertices sorted by x).
 _CUTS = {
     1: [[(0, 1), (0, 2), (0, 3)]],
@@ -81,7 +76,7 @@ def _cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
     first, last = x.min(axis=1), x.max(axis=1)
     for station in map(float, stations):
         met = mesh.tets[(first < station) & (last >= station)]
-        tets = met if mesh.order == 1 else met[:, _EIGHT].reshape(-1, 4)
+        tets = met if mesh.order == 1 else met[:, CHILDREN[-1]].reshape(-1, 4)
         heights = mesh.points[tets, 0]
         by_x = np.argsort(heights, axis=1)
         tets, heights = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(heights, by_x, axis=1)

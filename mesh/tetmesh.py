@@ -173,11 +173,12 @@ def scikit_fem_order(tets: Ints, n_points: int) -> Ints:
     return np.argsort(key, kind="stable")
 
 
-# Of a ten-node tetrahedron: the four corners, and the octahedron between them cut around a diagonal.
+# The eight tetrahedra into which a ten-node one is split: the four corners, and the octahedron between them
+# cut around one of its three diagonals.
 _CORNERS = [[0, 4, 6, 7], [4, 1, 5, 8], [6, 5, 2, 9], [7, 8, 9, 3]]
 _DIAGONALS = np.array([[4, 9], [5, 7], [6, 8]])
 _AROUND = ((5, 6, 7, 8), (4, 8, 9, 6), (4, 5, 9, 7))
-_CHILDREN = np.array(
+CHILDREN = np.array(
     [
         _CORNERS + [[*diagonal, a, b] for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
         for diagonal, ring in zip(_DIAGONALS, _AROUND, strict=True)
@@ -221,6 +222,6 @@ def split(mesh: TetMesh) -> TetMesh:
     shortest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).argmin(axis=1)
     return TetMesh(
         mesh.points,
-        np.take_along_axis(mesh.tets[:, None, :], _CHILDREN[shortest], axis=2).reshape(-1, 4),
+        np.take_along_axis(mesh.tets[:, None, :], CHILDREN[shortest], axis=2).reshape(-1, 4),
         {surface: facets[:, _FACET_CHILDREN].reshape(-1, 3) for surface, facets in mesh.facets.items()},
     )

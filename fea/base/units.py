@@ -19,6 +19,19 @@ M_S2 = 1e3
 DEG = math.pi / 180
 RPM = 2 * math.pi / 60
 
+# How the units at the ends of keys are written, where that is otherwise.
+WRITTEN = {
+    "kg_m2": "kg·m²",
+    "kg_m3": "kg/m³",
+    "1_K": "1/K",
+    "1_GPa": "1/GPa",
+    "mPas": "mPa·s",
+    "Nm": "N·m",
+    "um": "µm",
+    "C": "°C",
+    "deg": "degrees",
+    "bar_V": "bar/V",
+}
 INCH, _POUND = 25.4, 0.45359237  # mm, kg
 _POUND_FORCE = 9.80665 * _POUND  # N
 _PSI = _POUND_FORCE / INCH**2  # MPa

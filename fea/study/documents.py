@@ -54,15 +54,11 @@ def template() -> str:
     """Return the commented study."""
     parts = [_HEAD]
     for name, table in TABLES.items():
-        parts += [_template_of(table), *([_PARTS[name].lstrip()] if name in _PARTS else [])]
+        parts += [*_comment(table.INTRO), f"{'# ' if table.OPTIONAL else ''}[{name}]"]
+        for key, declared in keys_of(table).items():
+            parts += [*_comment(declared.above), *_entry(key, declared)]
+        parts += ["", *([_PARTS[name].lstrip()] if name in _PARTS else [])]
     return "\n".join(parts)
-
-
-def _template_of(table: Any) -> str:
-    lines = [*_comment(table.INTRO), f"{'# ' if table.OPTIONAL else ''}[{table.TABLE}]"]
-    for name, declared in keys_of(table).items():
-        lines += [*_comment(declared.above), *_entry(name, declared)]
-    return "\n".join(lines) + "\n"
 
 
 def _comment(text: str) -> list[str]:
@@ -103,9 +99,8 @@ def study_schema() -> Schema:
         for key, names in keys.items():
             tables[table]["properties"][key] |= _choices(names)
     known = [name for material in LIBRARY.values() for name in (material.name, *material.also)]
-    tables["material"]["properties"]["preset"]["examples"] = sorted(
-        known
-    )  # in any case, with or without hyphens
+    # In any case, with or without hyphens.
+    tables["material"]["properties"]["preset"]["examples"] = sorted(known)
     tables["rod"] |= {"anyOf": [_needs(names) for names in sufficient()]}
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}

@@ -77,16 +77,15 @@ def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
 def _read(name: str) -> EnginePreset:
     raw = tomllib.loads((_FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
     engine, rod, speed = (
-        {key: _figure(entry) for key, entry in raw[table].items()} for table in ("engine", "rod", "speed")
+        {
+            key: Figure(entry["value"], entry.get("assumed") or entry["source"], "assumed" in entry)
+            for key, entry in raw[table].items()
+        }
+        for table in ("engine", "rod", "speed")
     )
     return EnginePreset(
         name, raw["title"], raw["layout"], raw["sources"], engine, rod, redline=speed["redline_rpm"]
     )
-
-
-def _figure(entry: Mapping[str, Any]) -> Figure:
-    assumed = "assumed" in entry
-    return Figure(entry["value"], entry["assumed" if assumed else "source"], assumed)
 
 
 def with_preset(raw: object) -> object:

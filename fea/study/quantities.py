@@ -6,7 +6,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from fea.base.units import OTHER_UNITS
+from fea.base.units import OTHER_UNITS, WRITTEN
 from geometry.errors import InvalidValue
 
 _QUANTITY = re.compile(
@@ -17,18 +17,8 @@ _QUANTITY = re.compile(
 _TORQUE = re.compile(r"\b(?:lbf?s?[-·*. ]?(ft|in)|(ft|in)[-·*. ]?lbf?s?)\b(?![\^²³*/])")
 _INCHES = {'"': "in", "″": "in", "''": "in", "'": "ft", "′": "ft"}
 _TEMPERATURES = {"F": "degF", "C": "degC", "° F": "degF", "° C": "degC"}
-# The units at the ends of keys as `pint` reads them, where they are written otherwise.
-_OWN = {
-    "kg_m2": "kg*m**2",
-    "kg_m3": "kg/m**3",
-    "1_K": "1/K",
-    "1_GPa": "1/GPa",
-    "mPas": "mPa*s",
-    "Nm": "N*m",
-    "C": "degC",
-    "bar_V": "bar/V",
-    "hours": "hour",
-}
+# The units at the ends of keys as `pint` reads them, where it does not read what is written.
+_OWN = {"C": "degC", "deg": "deg", "hours": "hour"}
 _LONGEST = 40  # letters of a unit
 
 
@@ -75,7 +65,8 @@ def _converted(name: str, value: str, number: float, written: str, unit: str) ->
     registry = _registry()
     try:
         given = registry.parse_units(_plain(written, unit))
-        return float(registry.Quantity(number, given).to(_OWN.get(unit, unit)).magnitude)
+        ours = _OWN.get(unit) or WRITTEN.get(unit, unit).replace("·", "*")
+        return float(registry.Quantity(number, given).to(ours).magnitude)
     except pint.DimensionalityError as error:
         rule = f"is not in a unit of the right kind: {written}"
         raise InvalidValue(name, value, rule, f"Give it in {_listed(unit)}.") from error
@@ -101,7 +92,7 @@ def _plain(written: str, unit: str) -> str:
 
 def _others(unit: str) -> list[str]:
     """Return units in which a quantity is usually given, that of its key last."""
-    own = _OWN.get(unit, unit).replace("**2", "²").replace("**3", "³").replace("*", "·")
+    own = _OWN.get(unit) or WRITTEN.get(unit, unit)
     return ["°F", "K", "°C"] if unit == "C" else [*OTHER_UNITS[unit], own]
 
 

@@ -13,7 +13,7 @@ from enum import StrEnum
 from functools import cache
 from typing import Any, ClassVar, TypeVar
 
-from fea.base.units import OTHER_UNITS
+from fea.base.units import OTHER_UNITS, WRITTEN
 from fea.study.quantities import own_unit, quantity, stem
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 from geometry.plausible import Plausible
@@ -24,22 +24,6 @@ Check = Callable[[str, Any], object]
 
 _LARGEST = 1e12
 _WORDS = {float: "a number", int: "a whole number", str: "text", bool: "true or false"}
-# What the end of a key's name says of its unit, and how that is written.
-_UNITS = {
-    "kg_m2": "kg·m²",
-    "kg_m3": "kg/m³",
-    "1_K": "1/K",
-    "1_GPa": "1/GPa",
-    "mPas": "mPa·s",
-    "Nm": "N·m",
-    "um": "µm",
-    "C": "°C",
-    "deg": "degrees",
-    "bar_V": "bar/V",
-    **{unit: unit for unit in ("V", "mm", "kg", "bar", "GPa", "MPa", "kN", "N", "percent")},
-}
-
-
 # How units are written in keys.
 _PLAIN = str.maketrans({"³": "3", "²": "2", "µ": "u", "/": "_", "·": "_", "°": None})
 _SPELT = {"inches": ("in", "inch"), "lb": ("lbs",), "Mpsi": ("Msi",)}
@@ -118,8 +102,10 @@ hints_of: Callable[[Any], dict[str, Any]] = cache(_hints_of)
 
 def unit_of(name: str) -> tuple[str, str]:
     """Split the name of a key into its words and its unit, "" where it has none."""
-    unit = next((unit for unit in _UNITS if name.endswith(f"_{unit}")), "")
-    return name.removesuffix(f"_{unit}").replace("_", " "), _UNITS.get(unit, "")
+    unit = own_unit(name)
+    if unit in (name, "hours", "rpm"):
+        return name.replace("_", " "), ""
+    return stem(name).replace("_", " "), WRITTEN.get(unit, unit)
 
 
 def not_negative(name: str, value: object) -> None:

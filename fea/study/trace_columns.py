@@ -28,8 +28,8 @@ _ANGLES = {
         "degrees",
         "theta",
     ),
-    *("phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw", "°ca"),
-    *("°kw", "°", "曲轴转角", "转角"),
+    *("phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw"),
+    *("°ca", "°kw", "°", "曲轴转角", "转角"),
 }
 _PRESSURES = {
     *("p", "press", "pressure", "druck", "zylinderdruck", "pression", "presion", "pressione", "pressao"),
@@ -127,10 +127,6 @@ _WIDEST_SMOOTHING = 10.0
 _REVOLUTION_DEG = 360.0
 
 
-def _two_or_four(name: str, value: object) -> None:
-    require(value in (2, 4), name, value, "must be 2 or 4")
-
-
 @dataclass(frozen=True, kw_only=True)
 class TraceKeys(Table, table="engine"):
     """How a trace is to be read; what is None is found out from the file."""
@@ -170,7 +166,9 @@ class TraceKeys(Table, table="engine"):
         "1.0", "width of a moving average; 0: none", within(0.0, _WIDEST_SMOOTHING, " degrees")
     )
     strokes: int | None = key(
-        "4", "of the engine, to complete a trace of a single revolution: 2 repeats it", _two_or_four
+        "4",
+        "of the engine, to complete a trace of a single revolution: 2 repeats it",
+        lambda name, value: require(value in (2, 4), name, value, "must be 2 or 4"),
     )
 
     @property
@@ -284,18 +282,13 @@ def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
     if not columns and (isinstance(value, int) or value.isdecimal()):
         columns = [int(value) - 1]
     elif not columns and key == "pressure_column":
-        columns = _range(str(value))
+        first, _, last = (part.strip() for part in str(value).partition("-"))
+        if first.isdecimal() and last.isdecimal():
+            columns = list(range(int(first) - 1, min(int(last), 10_000)))
     remedy = f"{table.source} has these columns of numbers: {_listed(table, table.numbers)}."
     valid, rule = bool(columns) and set(columns) <= set(table.numbers), "does not name a column of numbers"
     require(valid, f"engine.{key}", value, rule, remedy)
     return columns
-
-
-def _range(value: str) -> list[int]:
-    first, dash, last = value.partition("-")
-    if not dash or not (first.strip().isdecimal() and last.strip().isdecimal()):
-        return []
-    return list(range(int(first) - 1, min(int(last), 10_000)))
 
 
 def _angle(table: TraceTable) -> int:

@@ -20,7 +20,7 @@ from fea.study.trace_columns import (
     unit_of,
     unknown_unit,
 )
-from fea.study.trace_cycles import Recording, Smoothed, completed, firing_offset, recorded, smoothed
+from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
 from fea.study.trace_reading import Reading, read_as
 from fea.study.trace_table import (
     Form,
@@ -179,7 +179,9 @@ def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroun
         why = f"the gas exchange is held at {held:.4g} {reading.unit}, where compression begins"
         assumptions.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
     if smooth.width and keys.smoothing_deg is None:
-        assumptions.append(_smoothing(pressures, smooth, reading))
+        peaks = f"the peak from {pressures.max():.4g} to {smooth.pressures.max():.4g} {reading.unit}"
+        why = f"changes no pressure by more than {smooth.change:.2g} {reading.unit}, {peaks}"
+        assumptions.append(_Assumption("smoothing_deg", smooth.width, why))
     gauge = reading.gauge(smooth.pressures, around.atmosphere / BAR) * BAR
     turned = np.mod(angles + _TURN, _CYCLE)
     order = np.argsort(turned, kind="stable")
@@ -197,12 +199,6 @@ def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, 
     tdc = _TURN - offset + _CYCLE * round((peak - _TURN + offset) / _CYCLE)
     why = f"firing TDC at {tdc:g}° in the file, where the peak is at {peak:.4g}°"
     return offset, [_Assumption("angle_offset_deg", offset, why)]
-
-
-def _smoothing(pressures: Floats, smooth: Smoothed, reading: Reading) -> _Assumption:
-    peaks = f"the peak from {pressures.max():.4g} to {smooth.pressures.max():.4g} {reading.unit}"
-    why = f"changes no pressure by more than {smooth.change:.2g} {reading.unit}, {peaks}"
-    return _Assumption("smoothing_deg", smooth.width, why)
 
 
 def _reading(

@@ -8,7 +8,7 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import place_text
 from geometry.session import session
-from mesh.files.tets import TetFile, tet_file
+from mesh.files.tets import OF_GMSH, TetFile, tet_file
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FROM_GMSH, MeshError
 
@@ -20,16 +20,6 @@ _FACE_ANGLE = math.radians(35.0)
 _SHOWN = 3  # places in a message
 _TOUCH = 1e-9  # share of a side up to which triangles touch and do not cross
 _REPAIR = "Repair the surface (FreeCAD: Mesh, Analyze, Evaluate and repair), or better export the rod as STEP"
-# Kinds of solid elements, by gmsh's numbers.
-_KINDS = {
-    4: "tetra",
-    11: "tetra10",
-    5: "hexahedron",
-    12: "hexahedron27",
-    17: "hexahedron20",
-    6: "wedge",
-    7: "pyramid",
-}
 
 
 def tets_of_model() -> TetFile:
@@ -38,7 +28,7 @@ def tets_of_model() -> TetFile:
     order = np.argsort(tags)
     ids = tags[order].astype(np.int64)
     blocks = []
-    for number, kind in _KINDS.items():
+    for number, kind in OF_GMSH.items():
         elements, nodes = gmsh.model.mesh.getElementsByType(number)
         if len(elements):
             rows = np.searchsorted(ids, nodes.astype(np.int64)).reshape(len(elements), -1)

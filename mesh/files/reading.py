@@ -14,20 +14,10 @@ import numpy as np
 from geometry.arrays import Floats, Ints
 from geometry.session import session
 from mesh.files.fill import filled, require_closed, tets_of_model
-from mesh.files.tets import FORMATS, TetFile, tet_file
+from mesh.files.tets import FORMATS, OF_ABAQUS, TetFile, tet_file
 from mesh.surface_mesh import SurfaceMesh, apart
 from mesh.tetmesh import MeshError
 
-# The shape of solid elements by the number in their name (C3D10M, C3D20R; DC3D10 for heat).
-_SOLIDS = {
-    "4": "tetra",
-    "5": "pyramid",
-    "6": "wedge",
-    "8": "hexahedron",
-    "10": "tetra10",
-    "15": "wedge15",
-    "20": "hexahedron20",
-}
 _TET_NODES = {"tetra": 4, "tetra10": 10}
 # Keywords that make nodes or elements out of others: what they make would be missing.
 _GENERATORS = {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"}
@@ -56,7 +46,7 @@ def read_inp(path: Path) -> TetFile:
             elif keyword == "ELEMENT":
                 kind = options.get("TYPE", "").upper()
                 solid = re.search(r"C3D(\d+)", kind)
-                blocks.append((_SOLIDS.get(solid[1], kind) if solid else kind, lines))
+                blocks.append((OF_ABAQUS.get(solid[1], kind) if solid else kind, lines))
             elif keyword == "INCLUDE":
                 included = options.get("INPUT", "")
     if included and not (nodes and blocks):

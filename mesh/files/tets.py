@@ -14,6 +14,25 @@ from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_co
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
+# Kinds of elements by meshio's names: how messages call them, and of solids the number in Abaqus' name (C3D10,
+# C3D20R; DC3D10 for heat) and gmsh's own.
+_KINDS: dict[str, tuple[str, str, int]] = {
+    "tetra": ("four-node tetrahedra", "4", 4),
+    "tetra10": ("ten-node tetrahedra", "10", 11),
+    "hexahedron": ("hexahedra", "8", 5),
+    "hexahedron20": ("20-node hexahedra", "20", 17),
+    "hexahedron27": ("27-node hexahedra", "", 12),
+    "wedge": ("wedges", "6", 6),
+    "wedge15": ("15-node wedges", "15", 0),
+    "pyramid": ("pyramids", "5", 7),
+    "triangle": ("triangles", "", 0),
+    "triangle6": ("six-node triangles", "", 0),
+    "quad": ("quadrilaterals", "", 0),
+    "line": ("lines", "", 0),
+    "vertex": ("points", "", 0),
+}
+OF_ABAQUS = {number: kind for kind, (_, number, _) in _KINDS.items() if number}
+OF_GMSH = {number: kind for kind, (*_, number) in _KINDS.items() if number}
 # How meshio's names of solid elements begin.
 _SOLIDS: tuple[str, ...] = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
 _SOLIDS += ("VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
@@ -73,23 +92,7 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
 
 
 def _listed(count: Counter[str] | dict[str, int]) -> str:
-    return ", ".join(f"{number} {_WORDS.get(kind, kind)}" for kind, number in count.items())
-
-
-_WORDS = {
-    "tetra": "four-node tetrahedra",
-    "tetra10": "ten-node tetrahedra",
-    "hexahedron": "hexahedra",
-    "hexahedron20": "20-node hexahedra",
-    "wedge": "wedges",
-    "wedge15": "15-node wedges",
-    "pyramid": "pyramids",
-    "triangle": "triangles",
-    "triangle6": "six-node triangles",
-    "quad": "quadrilaterals",
-    "line": "lines",
-    "vertex": "points",
-}
+    return ", ".join(f"{number} {_KINDS.get(kind, (kind,))[0]}" for kind, number in count.items())
 
 
 # meshio's module for each suffix. It could guess them, but `meshio.read` prints errors and ends the program.

@@ -13,6 +13,7 @@ from fea.rod.surface_regions import SurfaceRegions
 from fea.study.rod_table import RodTable
 from fea.study.study import load_study
 from geometry.cad.formats import export_step
+from geometry.imports import RodFile
 from geometry.session import session
 from geometry.surfaces import Surface
 
