@@ -1,12 +1,201 @@
-"""A rod: its dimensions, checked, and completed from a few in usual proportions."""
+"""A rod: its dimensions, the rules that they obey, and those that follow from a few in usual proportions."""
 
 import math
 from dataclasses import dataclass
 from typing import Any
 
-from geometry import rules
-from geometry.dimensions import Dimensions, ShankSection, key, options
-from geometry.errors import require_number, require_positive
+from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
+from geometry.errors import require, require_number, require_positive
+from geometry.outline import Bosses, Outline
+from geometry.side_faces import Pocket, ring_steps, web_pocket
+
+_LEAST, _MOST = 0.1, 10_000.0  # mm
+_ENDS = ("big_end", "small_end")
+
+
+def _check(rod: Dimensions) -> None:
+    """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
+    for name in dimensions():
+        value = require_number(f"rod.{key(name)}", getattr(rod, name))
+        object.__setattr__(rod, name, value)
+        allowed = _LEAST <= value <= _MOST or (value == 0 and name in options())
+        rule = f"must lie between {_LEAST:g} and {_MOST:g} mm"
+        require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
+    section, known = rod.shank_section, [str(section) for section in ShankSection]
+    valid = isinstance(section, str) and section in known
+    require_of(rod, "shank_section", valid, f"must be one of {', '.join(known)}")
+    object.__setattr__(rod, "shank_section", ShankSection(section))
+    _rings(rod)
+    _shank(rod)
+    _small_end(rod)
+    _chamfers(rod)
+    if (bosses := Outline(rod).bosses) is not None:
+        _bosses(rod, bosses)
+    if rod.has_pockets:
+        remedy = 'Reduce it, or choose shank_section = "rectangular".'
+        across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
+        _at_most(rod, "web_thickness", 0.95 * across, f", 0.95 of the shank's {what}", remedy)
+        depth = (across - rod.web_thickness) / 2
+        for limit, what in ((depth, "pocket's depth"), (rod.pocket_corner_radius, "pocket's corner radius")):
+            _at_most(rod, "pocket_floor_radius", 0.9 * limit, f", 0.9 of the {what}", "Reduce it.")
+        _pocket(rod, web_pocket(rod, Outline(rod).edge))
+    _drilled(rod)
+
+
+def require_of(rod: Dimensions, name: str, holds: bool, rule: str, remedy: str = "") -> None:  # noqa: FBT001
+    """Raise `InvalidValue` for a dimension of a rod unless `holds`."""
+    require(holds, f"rod.{key(name)}", getattr(rod, name), rule, remedy)
+
+
+def _at_most(rod: Dimensions, name: str, most: float, what: str, remedy: str = "") -> None:
+    require_of(rod, name, getattr(rod, name) <= most, f"must be at most {most:.4g} mm{what}", remedy)
+
+
+def _rings(rod: Dimensions) -> None:
+    for end in _ENDS:
+        ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
+        rule = f"must be at least {bore / 50:.4g} mm, a fiftieth of the bore ({bore:g} mm)"
+        require_of(rod, f"{end}_ring", ring >= bore / 50, rule, "Thicken the ring or reduce the bore.")
+    _leave_a_shank(rod.length, rod.big_end_radius, rod.small_end_radius)
+
+
+def _leave_a_shank(length: float, big_end_radius: float, small_end_radius: float) -> None:
+    """Refuse rings (outer radii, mm) that meet or nearly meet on a rod of this length (mm)."""
+    reach = big_end_radius + small_end_radius
+    rule = (
+        f"must leave a shank between the rings, whose outer radii are {big_end_radius:g} and "
+        f"{small_end_radius:g} mm: at least a twentieth of the length"
+    )
+    remedy = f"Lengthen the rod to more than {reach / 0.95:g} mm, or reduce the bores or rings."
+    require(reach < 0.95 * length, "rod.length_mm", length, rule, remedy)
+
+
+def _shank(rod: Dimensions) -> None:
+    for end in _ENDS:
+        width, name = getattr(rod, f"{end}_width"), end.replace("_", " ")
+        step, least = width - rod.shank_width, width / 50
+        rule = f"must not exceed the width of the {name}, {width:g} mm"
+        require_of(rod, "shank_width", step >= 0, rule, "Narrow the shank or widen the end.")
+        rule = f"must equal the {name}'s width or be at least {least:.4g} mm smaller"
+        require_of(rod, "shank_width", step == 0 or step >= least, rule, "Make them equal.")
+    edge = Outline(rod).edge
+    rule = (
+        f"the shank may taper by at most 30° per side; its depth at the small end is "
+        f"{rod.shank_depth_small_end:g} mm"
+    )
+    straight = abs(edge.along[1]) <= 0.5
+    require_of(rod, "shank_depth_big_end", straight, rule, "Make the two depths less different.")
+    for end, x in zip(_ENDS, (0.0, rod.length), strict=True):
+        most, distance = 0.92 * getattr(rod, f"{end}_radius"), edge.distance((x, 0.0))
+        rule = f"the shank's edge must pass within {most:.4g} mm of the bore's centre, not {distance:.4g} mm"
+        require_of(rod, f"shank_depth_{end}", distance <= most, rule, "Reduce it or thicken the ring.")
+    first, last = Outline(rod).fillets
+    larger = "big_end_fillet" if rod.big_end_fillet >= rod.small_end_fillet else "small_end_fillet"
+    rule = "the two fillets must leave a straight edge between them, at least a hundredth of the rod's length"
+    apart = last.start[0] - first.end[0] >= 0.01 * rod.length
+    require_of(rod, larger, apart, rule, "Reduce this radius, or lengthen the rod.")
+    big, small = ring_steps(rod)
+    for step in (big, small):
+        rule = f"must not exceed {step.rim:g} mm, the distance of the step from the bore's centre"
+        require_of(rod, "ring_step_radius", step.height == 0 or rod.ring_step_radius <= step.rim, rule)
+    rule = f"the ring steps must not meet, but end {big.foot:.4g} and {small.foot:.4g} mm from the bores"
+    remedy = "Reduce this radius, widen the shank or lengthen the rod."
+    require_of(rod, "ring_step_radius", big.foot + small.foot <= 0.99 * rod.length, rule, remedy)
+
+
+def _small_end(rod: Dimensions) -> None:
+    crown, least, most = rod.small_end_crown_width, 0.3 * rod.small_end_width, 0.98 * rod.small_end_width
+    rule = f"must be 0 (no slant) or {least:.4g} to {most:.4g} mm, 0.3 to 0.98 of the small end's width"
+    require_of(rod, "small_end_crown_width", crown == 0 or least <= crown <= most, rule)
+    ring = ", 0.8 of the small end's ring"
+    _at_most(rod, "bushing", 0.8 * rod.small_end_ring, ring, "Thicken small_end_ring_mm.")
+    room = 0.5 * min(crown or rod.small_end_width, rod.small_end_bore)
+    what = ": half of the small end's bore and of its width at the crown"
+    _at_most(rod, "oil_hole", room, what, "Reduce it.")
+
+
+def _chamfers(rod: Dimensions) -> None:
+    for end in _ENDS:
+        wall = rod.bushing if end == "small_end" and rod.bushing else getattr(rod, f"{end}_ring")
+        most = min(0.5 * wall, 0.2 * getattr(rod, f"{end}_width"), 0.1 * getattr(rod, f"{end}_bore"))
+        what = ": half of the wall, a fifth of the width, a tenth of the bore, whichever is least"
+        _at_most(rod, f"{end}_chamfer", most, what, "Reduce it.")
+    name, size = "small_end_chamfer", rod.small_end_chamfer
+    rule = "cannot be combined with a slanted small end (small_end_crown_width_mm)"
+    require_of(rod, name, size == 0 or rod.small_end_crown_width == 0, rule, "Remove one of them.")
+    room = (rod.small_end_crown_width or rod.small_end_width) / 2
+    rule = f"must leave {room:.4g} mm, half of the small end's width, to the oil hole's radius"
+    require_of(rod, name, rod.oil_hole / 2 + size < room, rule, "Reduce it.")
+
+
+def _bosses(rod: Dimensions, bosses: Bosses) -> None:
+    for name in ("cap_bolt_spacing", "cap_boss_length", "cap_boss_fillet"):
+        require_of(rod, name, getattr(rod, name) > 0, "must be positive if cap_bolt_mm is given")
+    rule = f"must be at least the small end's width, {rod.small_end_width:g} mm, if the rod has cap bolts"
+    require_of(rod, "big_end_width", rod.big_end_width >= rod.small_end_width, rule)
+    reach, most = bosses.half_length + bosses.fillet, 0.95 * bosses.ring
+    rule = (
+        f"half of it plus the fillet is {reach:.4g} mm; it must be at most {most:.4g} mm to end on the ring"
+    )
+    remedy = "Shorten the bosses or reduce cap_boss_fillet_mm."
+    require_of(rod, "cap_boss_length", reach <= most, rule, remedy)
+    gap = Outline(rod).fillets[0].start[0] - bosses.fillets()[1].end[0]
+    rule = "the fillets of bosses and shank must leave a piece of the ring's outline between them"
+    remedy = "Shorten the bosses, or reduce big_end_fillet_mm or the shank's depth."
+    require_of(rod, "cap_boss_length", gap >= 0.02 * bosses.ring, rule, remedy)
+    rule = f"must be at most 0.8 of the big end's width, {rod.big_end_width:g} mm"
+    require_of(rod, "cap_bolt", rod.cap_bolt <= 0.8 * rod.big_end_width, rule)
+    inner = max(1.02 * rod.big_end_bore / 2, bosses.seat, bosses.ring - 1.5 * rod.cap_bolt)
+    least = 2 * inner + rod.cap_bolt
+    rule = f"must be at least {least:.4g} mm, so that the holes clear the bore and the bolts have plane seats"
+    wide = rod.cap_bolt_spacing >= least
+    require_of(rod, "cap_bolt_spacing", wide, rule, "Increase it, or lengthen the bosses.")
+
+
+def _pocket(rod: Dimensions, pocket: Pocket) -> None:
+    length, least = pocket.small_end - pocket.big_end, 0.01 * rod.length
+    rule = f"leaves a pocket {length:.4g} mm long; at least {least:.4g} mm are needed"
+    remedy = 'Reduce it, or choose shank_section = "rectangular".'
+    require_of(rod, "pocket_setback", length > least, rule, remedy)
+    half = min(pocket.edge.height(pocket.big_end), pocket.edge.height(pocket.small_end))
+    rule = "the two flanges must leave a pocket between them along the whole shank"
+    size = "width" if pocket.in_sides else "depth"
+    remedy = f"Reduce the flange thickness or increase the shank's {size}."
+    require_of(rod, "flange_thickness", half > 0.02 * rod.flange_thickness, rule, remedy)
+    (_, y0), (_, y1) = pocket.corner_centers()
+    least = 0.05 * rod.pocket_corner_radius
+    rule = f"the corners must fit into a pocket {length:.4g} mm long and {2 * half:.4g} mm wide (narrow end)"
+    fits = min(y0, y1) >= least and length - sum(pocket.tangents) >= least
+    require_of(rod, "pocket_corner_radius", fits, rule, "Reduce it.")
+
+
+# A hole along the rod takes at most this part of the web, or of the shank, that it runs through.
+_DRILLED = 0.75
+
+
+def _drilled(rod: Dimensions) -> None:
+    tubular = rod.shank_section is ShankSection.TUBULAR
+    rule = "is missing: a tubular shank has a bore" if tubular else "belongs to a tubular shank alone"
+    remedy = "Give it, or choose" if tubular else "Remove it, or choose"
+    remedy += f' shank_section = "{ShankSection.RECTANGULAR if tubular else ShankSection.TUBULAR}".'
+    require_of(rod, "shank_bore", (rod.shank_bore > 0) == tubular, rule, remedy)
+    begins = rod.shank_bore_end - rod.shank_bore_round
+    rule = (
+        f"leaves no straight bore beyond the big end's ring: its end is rounded from x = {begins:.4g} mm on"
+    )
+    deep = not tubular or begins > rod.big_end_radius
+    require_of(rod, "shank_bore", deep, rule, "Reduce it, or pocket_setback_mm.")
+    what, name = ("web", "web_thickness_mm") if rod.has_pockets else ("shank", "the shank")
+    most, remedy = _DRILLED * rod.drilled_thickness, f"Reduce it, or thicken {name}."
+    for hole, ends in (("shank_bore", _ENDS[:1]), ("oil_gallery", _ENDS)):
+        _at_most(rod, hole, most, f", {_DRILLED:g} of the {what} that it runs through", remedy)
+        for end in ends:
+            bore, width = getattr(rod, f"{end}_bore"), getattr(rod, f"{end}_width")
+            room = 0.5 * min(bore, width - 2 * getattr(rod, f"{end}_chamfer"))
+            where = f": half of the {end.replace('_', ' ')}'s bore and of its width between chamfers"
+            _at_most(rod, hole, room, where, "Reduce it.")
+    if tubular:
+        _at_most(rod, "oil_gallery", 0.9 * rod.shank_bore, ", 0.9 of the shank's bore", "Reduce it.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +207,7 @@ class Rod(Dimensions):
     """
 
     def __post_init__(self) -> None:
-        rules.check(self)
+        _check(self)
 
 
 def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
@@ -40,7 +229,7 @@ def proportioned(length: float, big_end_bore: float, small_end_bore: float, **gi
     big, small = rod["big_end_bore"], rod["small_end_bore"]
     big_radius = big / 2 + default("big_end_ring", 0.18 * big)
     small_radius = small / 2 + default("small_end_ring", 0.28 * small)
-    rules.leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
+    _leave_a_shank(rod["length"], big_radius, small_radius)  # before a derived dimension is blamed
     gap = rod["length"] - big_radius - small_radius
 
     width = default("big_end_width", min(0.5 * big, rod.get("small_end_width", big)))

@@ -13,8 +13,7 @@ from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, RodF
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Pair, find_bore_pair
 from mesh.files.cap import GAPS, shells, with_assumed_cap, with_cap
-from mesh.files.fill import filled, require_closed
-from mesh.files.reading import read_tets, stl_surface
+from mesh.files.reading import filled, read_tets, require_closed, stl_surface
 from mesh.files.round_hole import Axes, fitted_axes
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian

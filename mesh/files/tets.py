@@ -14,8 +14,8 @@ from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_co
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
-# Kinds of elements by meshio's names: how messages call them, and of solids the number in Abaqus' name (C3D10,
-# C3D20R; DC3D10 for heat) and gmsh's own.
+# Kinds of elements by meshio's names: how messages call them, and of solids the number in Abaqus' name
+# (C3D10M, C3D20R; DC3D10 for heat) and gmsh's own.
 _KINDS: dict[str, tuple[str, str, int]] = {
     "tetra": ("four-node tetrahedra", "4", 4),
     "tetra10": ("ten-node tetrahedra", "10", 11),

@@ -11,11 +11,10 @@ from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from mesh.files import fill
+from mesh.files import reading
 from mesh.files.cap import shells, with_assumed_cap, with_cap
-from mesh.files.fill import crossings, require_closed
 from mesh.files.given import given_mesh
-from mesh.files.reading import stl_surface
+from mesh.files.reading import crossings, require_closed, stl_surface
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 
@@ -82,7 +81,7 @@ def test_an_assumed_cap_is_a_ring_of_the_section_at_the_joint(parts):
 
 
 def test_two_files_are_one_rod(parts, monkeypatch):
-    monkeypatch.setattr(fill, "PER_LENGTH", 30)
+    monkeypatch.setattr(reading, "PER_LENGTH", 30)
     folder, sizes = parts
     given = given_mesh(RodFile(folder / "rod.stl", cap=folder / "cap.stl"))
     assert given.bores[1].x == pytest.approx(141, rel=1e-3)

@@ -10,7 +10,7 @@ from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from mesh.files import fill
+from mesh.files import reading
 from mesh.files.given import given_mesh
 from mesh.files.reading import read_tets
 from mesh.tetmesh import MeshError
@@ -29,7 +29,7 @@ def surface(tmp_path_factory):
 
 
 def test_the_inside_of_a_closed_surface_is_meshed(surface, monkeypatch):
-    monkeypatch.setattr(fill, "PER_LENGTH", 30)
+    monkeypatch.setattr(reading, "PER_LENGTH", 30)
     path, volume = surface
     given = given_mesh(RodFile(path))
     corners = given.mesh.points[given.mesh.tets[:, :4]]
