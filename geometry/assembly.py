@@ -104,8 +104,6 @@ def bolt_axes(rod: Dimensions, assembly: Assembly) -> tuple[BoltAxis, ...]:
     )
 
 
-# Largest angle of the joint plane from the plane square to the rod, degrees: 0 to 60 on rods.
-_MOST_OBLIQUE = 75.0
 # Least angle between the joint plane and the fillet of the shank, seen from the bore, degrees.
 _CLEAR_OF_SHANK = 2.0
 # A shell has at least this part of the bore's diameter (a fortieth on engines), and at most this part of
@@ -141,8 +139,6 @@ def _require(holds: bool, key: str, value: object, rule: str, remedy: str = "") 
 
 
 def _split(rod: Dimensions, split: float) -> None:
-    rule = f"must lie between −{_MOST_OBLIQUE:g}° and {_MOST_OBLIQUE:g}°"
-    _require(abs(split) <= _MOST_OBLIQUE, "split", split, rule, "0 is a straight split.")
     outline = Outline(rod)
     fillet = _azimuth(outline.fillets[0].start)  # where the outline leaves the big end's ring for the shank
     most = 90 - fillet - _CLEAR_OF_SHANK

@@ -93,36 +93,29 @@ class CadFormat(StrEnum):
     FREECAD = "FreeCAD"
 
 
-FORMATS = {
-    ".step": CadFormat.STEP,
-    ".stp": CadFormat.STEP,
-    ".igs": CadFormat.IGES,
-    ".iges": CadFormat.IGES,
-    ".brep": CadFormat.BREP,
-    ".brp": CadFormat.BREP,
-    ".fcstd": CadFormat.FREECAD,
+_ENDINGS = {
+    CadFormat.STEP: (".step", ".stp"),
+    CadFormat.IGES: (".igs", ".iges"),
+    CadFormat.BREP: (".brep", ".brp"),
+    CadFormat.FREECAD: (".fcstd",),
 }
+FORMATS = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
 
 
 # Files that only the program that wrote them reads, and the program.
 FOREIGN = {
-    ".sldprt": "SolidWorks",
-    ".sldasm": "SolidWorks",
     ".prt": "NX or Creo",
     ".asm": "Creo or Solid Edge",
     ".par": "Solid Edge",
-    ".ipt": "Inventor",
-    ".iam": "Inventor",
-    ".f3d": "Fusion",
-    ".f3z": "Fusion",
-    ".catpart": "CATIA",
-    ".catproduct": "CATIA",
     ".3dm": "Rhino",
-    ".x_t": "a program with Parasolid",
-    ".x_b": "a program with Parasolid",
-    ".sat": "a program with ACIS",
     ".dwg": "AutoCAD",
     ".skp": "SketchUp",
+    ".sat": "a program with ACIS",
+    **dict.fromkeys((".sldprt", ".sldasm"), "SolidWorks"),
+    **dict.fromkeys((".ipt", ".iam"), "Inventor"),
+    **dict.fromkeys((".f3d", ".f3z"), "Fusion"),
+    **dict.fromkeys((".catpart", ".catproduct"), "CATIA"),
+    **dict.fromkeys((".x_t", ".x_b"), "a program with Parasolid"),
 }
 _TRIANGLES = (".3mf", ".amf", ".obj", ".ply")
 

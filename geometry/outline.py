@@ -87,16 +87,6 @@ class Edge:
         return (self.offset - self.normal[0] * x) / self.normal[1]
 
 
-def shank_edge(rod: Dimensions) -> Edge:
-    """Return the upper edge of the shank, whose depth is given where the axis meets each ring."""
-    x0, y0 = rod.big_end_radius, rod.shank_depth_big_end / 2
-    x1, y1 = rod.length - rod.small_end_radius, rod.shank_depth_small_end / 2
-    span = math.hypot(x1 - x0, y1 - y0)
-    along = ((x1 - x0) / span, (y1 - y0) / span)
-    normal = (-along[1], along[0])
-    return Edge(along, normal, normal[0] * x0 + normal[1] * y0)
-
-
 def fillet_center(edge: Edge, ring: Point, ring_radius: float, radius: float, side: int) -> Point:
     """Find the centre of the arc that touches an edge, which cuts a ring, and from outside that ring.
 
@@ -126,8 +116,13 @@ class Outline:
 
     @cached_property
     def edge(self) -> Edge:
-        """The shank's upper edge."""
-        return shank_edge(self.rod)
+        """The shank's upper edge; its depth is given where the axis meets each ring."""
+        x0, y0 = self.rod.big_end_radius, self.rod.shank_depth_big_end / 2
+        x1, y1 = self.rod.length - self.rod.small_end_radius, self.rod.shank_depth_small_end / 2
+        span = math.hypot(x1 - x0, y1 - y0)
+        along = ((x1 - x0) / span, (y1 - y0) / span)
+        normal = (-along[1], along[0])
+        return Edge(along, normal, normal[0] * x0 + normal[1] * y0)
 
     @cached_property
     def fillets(self) -> tuple[Arc, Arc]:

@@ -57,7 +57,10 @@ def divided(
         gmsh.model.occ.rotate([(SOLID, box)], 0, 0, 0, 0, 0, 1, math.atan2(normal[1], normal[0]))
         tools[CAP] = SOLID, box
     if radius is not None:
-        tools[UPPER_SHELL] = _core(radius, far, normal or (1.0, 0.0))
+        # Its seam lies in the joint plane.
+        core, (nx, ny) = gmsh.model.occ.addCylinder(0, 0, -far / 2, 0, 0, far, radius), normal or (1.0, 0.0)
+        gmsh.model.occ.rotate([(SOLID, core)], 0, 0, 0, 0, 0, 1, math.atan2(ny, nx) + math.pi / 2)
+        tools[UPPER_SHELL] = SOLID, core  # what is inside the backs of the shells
     solids = [(SOLID, tag) for tag in bodies.values()]
     with kernel.attempt("divide the rod into its parts"):
         _, pieces = gmsh.model.occ.fragment(solids, [*tools.values(), *((2, border) for border in borders)])
@@ -87,14 +90,6 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
         gmsh.model.occ.addDisk(*bolt.at(level), radius, radius, -1, list(bolt.direction), list(across))
         for level, radius in levels
     ]
-
-
-def _core(radius: float, far: float, normal: tuple[float, float]) -> Entity:
-    """Draw the cylinder inside the backs of the shells, with its seam in the joint plane."""
-    core = gmsh.model.occ.addCylinder(0, 0, -far / 2, 0, 0, far, radius)
-    turn = math.atan2(normal[1], normal[0]) + math.pi / 2
-    gmsh.model.occ.rotate([(SOLID, core)], 0, 0, 0, 0, 0, 1, turn)
-    return SOLID, core
 
 
 def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
@@ -206,10 +201,8 @@ def with_seats(
 
 def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
     slack = _SLACK * bolt.hole_radius
-    axis, points = (
-        Axis(center=np.array(bolt.point), direction=np.array(bolt.direction)),
-        edge_points(face.tag),
-    )
+    axis = Axis(center=np.array(bolt.point), direction=np.array(bolt.direction))
+    points = edge_points(face.tag)
     along, beside = axis.along(points), axis.beside(points)
     if face.shape == "Plane":
         seats = [(Surface.BOLT_HEAD, bolt.head, bolt.head_radius)]
@@ -233,7 +226,13 @@ def contact_features(
 
     `thickness`, mm, is by the first surface of an interface: of the ring at the joint, of bushing and shells.
     """
-    features = [_feature(interface, thickness[interface.sides[0]]) for interface in touching]
+    features = []
+    for side, faces in ((interface.sides[0], interface.faces) for interface in touching):
+        if side is Surface.JOINT:
+            features.append(Feature(FeatureKind.JOINT, faces, thickness=thickness[side]))
+        else:
+            radius = float(gmsh.model.getEntityProperties(2, faces[0])[1][6])
+            features.append(Feature(FeatureKind.FIT, faces, radius, 2 * math.pi, thickness[side]))
     seats = {
         Surface.BOLT_HEAD: [bolt.head_radius for bolt in bolts],
         Surface.BOLT_THREAD: [bolt.nut_radius or bolt.thread_radius for bolt in bolts],
@@ -242,10 +241,3 @@ def contact_features(
         if named.get(surface):
             features.append(Feature(FeatureKind.BOLT_SEAT, named[surface], min(radii), 2 * math.pi))
     return tuple(features)
-
-
-def _feature(interface: Interface, thickness: float) -> Feature:
-    if interface.sides[0] is Surface.JOINT:
-        return Feature(FeatureKind.JOINT, interface.faces, thickness=thickness)
-    radius = gmsh.model.getEntityProperties(2, interface.faces[0])[1][6]
-    return Feature(FeatureKind.FIT, interface.faces, float(radius), 2 * math.pi, thickness)

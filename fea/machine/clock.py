@@ -66,7 +66,7 @@ def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | 
     if silent:
         yield None
         return
-    with _shown() as (status, write), _explained(write, hint) as watch:
+    with _screen("starting", lambda _stage: None) as (status, write), _explained(write, hint) as watch:
 
         def show(stage: str) -> None:
             if stage.startswith(_LASTING):
@@ -79,15 +79,17 @@ def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | 
 
 
 @contextmanager
-def _shown() -> Iterator[tuple[Callable[[str], None], Callable[[str], None]]]:
-    """Yield what shows a stage, on a terminal only, and what writes a line that stays."""
+def _screen(
+    first: str, otherwise: Callable[[str], None]
+) -> Iterator[tuple[Callable[[str], None], Callable[[str], None]]]:
+    """Yield what shows a text in place of `first` on a terminal, else `otherwise`; and what writes a line."""
     if not sys.stderr.isatty():
-        yield (lambda _stage: None), _line
+        yield otherwise, _line
         return
     from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
 
     console = Console(stderr=True)
-    with console.status("starting") as status:
+    with console.status(first) as status:
         yield status.update, lambda text: console.print(text, style="dim", highlight=False)
 
 
@@ -136,20 +138,8 @@ def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
     if silent:
         yield lambda _text, **_options: None
         return
-    if sys.stderr.isatty():
-        from rich.console import Console  # noqa: PLC0415 - only a terminal shows progress
-
-        with Console(stderr=True).status(first) as status:
-            yield _lasting(status.update)
-    else:
-        yield by_the_minute()
-
-
-def _lasting(show: Callable[[str], None]) -> Callable[..., None]:
-    def shown(text: str, *, lasting: bool = False) -> None:
-        (_line if lasting else show)(text)
-
-    return shown
+    with _screen(first, by_the_minute()) as (status, write):
+        yield lambda text, *, lasting=False: (write if lasting else status)(text)
 
 
 def duration(seconds: float) -> str:
@@ -161,13 +151,14 @@ def duration(seconds: float) -> str:
 
 
 def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[..., None]:
-    """Return what writes a text to stderr if the last one is a minute old."""
+    """Return what writes a text to stderr if it is ``lasting=True``, or the last one is a minute old."""
     last = clock()
 
-    def show(text: str) -> None:
+    def show(text: str, *, lasting: bool = False) -> None:
         nonlocal last
-        if clock() - last >= _MINUTE:
-            last = clock()
-            _line(text)
+        if not lasting and clock() - last < _MINUTE:
+            return
+        last = last if lasting else clock()
+        _line(text)
 
-    return _lasting(show)
+    return show

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
 
 _CYCLES = ("boyle", "otto", "motored", "none")
+_LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load gives
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +163,11 @@ class EngineTable(
     def __post_init__(self) -> None:
         super().__post_init__()
         for number, point in enumerate(self.full_load or (), 1):
-            _require_full_load(f"engine.full_load {number}", point)
+            name, rule = f"engine.full_load {number}", f"must have rpm and one of {', '.join(_LOADS)}"
+            valid = len(point) == 2 and "rpm" in point and any(load in point for load in _LOADS)
+            require(valid, name, ", ".join(point), f"{rule}, and nothing else")
+            for load, value in point.items():
+                require_positive(f"{name}.{load}", value)
         for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
             require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
@@ -275,17 +280,6 @@ class EngineTable(
         rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
         require(value is not None, f"engine.{key}", None, rule, remedy)
         return float(value)
-
-
-_LOADS = ("peak_pressure_bar", "torque_Nm")
-
-
-def _require_full_load(name: str, point: Mapping[str, float]) -> None:
-    rule = f"must have rpm and one of {', '.join(_LOADS)}, and nothing else"
-    valid = len(point) == 2 and "rpm" in point and any(load in point for load in _LOADS)
-    require(valid, name, ", ".join(point), rule)
-    for key_, value in point.items():
-        require_positive(f"{name}.{key_}", value)
 
 
 def located_gas(name: str, gas: str, folder: Path) -> str:

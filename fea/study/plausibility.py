@@ -108,7 +108,15 @@ def findings(
     measured
         Lengths of a rod from a file among the values: its unit scales all of them.
     """
-    ranges = [each for each in _ranges(values, tables) if each.scale(values) is not None]
+    ranges = []
+    for name in values:
+        table, _, key = name.rpartition(".")
+        cls = tables.get(table.partition(".")[0])
+        declared = None if cls is None else keys_of(cls).get(key)
+        for given in () if declared is None else declared.plausible:
+            of = {other if "." in other else f"{table}.{other}": power for other, power in given.of.items()}
+            ranges.append(_Range(name, given, of))
+    ranges = [each for each in ranges if each.scale(values) is not None]
     found: dict[str, Finding] = {}
     for one in sorted(ranges, key=lambda each: (not each.refuses(values), -abs(each.excess(values)))):
         if one.excess(values):
@@ -171,13 +179,3 @@ def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:
             if numbers:
                 values[f"{table}.{key}"] = max(numbers)
     return values
-
-
-def _ranges(values: Mapping[str, float], tables: Mapping[str, Any]) -> Iterator[_Range]:
-    for name in values:
-        table, _, key = name.rpartition(".")
-        cls = tables.get(table.partition(".")[0])
-        declared = None if cls is None else keys_of(cls).get(key)
-        for given in () if declared is None else declared.plausible:
-            of = {other if "." in other else f"{table}.{other}": power for other, power in given.of.items()}
-            yield _Range(name, given, of)

@@ -123,7 +123,15 @@ class HalfOpenError(GeometryError):
 def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
     """Return the openings that lead through, but not to a cylindrical hole; the largest first."""
     openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
-    odd = [one for one in openings if not any(_belongs(one, hole) for hole in holes)]
+    odd = [  # neither of a hole, nor of a chamfer or counterbore about it
+        one
+        for one in openings
+        if not any(
+            abs(float(one.direction @ hole.direction)) > 1 - _COAXIAL
+            and hole.apart(one) < _COAXIAL * one.radius
+            for hole in holes
+        )
+    ]
     reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
     through: list[_Opening] = []  # those that lead through, the largest of each axis
     for one in sorted(odd, key=lambda one: -one.radius):
@@ -147,12 +155,6 @@ def _openings(face: int) -> Iterator[_Opening]:
         if circle and (deviation := float(circle.distance(places).max())) < _NEARLY * circle.radius:
             center = middle + circle.center @ across[:2]
             yield _Opening(center=center, direction=across[2], radius=circle.radius, deviation=deviation)
-
-
-def _belongs(opening: _Opening, hole: CadHole) -> bool:
-    """Whether an opening is that of a hole, or of a chamfer or counterbore about it."""
-    parallel = abs(float(opening.direction @ hole.direction)) > 1 - _COAXIAL
-    return parallel and hole.apart(opening) < _COAXIAL * opening.radius
 
 
 def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> None:

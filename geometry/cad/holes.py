@@ -47,7 +47,10 @@ def through_holes(interior: Interior, faces: Sequence[Face]) -> list[CadHole]:
     holes: list[CadHole] = []
     for group in _coaxial(faces):
         walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_hollow(wall, interior)]
-        walls = [wall for wall in walls if not _is_crossed(wall, interior)]
+        ends = 0.55 * np.linspace(-1, 1, 5)  # a little beyond the wall's
+        walls = [
+            wall for wall in walls if not any(interior.contains(wall.at(end * wall.width)) for end in ends)
+        ]
         if walls:
             holes.append(pin_wall(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
@@ -129,11 +132,6 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
     ends = np.reshape(gmsh.model.getValue(2, face.tag, [u0, v0, u1, v1]), (2, 3))
     return np.asarray((ends - point) @ direction)
-
-
-def _is_crossed(wall: CadHole, interior: Interior) -> bool:
-    """Whether there is material on its axis, from end to end and a little beyond."""
-    return any(interior.contains(wall.at(share * wall.width)) for share in (-0.55, -0.275, 0.0, 0.275, 0.55))
 
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:

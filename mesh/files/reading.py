@@ -1,4 +1,4 @@
-"""Read the tetrahedra of a file, through meshio or from the deck itself, or mesh the inside of its surface."""
+"""Read the tetrahedra of a file, through meshio or from the deck itself, or mesh the inside of a surface."""
 
 import io
 import math
