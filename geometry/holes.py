@@ -65,6 +65,24 @@ class RoundHole(Axis):
     area: float  #: of the wall, mm²
     turn: float = 1.0  #: part of a full turn that the wall covers: ½ for half a bore
 
+    def joint_angle(self, places: Floats, middle: Floats, slack: float) -> float | None:
+        """Angle about the axis, rad, of the joint face at an open end of the wall; None for another face.
+
+        The face is plane, with places (n, 3) on it around a middle (3,). It begins at the wall, leads away
+        and is aside of the axis by at most `slack`, over the radius.
+        """
+        arms = places - self.center - self.along(places)[:, None] * self.direction
+        distance = np.linalg.norm(arms, axis=1)
+        middle = middle - self.center - ((middle - self.center) @ self.direction) * self.direction
+        off = float(np.linalg.norm(middle))
+        if off < self.radius / 2 or np.ptp(distance) < slack * self.radius:
+            return None
+        aside = np.abs(arms @ np.cross(self.direction, middle / off)).max()
+        if aside > slack * self.radius or abs(distance.min() / self.radius - 1) > slack:
+            return None
+        x, y = basis_across(self.direction)
+        return math.atan2(float(middle @ y), float(middle @ x))
+
     def same_radius(self, radius: float | None, slack: float) -> bool:
         """Whether it has this radius, mm, to a relative tolerance; true where none is given."""
         return radius is None or math.isclose(self.radius, radius, rel_tol=slack)

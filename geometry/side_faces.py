@@ -191,18 +191,16 @@ def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
         )
     big, small = ring_steps(rod)
     return Pocket(
-        big_end=_end(big.foot, rod.big_end_radius, big.height) + rod.pocket_setback,
-        small_end=rod.length - _end(small.foot, rod.small_end_radius, small.height) - rod.pocket_setback,
+        big_end=(big.foot if big.height > 0 else rod.big_end_radius) + rod.pocket_setback,
+        small_end=rod.length
+        - (small.foot if small.height > 0 else rod.small_end_radius)
+        - rod.pocket_setback,
         edge=edge.inset(rod.flange_thickness),
         corner=rod.pocket_corner_radius,
         floor=rod.web_thickness / 2,
         face=rod.shank_width / 2,
         floor_radius=rod.pocket_floor_radius,
     )
-
-
-def _end(foot: float, ring_radius: float, step: float) -> float:
-    return foot if step > 0 else ring_radius
 
 
 def slanted_half_width(rod: Dimensions, x: Floats) -> Floats:

@@ -228,8 +228,6 @@ def limit_memory(more: int) -> None:
     if sys.platform == "win32":
         _watch.limit_memory(more)
     elif sys.platform == "linux":
-        import resource  # noqa: PLC0415 - not on Windows
-
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         most = pages * resource.getpagesize() + more
@@ -241,8 +239,6 @@ def memory_limit() -> int | None:
     """Return the smallest limit on this process's memory, bytes; None without one."""
     if sys.platform == "win32":
         return None
-    import resource  # noqa: PLC0415 - not on Windows
-
     limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
     return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
 
@@ -254,8 +250,6 @@ def peak_memory(*, of_children: bool = False) -> float:
     """
     if sys.platform == "win32":
         return math.nan if of_children else process_memory()[0] / 2**20
-    import resource  # noqa: PLC0415 - not on Windows
-
     usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)
     return usage.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
@@ -290,6 +284,7 @@ if sys.platform == "win32":
     _watch = Watch(OVERTIME, OUT_OF_MEMORY)
 else:
     import fcntl
+    import resource
 
     class PathLock:
         """The lock of a file or directory; the system frees it when the process ends."""

@@ -76,10 +76,9 @@ def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
     except SystemExit as leaving:
         code = leaving.code if isinstance(leaving.code, int) else 1
     finally:
-        with contextlib.suppress(OSError, ValueError):
-            sys.stdout.flush()
-        with contextlib.suppress(OSError, ValueError):
-            sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError):
+                stream.flush()
         if code is not None:
             os.write(write, bytes([code & 0xFF]))
         os._exit(MACHINE)

@@ -222,15 +222,11 @@ class RodTable:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
         if self.mass is None:
             return []
-        pairs = {
-            "mass_kg": (self.mass.mass / KG, drawn.mass / KG),
-            "center_of_gravity_mm": (self.mass.center[0], drawn.center[0]),
-            "inertia_kg_m2": (self.mass.inertia_z / KG_M2, drawn.inertia_z / KG_M2),
-        }
+        meshed = _mass_figures(drawn)
         others = [
-            f"{name} = {given:.4g} (solid: {meshed:.4g})"
-            for name, (given, meshed) in pairs.items()
-            if not math.isclose(given, meshed, rel_tol=_ALIKE)
+            f"{name} = {given:.4g} (solid: {meshed[name]:.4g})"
+            for name, given in _mass_figures(self.mass).items()
+            if not math.isclose(given, meshed[name], rel_tol=_ALIKE)
         ]
         if not others:
             return []
@@ -258,9 +254,13 @@ class RodTable:
         else:
             entries = {"length_mm": self.length}
         if self.mass is not None:
-            figures = (self.mass.mass / KG, self.mass.center[0], self.mass.inertia_z / KG_M2)
-            entries |= dict(zip(MASS_KEYS, figures, strict=True))
+            entries |= _mass_figures(self.mass)
         return entries
+
+
+def _mass_figures(mass: MassProperties) -> dict[str, float]:
+    figures = (mass.mass / KG, mass.center[0], mass.inertia_z / KG_M2)
+    return dict(zip(MASS_KEYS, figures, strict=True))
 
 
 def _imported(cad: RodFile, tell: Callable[[str], None], assembly: Assembly | None) -> "Solid":

@@ -49,11 +49,24 @@ _PREFIXES = {b"$": "m", b".CENTI.": "cm", b".DECI.": "dm", b".KILO.": "km", b".M
 # Units that the kernel can convert the numbers of a STEP file to, mm.
 _TARGETS = {"MM": 1.0, "M": 1000.0, "CM": 10.0, "KM": 1e6, "UM": 1e-3, "INCH": 25.4, "FT": 304.8}
 _START = 400  # bytes from which a format is recognised
-_REMEDY = {
-    CadFormat.STEP: "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
-    CadFormat.IGES: "its first line must end with S and a number. Export the rod from CAD as STEP",
-    CadFormat.BREP: "it must begin with a line of Open CASCADE. Export the rod from CAD as STEP",
-    CadFormat.FREECAD: "it must be a zip archive. Save it again in FreeCAD, or export the rod as STEP",
+# How each format begins, and what to do with a file that does not.
+_BEGINNINGS = {
+    CadFormat.STEP: (
+        rb"(?:\xef\xbb\xbf)?\s*ISO-10303-21",
+        "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
+    ),
+    CadFormat.IGES: (
+        rb"[^\n]{72}[SFBC][^\r\n]{7}\r*(?:\n|\Z)",
+        "its first line must end with S and a number. Export the rod from CAD as STEP",
+    ),
+    CadFormat.BREP: (
+        rb"\s*(?:DBRep_DrawableShape|(?:Open )?CASCADE Topology)",
+        "it must begin with a line of Open CASCADE. Export the rod from CAD as STEP",
+    ),
+    CadFormat.FREECAD: (
+        rb"PK",
+        "it must be a zip archive. Save it again in FreeCAD, or export the rod as STEP",
+    ),
 }
 
 
@@ -71,10 +84,11 @@ def read_solids(path: Path, unit: str | None = None, *, beside: bool = False) ->
     ending says, or holds no solid; `OSError`: the file cannot be read.
     """
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
+    beginning, remedy = _BEGINNINGS[kind]
     with path.open("rb") as file:
-        if not _begins_as(kind, file.read(_START)):
+        if not re.match(beginning, file.read(_START)):
             article = "an" if kind in (CadFormat.IGES, CadFormat.BREP) else "a"
-            raise GeometryError(f"{path} is not {article} {kind} file: {_REMEDY[kind]}")
+            raise GeometryError(f"{path} is not {article} {kind} file: {remedy}")
     if not beside:
         gmsh.model.add(path.stem)
     with quiet(), _in_millimetres(path, kind, unit):
@@ -158,19 +172,6 @@ def declared_unit(path: Path) -> str:
     named = re.search(rb"\d*H(MM|INCH|IN|M|CM|KM|FT|UM)[,;]", b"".join(lines).upper())
     unit = named[1].decode().lower() if named else "mm"
     return {"inch": "in", "um": "µm"}.get(unit, unit)
-
-
-def _begins_as(kind: CadFormat, start: bytes) -> bool:
-    if kind is CadFormat.STEP:
-        return start.removeprefix(BOM_UTF8).lstrip().startswith(b"ISO-10303-21")
-    if kind is CadFormat.IGES:
-        line = start.split(b"\n", maxsplit=1)[0].rstrip(b"\r")
-        return len(line) == 80 and line[72:73] in b"SFBC"
-    if kind is CadFormat.BREP:
-        return start.lstrip().startswith(
-            (b"DBRep_DrawableShape", b"CASCADE Topology", b"Open CASCADE Topology")
-        )
-    return start.startswith(b"PK")
 
 
 def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:

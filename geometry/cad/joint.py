@@ -100,7 +100,9 @@ def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
 
     Raises `GeometryError`: the rod has no two plane faces at the open ends of the wall.
     """
-    joints = [(face, angle) for face in faces if (angle := _joint_angle(face, wall)) is not None]
+    planes = [(face, edge_points(face.tag)) for face in faces if face.shape == "Plane"]
+    angles = [(face, wall.joint_angle(at, at.mean(axis=0), _CAP_OFF)) for face, at in planes]
+    joints = [(face, angle) for face, angle in angles if angle is not None]
     if len(joints) != 2:
         raise GeometryError(
             f"no cap can be assumed: {len(joints)} plane faces, not 2, lie at the open ends of the bore's "
@@ -123,22 +125,3 @@ def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
         occ.remove([(2, section)])
         occ.synchronize()
     return next(int(tag) for dim, tag in swept if dim == kernel.SOLID)
-
-
-def _joint_angle(face: Face, wall: CadHole) -> float | None:
-    """Angle about the axis, rad, at which a face lies that is a joint; None if it is none."""
-    if face.shape != "Plane":
-        return None
-    points = edge_points(face.tag) - wall.center
-    points -= (points @ wall.direction)[:, None] * wall.direction
-    radius = np.linalg.norm(points, axis=1)
-    middle = points.mean(axis=0)
-    if np.linalg.norm(middle) < wall.radius / 2:
-        return None
-    middle /= np.linalg.norm(middle)
-    aside = np.abs(points @ np.cross(wall.direction, middle)).max()
-    touches = abs(radius.min() / wall.radius - 1) < _CAP_OFF
-    if aside > _CAP_OFF * wall.radius or not touches or np.ptp(radius) < _CAP_OFF * wall.radius:
-        return None
-    x, y = basis_across(wall.direction)
-    return math.atan2(float(middle @ y), float(middle @ x))

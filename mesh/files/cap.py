@@ -139,24 +139,18 @@ def _joint_faces(surface: SurfaceMesh, wall: MeshHole, what: str) -> tuple[_Join
 
 def _joint_face(surface: SurfaceMesh, patch: Ints, wall: MeshHole) -> _JointFace | None:
     """Return a patch as a joint face; None if it is none."""
-    arms = surface.corners[patch].reshape(-1, 3) - wall.center
-    arms = arms - (arms @ wall.direction)[:, None] * wall.direction
-    distance = np.linalg.norm(arms, axis=1)
-    middle = np.average(arms.reshape(-1, 3, 3).mean(axis=1), axis=0, weights=surface.areas[patch])
-    if np.linalg.norm(middle) < wall.radius / 2 or np.ptp(distance) < _OFF * wall.radius:
-        return None
-    outwards = middle / np.linalg.norm(middle)
-    aside = np.abs(arms @ np.cross(wall.direction, outwards)).max()
-    if aside > _OFF * wall.radius or abs(distance.min() / wall.radius - 1) > _OFF:
+    corners = surface.corners[patch]
+    middle = np.average(corners.mean(axis=1), axis=0, weights=surface.areas[patch])
+    angle = wall.joint_angle(corners.reshape(-1, 3), middle, _OFF)
+    if angle is None:
         return None
     loops = _loops(surface.facets[patch])
     loops.sort(key=lambda loop: -float(np.ptp(surface.points[loop], axis=0).max()))
-    x, y = basis_across(wall.direction)
     vector = surface.vectors[patch].sum(axis=0)
     return _JointFace(
         patch,
-        math.atan2(float(outwards @ y), float(outwards @ x)),
-        surface.corners[patch].reshape(-1, 3).mean(axis=0),
+        angle,
+        corners.reshape(-1, 3).mean(axis=0),
         vector / np.linalg.norm(vector),
         loops[0],
         tuple(loops[1:]),
