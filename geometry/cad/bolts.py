@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import Floats, vector
 from geometry.assembly import BoltAxis, BoltSeat
-from geometry.cad.bolt_holes import USUAL, BoltHole, Seat
+from geometry.cad.joint import USUAL, BoltHole, Seat
 from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError, require
 from geometry.faces import edge_points, solid_points

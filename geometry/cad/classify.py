@@ -11,9 +11,8 @@ import numpy as np
 from geometry import kernel
 from geometry.arrays import vector
 from geometry.assembly import Assembly
-from geometry.cad.bores import SAME_DIAMETER, Pair
+from geometry.cad.bores import SAME_DIAMETER, CadHole, Pair, Walls, walls_of
 from geometry.cad.formats import NamedSolid
-from geometry.cad.holes import CadHole, Walls, walls_of
 from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, solid_points

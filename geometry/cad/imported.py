@@ -10,13 +10,11 @@ import numpy as np
 
 from geometry.arrays import vector
 from geometry.assembly import Assembly, BoltAxis
-from geometry.cad.bolt_holes import bolt_holes, spot_faced
 from geometry.cad.bolts import Fastener, bolts_in, removed
 from geometry.cad.bores import HalfOpenError, Pair, find_bores
 from geometry.cad.classify import cad_solid, classified, named_parts
-from geometry.cad.formats import declared_unit, read_solids
-from geometry.cad.freecad import linked_files
-from geometry.cad.joint import Joint, assumed_cap, joint_of
+from geometry.cad.formats import declared_unit, linked_files, read_solids
+from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_faced
 from geometry.cad.placing import cut_to, parts_of, placed, sharing, smallest_cell
 from geometry.cad.shapes import concave_rounds, recognised, recognised_faces
 from geometry.errors import GeometryError

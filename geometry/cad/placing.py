@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats
-from geometry.cad.holes import CadHole
+from geometry.cad.bores import CadHole
 from geometry.cad.shapes import ROUND
 from geometry.errors import GeometryError
 from geometry.faces import Bore, edge_points, parameter_grid

@@ -13,8 +13,7 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.holes import basis_across, place_text
-from mesh.files.bore_pair import open_wall
-from mesh.files.round_hole import MeshHole
+from mesh.files.bore_pair import MeshHole, open_wall
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
 

@@ -11,10 +11,9 @@ from geometry.faces import Bore
 from geometry.holes import EQUAL_BORES, Diameters, place_text, rod_frame
 from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, RodFile, plausible_unit
 from geometry.surfaces import Surface
-from mesh.files.bore_pair import Pair, find_bore_pair
+from mesh.files.bore_pair import Axes, Pair, find_bore_pair, fitted_axes
 from mesh.files.cap import GAPS, shells, with_assumed_cap, with_cap
 from mesh.files.reading import filled, read_tets, require_closed, stl_surface
-from mesh.files.round_hole import Axes, fitted_axes
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened

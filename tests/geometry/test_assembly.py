@@ -14,11 +14,10 @@ from geometry.assembly import Assembly, BoltSeat, bolt_axes
 from geometry.dimensions import dimensions
 from geometry.errors import InvalidValue
 from geometry.faces import edge_points
-from geometry.features import contact_areas
 from geometry.presets import LEON_2001
 from geometry.section import HeightField
 from geometry.session import session
-from geometry.solid import build
+from geometry.solid import build, contact_areas
 from geometry.surfaces import Mirror, Surface
 
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)

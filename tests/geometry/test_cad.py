@@ -347,7 +347,7 @@ def test_a_solid_that_is_inside_out_is_turned(tmp_path):
 
 
 def test_an_archive_neither_fills_the_disk_nor_writes_elsewhere(tmp_path, monkeypatch):
-    monkeypatch.setattr("geometry.cad.freecad.MOST_SHAPES", 10_000)
+    monkeypatch.setattr("geometry.cad.formats.MOST_SHAPES", 10_000)
     path = tmp_path / "bomb.FCStd"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("Document.xml", freecad_document("../../outside.brp"))

@@ -6,11 +6,10 @@ import pytest
 
 from geometry.errors import InvalidValue
 from geometry.faces import FeatureKind
-from geometry.features import feature_areas
 from geometry.rod import proportioned
 from geometry.section import HeightField
 from geometry.session import session
-from geometry.solid import build
+from geometry.solid import build, feature_areas
 from geometry.surfaces import Mirror, Surface
 
 PLAIN = {"length": 150, "big_end_bore": 52, "small_end_bore": 22, "small_end_ring": 6.5, "big_end_width": 25}

@@ -6,10 +6,9 @@ import pytest
 
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.features import feature_areas
 from geometry.presets import LEON_2001
 from geometry.session import session
-from geometry.solid import build
+from geometry.solid import build, feature_areas
 from geometry.surfaces import Mirror, Surface
 
 

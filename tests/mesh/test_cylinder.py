@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from geometry.holes import basis_across
 from geometry.segments import Circle, fitted_circle
-from mesh.files.round_hole import (
+from mesh.files.bore_pair import (
     circles_through,
     covered,
     fitted_axes,
