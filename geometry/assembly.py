@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from geometry.arrays import Vector
 from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
-from geometry.outline import Bosses, Outline
+from geometry.outline import Bosses, Outline, web_pocket
 from geometry.rod import require_of
 from geometry.segments import Point
-from geometry.side_faces import web_pocket
 from geometry.surfaces import Mirror
 
 

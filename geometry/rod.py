@@ -6,8 +6,7 @@ from typing import Any
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
 from geometry.errors import require, require_number, require_positive
-from geometry.outline import Bosses, Outline
-from geometry.side_faces import Pocket, ring_steps, web_pocket
+from geometry.outline import Bosses, Outline, Pocket, ring_steps, web_pocket
 
 _LEAST, _MOST = 0.1, 10_000.0  # mm
 _ENDS = ("big_end", "small_end")

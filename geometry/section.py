@@ -10,10 +10,9 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
 from geometry.mass import MassProperties
-from geometry.outline import Outline
+from geometry.outline import Outline, Pocket, RingStep, ring_steps, slanted_half_width, web_pocket
 from geometry.rod import Rod
 from geometry.segments import half_chord
-from geometry.side_faces import Pocket, RingStep, ring_steps, slanted_half_width, web_pocket
 
 # Gauss points over the angle of a half circle: accurate also for arcs that end with a vertical tangent.
 _ANGLES, _WEIGHTS = np.polynomial.legendre.leggauss(10)

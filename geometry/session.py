@@ -36,15 +36,8 @@ class GmshLog:
 def session() -> Iterator[GmshLog]:
     """Open gmsh, silent and reproducible, and close it whatever happens; other threads wait until then.
 
-    Yields
-    ------
-    GmshLog
-        The messages so far.
-
-    Raises
-    ------
-    RuntimeError
-        A session is open already: gmsh has one state for the whole process.
+    Yields its messages so far. Raises `RuntimeError`: a session is open already: gmsh has one state for the
+    whole process.
     """
     with _one_thread:
         if gmsh.isInitialized():

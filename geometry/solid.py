@@ -21,12 +21,19 @@ from geometry.errors import GeometryError, require
 from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
-from geometry.outline import Outline
+from geometry.outline import (
+    Outline,
+    Pocket,
+    RingStep,
+    ring_steps,
+    slanted_half_width,
+    space_beside,
+    web_pocket,
+)
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc, Line, Segment
-from geometry.side_faces import Pocket, RingStep, ring_steps, slanted_half_width, space_beside, web_pocket
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 # Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or

@@ -328,15 +328,8 @@ NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel or the file system does n
 def exchange(one: Path, other: Path) -> bool:
     """Exchange two existing paths on one file system.
 
-    Returns
-    -------
-    bool
-        False if the system cannot do this in one step; then nothing has changed.
-
-    Raises
-    ------
-    OSError
-        The system supports it, but refused.
+    Returns False if the system cannot do this in one step; then nothing has changed. Raises `OSError`: the
+    system supports it, but refused.
     """
     if sys.platform != "linux":
         return False

@@ -99,14 +99,8 @@ def findings(
 ) -> list[Finding]:
     """Return the values that lie outside of the ranges of engines, the gravest first.
 
-    Parameters
-    ----------
-    values
-        Magnitudes by "table.key".
-    tables
-        Classes of tables, whose keys declare the ranges, by their names.
-    measured
-        Lengths of a rod from a file among the values: its unit scales all of them.
+    `values` are magnitudes by "table.key", `tables` the classes whose keys declare the ranges, by their
+    names, `measured` the lengths among the values of a rod from a file: its unit scales all of them.
     """
     ranges = []
     for name in values:

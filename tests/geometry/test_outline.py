@@ -4,10 +4,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from geometry.outline import Outline
+from geometry.outline import Outline, web_pocket
 from geometry.presets import LEON_2001
 from geometry.segments import Arc, Line
-from geometry.side_faces import web_pocket
 
 OUTLINE = Outline(LEON_2001)
 

@@ -5,7 +5,7 @@ import math
 import gmsh
 import pytest
 
-from geometry.cad.placing import smallest_cell
+from geometry.cad.imported import smallest_cell
 from geometry.session import session
 from geometry.surfaces import Mirror
 

@@ -12,8 +12,7 @@ from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
 from mesh.files import reading
-from mesh.files.cap import shells, with_assumed_cap, with_cap
-from mesh.files.given import given_mesh
+from mesh.files.given import given_mesh, shells, with_assumed_cap, with_cap
 from mesh.files.reading import crossings, require_closed, stl_surface
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
