@@ -1,4 +1,4 @@
-"""The outline of a rod in plan: two rings, a tapered shank, fillets; and its side faces: steps, pockets, slant."""
+"""The outline of a rod in plan (rings, tapered shank, fillets) and its side faces: steps, pockets, slant."""
 
 import math
 from dataclasses import dataclass
