@@ -8,7 +8,6 @@ from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
 from geometry.outline import Bosses, Outline, web_pocket
 from geometry.rod import require_of
-from geometry.segments import Point
 from geometry.surfaces import Mirror
 
 
@@ -139,7 +138,8 @@ def _require(holds: bool, key: str, value: object, rule: str, remedy: str = "") 
 
 def _split(rod: Dimensions, split: float) -> None:
     outline = Outline(rod)
-    fillet = _azimuth(outline.fillets[0].start)  # where the outline leaves the big end's ring for the shank
+    x, y = outline.fillets[0].start
+    fillet = math.degrees(math.atan2(y, x))  # where the outline leaves the big end's ring for the shank
     most = 90 - fillet - _CLEAR_OF_SHANK
     rule = (
         f"the joint plane must clear the fillet between ring and shank, which begins {fillet:.3g}° from the "
@@ -149,7 +149,8 @@ def _split(rod: Dimensions, split: float) -> None:
     _require(abs(split) <= most, "split", split, rule, remedy)
     if not split or outline.bosses is None:
         return
-    boss = _azimuth(outline.bosses.fillets()[1].end)
+    x, y = outline.bosses.fillets()[1].end
+    boss = math.degrees(math.atan2(y, x))
     most = boss - fillet - _CLEAR_OF_SHANK
     rule = (
         f"the bosses turn with the joint, and one would hit the shank: its fillet ends {boss:.3g}° from "
@@ -166,10 +167,6 @@ def _split(rod: Dimensions, split: float) -> None:
         rule = f"a turned boss would reach to {reach:.4g} mm, but the pockets begin at {begins:.4g} mm"
         remedy = "Turn the joint less, or increase rod.pocket_setback_mm."
         _require(reach <= begins, "split", split, rule, remedy)
-
-
-def _azimuth(point: Point) -> float:
-    return math.degrees(math.atan2(point[1], point[0]))
 
 
 def _shell(rod: Dimensions, shell: float) -> None:

@@ -107,7 +107,11 @@ def _revolution(body: Revolution) -> _Named:
     base = face([side.curve for side in body.sides], (), in_profile)
     swept = gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2)
     end, *lateral = _faces(swept)
-    sweeping = [side for side in body.sides if not _on_axis(side.curve)]
+    on_axis = [
+        isinstance(one, Line) and abs(one.start[0]) + abs(one.end[0]) < 1e-12 * one.length
+        for one in (side.curve for side in body.sides)
+    ]
+    sweeping = [side for side, on in zip(body.sides, on_axis, strict=True) if not on]
     return [(Surface.SYMMETRY_Y, base), (Surface.SYMMETRY_X, end), *_by_side(sweeping, lateral)]
 
 
@@ -134,7 +138,3 @@ def _by_side(sides: Sequence[Side], lateral: Sequence[int]) -> _Named:
     if len(sides) != len(lateral):
         raise GeometryError(f"the CAD kernel swept {len(lateral)} faces from {len(sides)} sides")
     return [(side.surface, tag) for side, tag in zip(sides, lateral, strict=True)]
-
-
-def _on_axis(curve: Curve) -> bool:
-    return isinstance(curve, Line) and abs(curve.start[0]) + abs(curve.end[0]) < 1e-12 * curve.length

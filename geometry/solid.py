@@ -234,14 +234,13 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
         whole = 2 * math.pi * radius * rod.big_end_width
         areas[Surface.SHELL_SEAT] = whole - _window(radius, max(rod.oil_gallery, rod.shank_bore) / 2)
     if (seat := assembly.bolt) is not None:
-        areas[Surface.BOLT_HEAD] = _annuli(seat.head_diameter, rod.cap_bolt)
+        head, nut = (
+            math.pi / 2 * (outer**2 - rod.cap_bolt**2) for outer in (seat.head_diameter, seat.nut_diameter)
+        )
+        areas[Surface.BOLT_HEAD] = head
         wall = 2 * math.pi * rod.cap_bolt * seat.engaged
-        areas[Surface.BOLT_THREAD] = wall or _annuli(seat.nut_diameter, rod.cap_bolt)
+        areas[Surface.BOLT_THREAD] = wall or nut
     return areas
-
-
-def _annuli(outer: float, inner: float) -> float:
-    return math.pi / 2 * (outer**2 - inner**2)
 
 
 def _window(radius: float, hole: float) -> float:

@@ -214,7 +214,7 @@ def die_with_parent() -> None:
 def limit_processor_time(seconds: float) -> None:
     """End this process by SIGPROF, or with the code `OVERTIME`, after some processor time from now on."""
     if sys.platform == "win32":
-        _watch.limit_time(seconds)
+        _watch.limit(seconds=seconds)
     else:
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
         signal.setitimer(signal.ITIMER_PROF, seconds)
@@ -226,7 +226,7 @@ def limit_memory(more: int) -> None:
     Beyond them it gets a `MemoryError` on Linux, and ends with the code `OUT_OF_MEMORY` on Windows.
     """
     if sys.platform == "win32":
-        _watch.limit_memory(more)
+        _watch.limit(memory=more)
     elif sys.platform == "linux":
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]

@@ -68,17 +68,12 @@ class Watch:
         self._until = self._most = float("inf")
         self._started = False
 
-    def limit_time(self, seconds: float) -> None:
-        """Allow so much processor time from now on."""
-        self._until = time.process_time() + seconds
-        self._start()
-
-    def limit_memory(self, more: int) -> None:
-        """Allow so many further bytes."""
-        self._most = process_memory()[1] + more
-        self._start()
-
-    def _start(self) -> None:
+    def limit(self, *, seconds: float | None = None, memory: int | None = None) -> None:
+        """Allow so much processor time from now on, or so many further bytes."""
+        if seconds is not None:
+            self._until = time.process_time() + seconds
+        if memory is not None:
+            self._most = process_memory()[1] + memory
         if not self._started:
             self._started = True
             threading.Thread(target=self._look, daemon=True, name="limits").start()

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from fea.base import choices
@@ -9,7 +10,7 @@ from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
-from fea.study.tables import Table, key, not_negative, read_keys, within
+from fea.study.tables import Table, key, not_negative, read_keys, switch, within
 from geometry.dimensions import dimensions
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_number, require_positive
@@ -158,17 +159,9 @@ class AnalysisTable(Table, table="analysis"):
         alias="assembly",
         flag="matrix_assembly",
     )
-    unusual: bool = key(
-        "true",
-        "accept values far outside of the ranges in which engines exist",
-        default=False,
-        flag="unusual",
-    )
-    cycle: bool = key(
-        "true",
-        "analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue",
-        default=False,
-        flag="cycle",
+    unusual: bool = switch("accept values far outside of the ranges in which engines exist", "unusual")
+    cycle: bool = switch(
+        "analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue", "cycle"
     )
     cycle_accuracy: choices.CycleAccuracy = key(
         '"certified"',
@@ -183,15 +176,10 @@ class AnalysisTable(Table, table="analysis"):
         default=choices.Fatigue.GOODMAN,
         flag="fatigue",
     )
-    film: bool = key(
-        "true",
-        "compute the oil film of the big end's bearing over the crank cycle, as [film] says",
-        default=False,
-        flag="film",
+    film: bool = switch(
+        "compute the oil film of the big end's bearing over the crank cycle, as [film] says", "film"
     )
-    buckling: bool = key(
-        "true", "compute the buckling load factors and shapes of the solid", default=False, flag="buckling"
-    )
+    buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
     tolerance_percent: float | None = key(
         "2",
         "refine the mesh until the error bar of the smallest safety factor is at most this; default: 5, but "
@@ -199,18 +187,11 @@ class AnalysisTable(Table, table="analysis"):
         not_negative,
         flag="tolerance",
     )
-    all_cases: bool = key(
-        "true",
+    all_cases: bool = switch(
         "refine until the peak of every load case is within the tolerance, also of those that cannot govern",
-        default=False,
-        flag="all_cases",
+        "all_cases",
     )
-    draft: bool = key(
-        "true",
-        "stop at the first mesh of a refinement, with the error bars as they are",
-        default=False,
-        flag="draft",
-    )
+    draft: bool = switch("stop at the first mesh of a refinement, with the error bars as they are", "draft")
     min_safety: float | None = key(
         "1.5",
         "exit with code 6 unless every safety factor of the run, less its error bar, reaches this",
@@ -283,7 +264,7 @@ class OutputTable(Table, table="output"):
         "write an animation of the cycle to this file (.gif; .mp4 with imageio-ffmpeg); needs the cycle",
         flag="animate",
         kind=Path,
-        parse=absolute("--animate"),
+        parse=partial(absolute, "--animate"),
         writes=True,
     )
     directory: str | None = key(
@@ -291,7 +272,7 @@ class OutputTable(Table, table="output"):
         "directory of the results; default: results/STUDY-RPMrpm. Only an earlier run is ever replaced",
         flag="out",
         kind=Path,
-        parse=absolute("--out"),
+        parse=partial(absolute, "--out"),
         writes=True,
     )
 

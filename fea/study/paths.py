@@ -1,7 +1,6 @@
 """Paths given in studies and flags, and size limits of input files."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 from geometry.errors import InvalidValue, require, require_number
@@ -25,14 +24,10 @@ def located(name: str, path: str, folder: Path) -> Path:
         raise InvalidValue(name, path, f"is not a valid path ({error})", remedy) from error
 
 
-def absolute(option: str) -> Callable[[object], str]:
-    """Return what makes the path of a flag absolute; raises the errors of `located`."""
-
-    def convert(path: object) -> str:
-        require(isinstance(path, str | Path), option, path, "must be a path")
-        return str(located(option, str(path), Path.cwd()))
-
-    return convert
+def absolute(option: str, path: object) -> str:
+    """Return the absolute form of the path of a flag; raises the errors of `located`."""
+    require(isinstance(path, str | Path), option, path, "must be a path")
+    return str(located(option, str(path), Path.cwd()))
 
 
 def require_text(name: str, path: str) -> None:

@@ -19,6 +19,7 @@ from fea.study.tables import (
     one_of,
     read_keys,
     read_table,
+    switch,
     unknown_key,
 )
 from geometry.assembly import Assembly
@@ -80,13 +81,10 @@ class _Sources(Table, table="rod"):
         '"assumed"',
         "a ring in place of a missing cap, or the file of the cap; default: refused",
         flag="cap",
-        parse=lambda given: given if given in list(MissingCap) else absolute("--cap")(given),
+        parse=lambda given: given if given in list(MissingCap) else absolute("--cap", given),
     )
-    swap_ends: bool = key(
-        "true",
-        "take the other bore of the file for the big end's, where both are alike",
-        default=False,
-        flag="swap_ends",
+    swap_ends: bool = switch(
+        "take the other bore of the file for the big end's, where both are alike", "swap_ends"
     )
     mesh: str | None = key(
         '"rod.inp"',

@@ -63,6 +63,11 @@ def key(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def switch(comment: str, flag: str) -> Any:
+    """Declare a key that switches something on, and its flag."""
+    return key("true", comment, default=False, flag=flag)
+
+
 class Table:
     """A table of a study: a frozen dataclass whose fields are its keys."""
 
