@@ -19,7 +19,6 @@ SECONDS = 60.0
 def read_isolated(
     job: Callable[[], Result],
     what: str,
-    listener: Callable[[str], None] | None = None,
     *,
     who: str = "the CAD kernel",
     seconds: float | None = None,
@@ -29,9 +28,7 @@ def read_isolated(
 
     Raises `GeometryError`: it crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
     """
-    return reading_errors(
-        lambda: isolated(job, seconds=seconds or SECONDS, memory=memory, listener=listener), what, who
-    )
+    return reading_errors(lambda: isolated(job, seconds=seconds or SECONDS, memory=memory), what, who)
 
 
 def reading_errors(asked: Callable[[], Result], what: str, who: str = "the CAD kernel") -> Result:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from fea.base.choices import BoltGrade, Lubricant, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
-from fea.study.tables import Table, entries_of, in_own_units, key, nearest, not_negative, read_table, within
+from fea.study.tables import Table, key, nearest, not_negative, within
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.plausible import Plausible
 from geometry.rod import Rod
@@ -207,17 +207,6 @@ class AssemblyTable(
         rule, remedy = "needs shell_thickness_mm", "Give the thickness of the shells."
         alone = self.shell_thickness_mm is None and self.shell_interference_mm is not None
         require(not alone, "assembly.shell_interference_mm", self.shell_interference_mm, rule, remedy)
-
-
-def changed(table: AssemblyTable | None, keys: Mapping[str, object]) -> AssemblyTable:
-    """Return an assembly with some keys changed, given as in a study file.
-
-    One way of tightening the bolts replaces another.
-    """
-    kept, keys = {} if table is None else entries_of(table), in_own_units(AssemblyTable, "assembly", keys)
-    if keys.keys() & set(_TIGHTENED):
-        kept = {name: value for name, value in kept.items() if name not in (*_TIGHTENED, "bolt_angle_deg")}
-    return read_table(AssemblyTable, "assembly", {**kept, **keys})
 
 
 # Names of the [material.…] tables, and of the parts that they are for.

@@ -17,7 +17,6 @@ from fea.study.assembly_table import (
     AssemblyTable,
     assembled,
     bolt_material,
-    changed,
     table_name,
 )
 from fea.study.engine_table import EngineTable
@@ -257,15 +256,6 @@ class Study:
         5.0
         """
         return replace(self, rod=self.rod.with_dimensions(dimensions))
-
-    def with_assembly(self, **keys: Any) -> "Study":
-        """Return the study as an assembly, its pins in contact; keys of its own that are not given stay.
-
-        Keys are those of the [assembly] table: ``bolt_preload_kN=35.0``. Raises `InvalidValue`: a key is
-        unknown, or breaks a rule.
-        """
-        analysis = replace(self.analysis, pressure=choices.CONTACT)
-        return replace(self, assembly=changed(self.assembly, keys), analysis=analysis)
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part, from the table that `part_material_table` gives.

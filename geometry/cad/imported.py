@@ -218,7 +218,6 @@ _NEAR = 3.5
 
 def import_cad(
     file: RodFile,
-    mirror: Mirror | None = None,
     tell: Callable[[str], None] = lambda _stage: None,
     assembly: Assembly | None = None,
 ) -> Solid:
@@ -226,7 +225,7 @@ def import_cad(
 
     Each solid that is kept is a part, under its name in the file or, in an assembly, under those of
     `geometry.parts`; touching parts share their faces. Without an assembly they are bonded to each other;
-    else the file's own cap, shells, bushing and bolts are taken where it has them. Without `mirror`, the
+    else the file's own cap, shells, bushing and bolts are taken where it has them. The
     smallest symmetry cell is kept. Raises `GeometryError`: no rod in the file, bores that cannot be
     identified, a mirror plane that the solid lacks, or solids that do not make an assembly; `InvalidValue`:
     what the assembly says does not fit the file; `OSError`: the file cannot be read.
@@ -246,9 +245,9 @@ def import_cad(
     assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
     listing: tuple[str, ...] = ()
     if assembly is None:
-        solid = _bonded(file, solids, holes, mirror, tell)
+        solid = _bonded(solids, holes, tell)
     else:
-        solid, listing, more = _assembled(file, solids, holes, assembly, mirror=mirror, tell=tell)
+        solid, listing, more = _assembled(solids, holes, assembly, tell)
         assumed += more
     return replace(solid, imported=ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing))
 
@@ -323,31 +322,19 @@ def _assumed(
     return notes
 
 
-def _bonded(
-    file: RodFile,
-    solids: Sequence[CadSolid],
-    holes: Pair,
-    mirror: Mirror | None,
-    tell: Callable[[str], None],
-) -> Solid:
+def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]) -> Solid:
     kept = [one for one in solids if one.kept]
     _remove([one.tag for one in solids if not one.kept])
     tags, names = [one.tag for one in kept], [one.name for one in kept] if len(kept) > 1 else ["rod"]
     tell("looking for mirror planes")
     bores = placed(tags, *holes)
-    mirror = _cell(file, tags, mirror, bores[1].x, "the solid does not")
+    mirror = smallest_cell(tags, bores[1].x)
     pieces = sharing(cut_to(tags, mirror, bores[1].x), names)
     return _solid(mirror, bores, parts_of(pieces, names, mirror))
 
 
 def _assembled(
-    file: RodFile,
-    solids: Sequence[CadSolid],
-    holes: Pair,
-    assembly: Assembly,
-    *,
-    mirror: Mirror | None,
-    tell: Callable[[str], None],
+    solids: Sequence[CadSolid], holes: Pair, assembly: Assembly, tell: Callable[[str], None]
 ) -> tuple[Solid, tuple[str, ...], list[str]]:
     """Take out the bolts and let the other parts touch; what was read and assumed is returned in words."""
     kept = [one for one in solids if one.kept]
@@ -363,7 +350,7 @@ def _assembled(
     joint = joint_of(cells[ROD], cells[CAP], bores[0].radius) if CAP in cells else None
     bolts, assumed = _bolts(cells, joint, fasteners, assembly, bores[0].radius)
     every = [tag for cell in cells.values() for tag in cell]
-    mirror = _cell(file, every, mirror, bores[1].x, "the solids do not")
+    mirror = smallest_cell(every, bores[1].x)
     cut = iter(cut_to(every, mirror, bores[1].x))
     pieces = [[tag for _ in cell for tag in next(cut)] for cell in cells.values()]
     disks = [(2, disk) for bolt in bolts for disk in seat_disks(bolt)]
@@ -401,15 +388,6 @@ def _remove(volumes: Sequence[int]) -> None:
         gone = [
             entity for entity in dict.fromkeys(bounding) if not gmsh.model.getAdjacencies(*entity)[0].size
         ]
-
-
-def _cell(file: RodFile, volumes: Sequence[int], asked: Mirror | None, length: float, lack: str) -> Mirror:
-    smallest = smallest_cell(volumes, length)
-    if asked is not None and len(asked.planes) > len(smallest.planes):
-        raise GeometryError(
-            f'{file.path.name}: {lack} have {asked} symmetry. Use symmetry = "{smallest}" or "auto"'
-        )
-    return smallest if asked is None else asked
 
 
 def _solid(

@@ -95,8 +95,9 @@ def straightest(normals: Floats, areas: Floats) -> Floats:
     return np.asarray(vectors[:, 0])
 
 
-def covered(angles: Floats, bins: int = 360) -> float:
+def covered(angles: Floats) -> float:
     """Share of a turn that intervals (n, k) of angles, rad, cover; each spans less than half a turn."""
+    bins = 360
     if not len(angles):
         return 0.0
     start = angles[:, :1]

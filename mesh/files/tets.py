@@ -193,16 +193,14 @@ def mended(file: TetFile) -> Mended:
     return Mended(TetMesh(points, tets), (*notes, exchanged) if swapped else tuple(notes))
 
 
-def _refuse(
-    wrong_elements: npt.ArrayLike, numbers: Ints, what: str, remedy: str = "Mesh the rod again"
-) -> None:
+def _refuse(wrong_elements: npt.ArrayLike, numbers: Ints, what: str) -> None:
     wrong = np.asarray(wrong_elements, dtype=bool)
     if not wrong.any():
         return
     refused = numbers[wrong]
     listed = ", ".join(map(str, refused[:_SHOWN])) + (", …" if len(refused) > _SHOWN else "")
     word = "element has" if len(refused) == 1 else "elements have"
-    raise MeshError(f"{len(refused)} {word} {what} (number {listed}). {remedy}")
+    raise MeshError(f"{len(refused)} {word} {what} (number {listed}). Mesh the rod again")
 
 
 def _astray(points: Floats, tets: Ints) -> Mask:

@@ -11,6 +11,7 @@ from fea.analysis.assembling import Assembling
 from fea.analysis.meshing import mesh_study
 from fea.apps.result import analyse
 from fea.pins.assembly import _ends, _pulls
+from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
 from fea.study.rod_table import rod_of_file
 from fea.study.study import load_study
@@ -25,7 +26,7 @@ COARSE = Flags(size=14.0)
 def study(tmp_path_factory):
     path = write_assembly(PLAIN, Assembly(bolt=NUTS), tmp_path_factory.mktemp("rod") / "rod.step")
     own = replace(load_study("leon-2001"), rod=rod_of_file(path))
-    return COARSE.applied(own.with_assembly(bolt_preload_kN=25.0))
+    return COARSE.applied(replace(own, assembly=AssemblyTable(bolt_preload_kN=25.0)))
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +36,8 @@ def mesh(study):
 
 def test_the_bolts_of_a_file_are_those_of_the_dimensions(study, mesh):
     drawn = load_study("leon-2001")
-    drawn = replace(drawn, rod=replace(drawn.rod, dimensions=PLAIN)).with_assembly(
-        bolt_preload_kN=25.0, bolt_head_mm=14.0, bolt_nut_mm=13.0
-    )
+    bolts = AssemblyTable(bolt_preload_kN=25.0, bolt_head_mm=14.0, bolt_nut_mm=13.0)
+    drawn = replace(drawn, rod=replace(drawn.rod, dimensions=PLAIN), assembly=bolts)
     found, expected = Assembling.of(study, mesh), Assembling.of(drawn)
     assert vars(found.bolt.bolt) == {
         key: pytest.approx(value) if isinstance(value, float) else value

@@ -102,9 +102,9 @@ def crank_drive(occ):
     occ.cut([(3, piston)], [*room, (3, occ.addCylinder(LENGTH, 0, -50, 0, 0, 100, SMALL - 2))])
 
 
-def imported(path, mirror=None, **said):
+def imported(path, **said):
     with session():
-        return import_cad(RodFile(path, **said), mirror)
+        return import_cad(RodFile(path, **said))
 
 
 @pytest.fixture(scope="module")

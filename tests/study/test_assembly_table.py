@@ -63,15 +63,6 @@ def test_a_resolved_study_runs_again_and_gives_the_same():
     assert "assembly" not in tomllib.loads(load_study().text())
 
 
-def test_with_assembly_one_way_of_tightening_replaces_another():
-    study = read("").with_assembly(bolt_torque_Nm=50.0, joint_friction=0.2)
-    assert study.analysis.in_contact
-    table = study.with_assembly(bolt_preload_kN=30.0).assembly
-    assert (table.bolt_preload_kN, table.bolt_torque_Nm, table.joint_friction) == (30.0, None, 0.2)
-    with pytest.raises(InvalidValue, match="unknown key"):
-        study.with_assembly(bolts=2)
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
