@@ -33,7 +33,7 @@ lint: $(VENV)/.dev
 
 # Pages are built side by side, so what they run has one thread.
 docs: pages
-	$(ONE_THREAD) $(BIN)/python -m sphinx --quiet --jobs auto --fail-on-warning --keep-going docs docs/_build/html
+	$(ONE_THREAD) $(BIN)/python -m sphinx --quiet --jobs auto --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
 	@echo "docs/_build/html/index.html"
 
 pages: $(VENV)/.docs

@@ -45,6 +45,15 @@ def test_pages_avoid_what_the_glossary_lists():
     assert not wrong, "\n".join(wrong)
 
 
+def test_the_address_of_a_doi_is_that_of_its_text():
+    text = "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").glob("[!_]*/*.md"))
+    links = re.findall(r"\[doi:([^\]]*)\]\((\S+)\)[,.;]", text)
+    assert len(links) == text.count("[doi:") > 10
+    for name, address in links:
+        assert re.fullmatch(r"10\.\d{4,9}/\S+", name)
+        assert address == f"https://doi.org/{name}"
+
+
 def test_messages_avoid_what_the_glossary_lists():
     words = avoided()
     wrong = []

@@ -181,9 +181,9 @@ def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
 def _of_life(found: Found, load: str) -> Iterator[str]:
     for rpm, hours in found.hours.items():
         long = f"about {hours:.2g} hours" if hours >= 1 else f"about {60 * hours:.2g} minutes"
-        yield f"At {rpm:.0f} rpm and {load} its life {'has no end' if math.isinf(hours) else f'is {long}'}."
+        yield f"At {rpm:.0f} rpm and {load} its life is {'unlimited' if math.isinf(hours) else long}."
     if found.lifeless:
-        yield f"Its life is not told: {found.lifeless}."
+        yield f"Its life is not given: {found.lifeless}."
 
 
 def _notes(found: Found) -> Iterator[Note]:

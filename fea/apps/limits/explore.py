@@ -106,7 +106,7 @@ def explore(
     if not lasting:
         return last
     if not isinstance(states, SuperposedStates):
-        return replace(last, lifeless="the rod is in parts (fea run with [duty] tells that of its speeds)")
+        return replace(last, lifeless="the rod is in parts (fea run with [duty] gives it for its speeds)")
     show("life")
     life = life_map(states, operation, of_rays, required)
     if life is None:
