@@ -37,8 +37,8 @@ autodoc_member_order = "bysource"
 
 html_theme = "furo"
 html_title = f"fea {__version__}"
-html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static/mathjax/tex-svg.js")]
+html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static/mathjax/tex-svg-full.js")]
 html_css_files = ["manual.css"]
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
-mathjax_path = "tex-svg.js"
+mathjax_path = "tex-svg-full.js"

@@ -159,7 +159,7 @@ class Run(Block):
         "quiet": directives.flag,  # the commands alone
         "exit": directives.nonnegative_int,
         "head": directives.nonnegative_int,  # so many lines of the output
-        "only": directives.unchanged,  # the lines that match this expression
+        "only": directives.unchanged,  # the statements of which this expression matches the first line
     }
 
     def run(self) -> list[nodes.Node]:
@@ -169,10 +169,20 @@ class Run(Block):
         if "quiet" in self.options:
             lines = [f"$ {line}" for line in self.content]
         elif "only" in self.options:
-            lines = [line for line in lines if line.startswith("$ ") or re.search(self.options["only"], line)]
+            lines = matching(lines, self.options["only"])
         elif "head" in self.options and len(lines) > self.options["head"]:
             lines = [*lines[: self.options["head"]], "…"]
         return [literal("\n".join(lines), "console")]
+
+
+def matching(lines: list[str], pattern: str) -> list[str]:
+    """Return commands, and statements that match with the indented lines that continue them."""
+    kept, take = [], False
+    for line in lines:
+        if not (take and line.startswith("  ")):
+            take = line.startswith("$ ") or re.search(pattern, line) is not None
+        kept += [line] * take
+    return kept
 
 
 class File(Block):
