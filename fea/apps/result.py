@@ -14,7 +14,7 @@ from fea.analysis.result import RunResult, run_result
 from fea.base.note import omission
 from fea.machine.clock import Clock
 from fea.output.folder import SUMMARY, run_folder
-from fea.output.json_file import as_dict, json_text
+from fea.output.json_file import JsonObject, as_dict, json_text
 from fea.output.run_files import pays_to_draw, write_files
 from fea.output.target import PictureError
 from fea.output.text import write_text
@@ -108,7 +108,7 @@ class Result(RunResult):
         write_text(place / SUMMARY, json_text(summary))
         return summary, without_pictures
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> JsonObject:
         """Return the figures as dictionaries and lists: what ``summary.json`` holds."""
         return dict(as_dict(self.summary))
 

@@ -53,7 +53,7 @@ def report(
 
     limit_threads(threads)
 
-    from fea.apps.report_run import report_run
+    from fea.apps.export_run import report_run
     from fea.machine.clock import stages
     from fea.output.target import near
 

@@ -19,6 +19,7 @@ from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
 from fea.output.folder import SUMMARY
 
+JsonObject = dict[str, Any]
 DIGITS = 6  # beyond what any input is known to, and enough to compare two runs
 IN_FULL = ("loads",)  # tables from which equilibrium can be checked anew
 FULL = 17
@@ -61,7 +62,7 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     raise TypeError(f"{value!r} has no JSON form: give a mapping, a sequence, a number, text or None.")
 
 
-def _told(value: Any) -> dict[str, Any] | str:
+def _told(value: Any) -> JsonObject | str:
     """What is told of a dataclass: its fields by their names, but for a check and a note."""
     if isinstance(value, Check):
         return {"value": value.value, "limit": value.limit, "pass": value.passed}
@@ -96,7 +97,7 @@ def read_summary(folder: Path) -> Summary:
 
 
 @cache
-def _hints(kind: type) -> dict[str, Any]:
+def _hints(kind: type) -> JsonObject:
     return typing.get_type_hints(kind, include_extras=True)
 
 

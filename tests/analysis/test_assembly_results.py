@@ -18,11 +18,11 @@ from fea import analyse, prepare
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.survival import factors, survival
-from fea.apps.report_run import prepared_again
+from fea.apps.export_run import prepared_again
 from fea.base.choices import Symmetry
 from fea.output.json_file import read_summary
 from fea.output.stored_run import StoredRun
-from fea.output.terminal.assembly import assembly_lines
+from fea.output.terminal.answer import assembly_lines
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface

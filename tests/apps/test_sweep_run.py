@@ -15,9 +15,9 @@ from program import fea, started
 
 from fea.analysis.survival import factors
 from fea.apps.result import analyse
+from fea.apps.sweep.journal import write_tables
 from fea.apps.sweep.run_sweep import journal_of, run_sweep
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.table import write_tables
 from fea.apps.sweep.work import attempt
 from fea.study.study import load_study
 from geometry.errors import InvalidValue

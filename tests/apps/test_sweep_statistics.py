@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from fea.apps.sweep.journal import Entry, State
+from fea.apps.sweep.journal import Entry, State, failures
 from fea.apps.sweep.sampling import Sampling, Shape, Span, designs
 from fea.apps.sweep.statistics import below_one, pareto_front, samples_of, sensitivities
-from fea.apps.sweep.table import failures
 
 KEYS = {
     "material.yield_MPa": Span(300, 500),

@@ -36,11 +36,10 @@ import psutil
 from sweep_kills import CHEAP, kill
 
 from fea.apps.sweep.cluster import Engine
-from fea.apps.sweep.journal import Done
+from fea.apps.sweep.journal import Done, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.run_sweep import _task, journal_of
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.table import write_tables
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"

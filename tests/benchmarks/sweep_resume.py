@@ -9,11 +9,10 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fea.apps.sweep.journal import Done
+from fea.apps.sweep.journal import Done, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.run_sweep import journal_of
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.table import write_tables
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"

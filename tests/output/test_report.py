@@ -23,14 +23,14 @@ from fea.analysis.figures import (
     JointFigures,
 )
 from fea.analysis.motion import Known, agreeing
-from fea.apps.report_run import report_run
+from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
 from fea.output.report.assumptions import limits
-from fea.output.report.charts import Heading, chart
 from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
+from fea.output.report.sections import Heading, chart
 from fea.output.report.surface import Surface
 from fea.output.report.tables import figure, named
 from fea.output.stored_run import read_run
@@ -50,7 +50,7 @@ def undrawn():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("fea.output.report.page.draw_pictures", refuse)
-        patch.setattr("fea.apps.report_run.ready_to_draw", nullcontext)
+        patch.setattr("fea.apps.export_run.ready_to_draw", nullcontext)
         yield
 
 
@@ -257,7 +257,7 @@ def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
     def refuse(_run):
         raise InvalidValue("RUN", "run", "was loaded with other forces")
 
-    monkeypatch.setattr("fea.apps.report_run.prepared_again", refuse)
+    monkeypatch.setattr("fea.apps.export_run.prepared_again", refuse)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
     assert "There is no crank-angle slider: the cycle could not be solved again" in text
@@ -268,8 +268,8 @@ def test_a_run_that_cannot_be_solved_again_has_no_slider(written, monkeypatch):
 def test_a_cycle_that_comes_out_otherwise_is_not_shown(written, monkeypatch):
     rod, result, _, _ = reported_rod()
     other = replace(result.motion, even=replace(result.motion.even, stress=1.1 * result.motion.even.stress))
-    monkeypatch.setattr("fea.apps.report_run.prepared_again", lambda _run: rod)
-    monkeypatch.setattr("fea.apps.report_run.motion", lambda *_: other)
+    monkeypatch.setattr("fea.apps.export_run.prepared_again", lambda _run: rod)
+    monkeypatch.setattr("fea.apps.export_run.motion", lambda *_: other)
     report_run(written)
     text = (written / "report.html").read_text(encoding="utf-8")
     assert "solved again, its stress differs from the load cases by " in text

@@ -12,8 +12,7 @@ from written_figures import load, result, summary
 
 from fea.base.choices import UnitSystem
 from fea.output.pictures.shown import field_of
-from fea.output.report.charts import Heading, chart
-from fea.output.report.sections import input_tables
+from fea.output.report.sections import Heading, chart, input_tables
 from fea.output.report.tables import case_table, load_table
 from fea.output.terminal.run import print_runs
 from fea.output.units import _US, Verbatim, in_heading, in_text, in_unit, scale, shown_in, unit

@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import count
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from fea.apps.optimise.variables import Variables
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
 from fea.machine.clock import Clock
+from fea.output.json_file import JsonObject
 from fea.study.study import Study
 from geometry.arrays import Floats, Mask
 from geometry.errors import GeometryError
@@ -305,7 +305,7 @@ class Designs:
 
     def _recorded(self, kind: str, asked: Floats) -> Design | None:
         """Return a design that the record knows."""
-        entry: dict[str, Any] | None = None if self._record is None else self._record.next(kind, asked)
+        entry: JsonObject | None = None if self._record is None else self._record.next(kind, asked)
         if entry is None:
             return None
         known = entry["design"]

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fea.apps.sweep.base import digest, files_of
 from fea.base.version import __version__
 from fea.output.folder import ANOTHER_OUT, take
+from fea.output.json_file import JsonObject
 from fea.output.target import OccupiedError, near, reported
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -37,7 +37,7 @@ class Record:
             self.add({"search": identity})
         self.empty = not self.count
 
-    def next(self, kind: str, asked: Floats) -> dict[str, Any] | None:
+    def next(self, kind: str, asked: Floats) -> JsonObject | None:
         """Return the next design if it is the one that is asked for (n,); else None, and forget the rest."""
         if self._known:
             entry, end = self._known.pop(0)
@@ -47,7 +47,7 @@ class Record:
             self._known = []
         return None
 
-    def add(self, entry: dict[str, Any]) -> None:
+    def add(self, entry: JsonObject) -> None:
         """Write a design behind those that were returned; raises `StorageError` if the system refuses."""
         with reported(self.path, ANOTHER_OUT):
             self._file.seek(self._end)
@@ -96,7 +96,7 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
         owned.release()
 
 
-def _lines(content: bytes) -> Iterator[tuple[dict[str, Any], int]]:
+def _lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
     """Return the complete lines of a file, and where each ends."""
     end = 0
     for line in content.splitlines(keepends=True):

@@ -1,12 +1,14 @@
 """What the two processes of `fea studio` do for its server: each function is a job of one of them."""
 
+import asyncio
 import csv
 import io
 import json
 import re
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from itertools import chain, count
 from pathlib import Path
 from pkgutil import resolve_name
@@ -16,9 +18,10 @@ from fea.analysis.result import Array
 from fea.apps.studio.frame import BUCKLING, FATIGUE, YIELDING, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
-from fea.machine.isolated import say
+from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
+from fea.output.json_file import JsonObject
 from fea.output.pictures.shown import VON_MISES
-from fea.output.report.legends import case_fields
+from fea.output.report.scene import case_fields
 from fea.output.text import write_text
 from fea.study.study import Study
 
@@ -42,7 +45,7 @@ class _Inside:
 class Answer(NamedTuple):
     """A frame for the page: what is told of it, places and values of its nodes, and its triangles."""
 
-    header: dict[str, Any]
+    header: JsonObject
     numbers: bytes
     triangles: bytes
 
@@ -58,7 +61,7 @@ def open_live(study: Study, model: str) -> None:
     _Inside.live = _Inside.model.LiveRod(study)
 
 
-def describe() -> dict[str, Any]:
+def describe() -> JsonObject:
     """Return what the page needs to lay itself out."""
     study, live = _Inside.study, _Inside.live
     return {
@@ -70,7 +73,7 @@ def describe() -> dict[str, Any]:
     }
 
 
-def ranges(state: State) -> dict[str, Any]:
+def ranges(state: State) -> JsonObject:
     """Return how far each dimension can go, and why it ends there, by its name."""
     return {name: _plain(each) for name, each in _Inside.live.ranges(dict(state["design"])).items()}
 
@@ -108,10 +111,10 @@ def _applied(state: State) -> Study:
     return applied(_Inside.study, dict(state["design"]), _operation(state))
 
 
-def _plain(value: Any) -> dict[str, Any]:
+def _plain(value: Any) -> JsonObject:
     """A dataclass as JSON has it: what is not finite is None."""
     text = json.dumps(asdict(value), default=float)
-    plain: dict[str, Any] = json.loads(text, parse_constant=lambda _: None)
+    plain: JsonObject = json.loads(text, parse_constant=lambda _: None)
     return plain
 
 
@@ -134,12 +137,12 @@ def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
     return Answer(header, numbers, _Inside.mesh[2])
 
 
-def _legend(values: Array, peak: float, top: float) -> dict[str, Any]:
+def _legend(values: Array, peak: float, top: float) -> JsonObject:
     kept = top if _KEEPS_LEGEND * top <= peak <= top else peak
     return case_fields({VON_MISES: values}, kept)[0]
 
 
-def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> dict[str, Any]:
+def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> JsonObject:
     """Write a study, a solid, a report, or the table of variants into a folder.
 
     Return the path, and the text where the page may offer a copy.
@@ -188,7 +191,7 @@ def _table(variants: Mapping[str, Any]) -> str:
     return text.getvalue()
 
 
-def lighten(state: State) -> dict[str, Any]:
+def lighten(state: State) -> JsonObject:
     """Search the lightest rod from a design; the designs that are tried are said as they come."""
     from fea.apps.optimise.designs import Design, Designs  # noqa: PLC0415 - what solves
     from fea.apps.optimise.run_optimise import search_study  # noqa: PLC0415
@@ -197,10 +200,56 @@ def lighten(state: State) -> dict[str, Any]:
 
     free = variables(search_study(_applied(state)))
 
-    def told(design: Design, done: int = 0, _now: int = 0) -> dict[str, Any]:
+    def told(design: Design, done: int = 0, _now: int = 0) -> JsonObject:
         changed = {**state, "design": {**state["design"], **free.dimensions(design.x)}}
         figures = {"mass_kg": design.mass_kg, "margin": design.margin, "governs": design.governing.name}
         return {"state": changed, "count": done, "most": USUAL, **figures}
 
     found = search(Designs(free, lambda *tried: say(json.dumps(told(*tried)))), free.start, USUAL)
     return told(found.best)
+
+
+class Worker:
+    """Does one job after another in a process of its own, whose first job is the `opening`."""
+
+    def __init__(self, opening: Callable[..., Any], *arguments: Any) -> None:
+        self._opening = partial(opening, *arguments)
+        self._process: IsolatedProcess | None = None
+
+    async def run(
+        self, job: Callable[..., Any], *arguments: Any, listener: Callable[[str], None] | None = None
+    ) -> Any:
+        """Return the result of a picklable job, or raise its error.
+
+        The listener is called, in this thread, with the lines that the job says. Raises `CrashError`,
+        `MemoryError`: the process has ended; the next job has another one.
+        """
+        loop = asyncio.get_running_loop()
+
+        def heard(line: str) -> None:
+            if listener is not None:
+                loop.call_soon_threadsafe(listener, line)
+
+        begins = self._process is None
+        # By the main thread, whose end is that of the process.
+        process = self._process = self._process or fresh()
+        try:
+            if begins:
+                await asyncio.to_thread(_waited, process, self._opening, None)
+            return await asyncio.to_thread(_waited, process, partial(job, *arguments), heard)
+        finally:
+            if self._process is process and not process.alive:
+                self._process = None
+
+    def stop(self) -> None:
+        """End the process, also within a job."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+
+def _waited(process: IsolatedProcess, job: Callable[[], Any], listener: Callable[[str], None] | None) -> Any:
+    try:
+        return process.run(job, listener=listener)
+    except KeyboardInterrupt:  # it was ended by a signal that would interrupt this program
+        raise CrashError("it was ended", "SIGTERM") from None

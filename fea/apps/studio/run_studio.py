@@ -26,11 +26,11 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from fea.apps.studio import jobs
-from fea.apps.studio.jobs import MODEL, open_live, open_worker
+from fea.apps.studio.jobs import MODEL, Worker, open_live, open_worker
 from fea.apps.studio.session import KNOWN, Session, State, session
-from fea.apps.studio.worker import Worker
 from fea.machine.isolated import CrashError
 from fea.output.html import environment, page_file
+from fea.output.json_file import JsonObject
 from fea.output.report.coding import policy
 from fea.output.target import near
 from fea.study.study import Study
@@ -116,7 +116,7 @@ class Studio:
     def __init__(self, session: Session, folder: Path, live: Worker, fresh: Worker) -> None:
         self._session, self._folder, self._live, self._fresh = session, folder, live, fresh
         self._page: ServerConnection | None = None
-        self._layout: dict[str, Any] = {}  # of the page
+        self._layout: JsonObject = {}  # of the page
         self._last: jobs.Answer | None = None
         self._meshes: dict[int, bytes] = {}
         self._sent: set[int] = set()  # meshes that the page has
@@ -223,7 +223,7 @@ class Studio:
 
     async def _on_lighten(self) -> None:
         """Look for the lightest rod from the design at hand, which becomes a variant."""
-        state, best = self._session.state, list[dict[str, Any]]()
+        state, best = self._session.state, list[JsonObject]()
 
         def tried(line: str) -> None:
             design = json.loads(line)
@@ -295,7 +295,7 @@ class Studio:
         if known is not None and self._session.answered(state, known):
             await self._tell("session", **self._session.told())
 
-    def _known(self, state: State) -> dict[str, Any] | None:
+    def _known(self, state: State) -> JsonObject | None:
         """Return what is known of a design, if the last frame is of it and not interpolated."""
         header = {} if self._last is None else self._last.header
         if header.get("state") != state or header["figures"] is None or header["label"] not in KNOWN:

@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 
 from fea.base.version import __version__
 from fea.output.folder import take
+from fea.output.json_file import JsonObject
 from fea.output.target import OccupiedError, near, reported
 from fea.study.study import Study
 
@@ -34,7 +35,7 @@ class Session:
     states: list[State]
     journal: BinaryIO | None = None
     at: int = 0
-    variants: dict[str, dict[str, Any]] = field(default_factory=dict)  #: "state" and "answer" by name
+    variants: dict[str, JsonObject] = field(default_factory=dict)  #: "state" and "answer" by name
 
     @property
     def state(self) -> State:
@@ -79,7 +80,7 @@ class Session:
             end += len(line)
         return end
 
-    def told(self) -> dict[str, Any]:
+    def told(self) -> JsonObject:
         """What the page shows of the session."""
         undo, redo = self.at > 0, self.at < len(self.states) - 1
         return {**self.state, "undo": undo, "redo": redo, "variants": self.variants}

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.apps.sweep.journal import Journal, State
+from fea.apps.sweep.journal import Journal, State, failures
 from fea.apps.sweep.statistics import FACTOR, MASS, Samples, Statistics, samples_of, statistics
 from fea.apps.sweep.sweep_file import Sweep
-from fea.apps.sweep.table import failures
 from fea.output.html import html_page, page_file
 from fea.output.pictures.scale import round_up
 from fea.output.report.coding import embedded_json

@@ -8,11 +8,10 @@ from typing import Any
 
 from fea.analysis.figures import Figures
 from fea.apps.sweep.cluster import Engine, cluster
-from fea.apps.sweep.journal import SCHEMA, Journal, State
+from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, Progress, State, failures, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.statistics import Statistics
 from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
-from fea.apps.sweep.table import CSV, PARQUET, Progress, failures, write_tables
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line

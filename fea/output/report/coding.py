@@ -10,12 +10,12 @@ import hashlib
 import json
 import zlib
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
+from fea.output.json_file import JsonObject
 from geometry.arrays import Floats, Ints
 
 LEVELS = 2**16 - 2
@@ -33,7 +33,7 @@ class Packer:
 
     #: In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
     #: ``step``
-    entries: list[dict[str, Any]] = field(default_factory=list)
+    entries: list[JsonObject] = field(default_factory=list)
     _pieces: list[bytes] = field(default_factory=list)
 
     def values(self, name: str, values: Floats, parents: Ints, *, levels: int = LEVELS) -> None:
@@ -64,7 +64,7 @@ class Packer:
         """Everything as text."""
         return base64.b64encode(zlib.compress(b"".join(self._pieces), _EFFORT)).decode()
 
-    def _add(self, entry: dict[str, Any], scaled: npt.NDArray[np.int32], parents: Ints) -> None:
+    def _add(self, entry: JsonObject, scaled: npt.NDArray[np.int32], parents: Ints) -> None:
         count, columns = scaled.shape
         self.entries.append(entry | {"count": count, "columns": columns})
         for start in range(0, columns, _TOGETHER):

@@ -8,13 +8,14 @@ from contextvars import copy_context
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from markupsafe import Markup
 
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
 from fea.output.html import environment, html_page, page_file
+from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
 from fea.output.report.coding import embedded_json
@@ -128,7 +129,7 @@ def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
 
 def viewer(
     run: Run, drawn: Scene | None, more: Sequence[str] = (), parts: Sequence[Section] = ()
-) -> tuple[dict[str, Any], str]:
+) -> tuple[JsonObject, str]:
     """Return what the templates of the rod in three dimensions need, and its script with `more` files."""
     values = {
         "scene": drawn,
@@ -148,7 +149,7 @@ def head(run: Run, picture: bytes | None = None) -> str:
     return environment("report").get_template("notebook.html.jinja").render(**_head(run, picture))
 
 
-def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
+def _head(run: Run, picture: bytes | None) -> JsonObject:
     return {
         "title": run.summary.title,
         "answer": answer(run.summary),
@@ -162,7 +163,7 @@ def _head(run: Run, picture: bytes | None) -> dict[str, Any]:
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 
 
-def _with_charts(drawn: Scene, parts: Sequence[Section]) -> dict[str, Any]:
+def _with_charts(drawn: Scene, parts: Sequence[Section]) -> JsonObject:
     """The header of the scene; the charts only where there is a slider that moves along them."""
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"])
     charts = [chart.moving() for part in parts for chart in part.charts] if turns else []

@@ -1,7 +1,8 @@
 """The rod in three dimensions: a header that a page reads as JSON, and its packed numbers."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,20 +12,124 @@ from fea.analysis.motion import Motion, ParityMotion
 from fea.analysis.result import BORES, Array
 from fea.base.choices import Support
 from fea.judge.verdict import CAP
-from fea.output.pictures.scale import exaggeration
-from fea.output.pictures.shown import VON_MISES, available
+from fea.output.json_file import JsonObject
+from fea.output.pictures.scale import Bands, exaggeration
+from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.report.coding import LEVELS, Packer, corner_steps
-from fea.output.report.legends import case_fields, fields_of, hot_spots, instant_fields
 from fea.output.report.surface import Surface
 from fea.output.stored_run import Run
-from fea.output.units import scale, unit
+from fea.output.terminal.run_lines import factor, number, place
+from fea.output.units import in_text, scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints
 from loads.bearing import Arc, BorePressure
 from mesh.tetmesh import TetMesh
 
+_MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
+# In the order in which a load case offers them.
+CASE_FIELDS = (
+    VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor",
+    "contact_pressure",
+)  # fmt: skip
+# Of an instant of the cycle: what follows from its stress and displacement.
+INSTANT_FIELDS = CASE_FIELDS[:-1]
 
-def pressure_kind(name: str) -> dict[str, Any]:
+
+def fields_of(names: Iterable[str], data: Mapping[str, Array], peak: float) -> list[JsonObject]:
+    """Return those fields that a result has; the legend of the von Mises stress ends at the `peak`."""
+    return [_described(name, data, {VON_MISES: peak}) for name in names if name in data]
+
+
+case_fields = partial(fields_of, CASE_FIELDS)
+
+
+def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float) -> list[JsonObject]:
+    """Return the fields of every instant: one legend for the whole cycle.
+
+    It ends at the largest von Mises stress that counts, MPa, at the extremes in the arrays of the envelope,
+    and at the largest displacement, mm.
+    """
+    low, high = float(extremes["principal_3"].min()), float(extremes["principal_1"].max())
+    ends = {
+        VON_MISES: np.array([0.0, peak]),
+        **dict.fromkeys(("principal_1", "principal_2", "principal_3"), np.array([low, high])),
+        "displacement": np.array([0.0, displaced]),
+        "safety_factor": extremes["safety_factor"],
+    }
+    return fields_of(INSTANT_FIELDS, ends, peak)
+
+
+def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> JsonObject:
+    field = (_MIDDLE if name == _MIDDLE.name else field_of(name)).in_units()
+    values = np.asarray(field.values(data), float)
+    finite = values[np.isfinite(values)]
+    largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0
+    worst = field.scale * known[name] if name in known else largest
+    if field.signed:
+        bands = Bands.around_zero(float(finite.min()), float(finite.max()))
+    else:
+        bands = Bands.up_to(field.top(worst), low=field.low)
+    label, _, unit = field.label.partition(", ")
+    return {
+        "name": name,
+        "label": label,
+        "unit": unit,
+        "low": field.low and not field.signed,
+        "factor": field.scale,
+        "limits": [float(f"{limit / field.scale:.6g}") for limit in bands.limits],
+        "labels": [f"{limit:.6g}" for limit in bands.limits],
+        "colours": ["#" + bytes(colour).hex() for colour in bands.colours],
+        "above": bool(finite.size and finite.max() > bands.limits[-1] * (1 + 1e-9)),
+    }
+
+
+def hot_spots(run: Run) -> list[JsonObject]:
+    """Return the worst place of every load case, its sharp edges, and the worst places of the cycle."""
+    found = []
+    for name, case in run.summary.results.items():
+        if name not in run.fields:
+            continue
+        text = f"{number(case.max_von_mises_MPa, '.0f')} MPa, safety factor {factor(case.min_safety_factor)}"
+        found.append(_spot(name.capitalize(), text, case.at_mm, name, "von_mises"))
+        for edge in case.sharp_edges or ():
+            stress = f"structural stress {number(edge.structural_von_mises_MPa, '.0f')} MPa"
+            found.append(
+                _spot(f"{name.capitalize()}, sharp edge {edge.name}", stress, edge.at_mm, name, "von_mises")
+            )
+    return found + _of_cycle(run)
+
+
+def _of_cycle(run: Run) -> list[JsonObject]:
+    cycle = run.summary.cycle
+    if cycle is None or run.envelope is None:
+        return []
+    result = "envelope" if run.motion is None else "cycle"
+    spots = [
+        _spot(f"Cycle, place {chr(ord('A') + k)}", text, spot.at_mm, result, "von_mises")
+        | {"angle": spot.crank_deg}
+        for k, spot in enumerate(cycle.spots)
+        for text in [f"up to {spot.max_von_mises_MPa:.0f} MPa at {number(spot.crank_deg, '.0f')}°"]
+    ]
+    weakest = cycle.fatigue
+    if weakest is not None:
+        text = f"fatigue factor {factor(weakest.fatigue_safety_factor)}"
+        spots.append(_spot("Weakest in fatigue", text, weakest.at_mm, "envelope", "fatigue_safety_factor"))
+    return spots
+
+
+def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> JsonObject:
+    where = in_text(f"x, y, z = {place(at)} mm")
+    return {
+        "title": title,
+        "text": in_text(text),
+        "place": where,
+        "at": list(at),
+        "result": result,
+        "field": field,
+    }
+
+
+def pressure_kind(name: str) -> JsonObject:
     """Return what a pin does to its bore, from the pressure's name in the study."""
     load = pin_model(name).parse(name)
     if not isinstance(load, BorePressure):
@@ -32,7 +137,7 @@ def pressure_kind(name: str) -> dict[str, Any]:
     return {"kind": "arc", "tension": _arc(load.tension), "compression": _arc(load.compression)}
 
 
-def _arc(arc: Arc) -> dict[str, Any]:
+def _arc(arc: Arc) -> JsonObject:
     return {"shape": arc.shape.value, "deg": round(float(np.degrees(arc.angle)), 6)}
 
 
@@ -44,12 +149,12 @@ def bore_loads(contact: Mapping[str, BoreFigures] | None) -> list[list[float]] |
     return [[one.at_deg, one.arc_deg, one.max_pressure_MPa] if one else [0.0, 0.0, 0.0] for one in found]
 
 
-def cycle_loads(run: Run) -> dict[str, Any]:
+def cycle_loads(run: Run) -> JsonObject:
     """Return forces [x, y] on the rod at the big and the small end at every degree, N, and contact if any."""
     if run.forces is None:
         return {}
     columns = {name: np.asarray(values, float) for name, values in run.forces.items()}
-    found: dict[str, Any] = {
+    found: JsonObject = {
         "forces": [
             [_whole(-columns["crank_axial_N"]), _whole(columns["crank_transverse_N"])],
             [_whole(columns["pin_axial_N"]), _whole(columns["pin_transverse_N"])],
@@ -128,13 +233,13 @@ def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
     return Scene(header, packer.text(), surface.order == mesh.order)
 
 
-def _unit(name: str, si: int, us: int, per: float = 1.0) -> dict[str, Any]:
+def _unit(name: str, si: int, us: int, per: float = 1.0) -> JsonObject:
     """Return a unit for the page, with the decimals that it has, in SI units or in US units."""
     digits = si if unit(name) == name else us
     return {"unit": unit(name), "factor": per * scale(name), "digits": digits}
 
 
-def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> dict[str, Any]:
+def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> JsonObject:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
     singular = figures.singular_max_von_mises_MPa is not None
@@ -172,7 +277,7 @@ def _levels(values: Floats, steps: int) -> int:
     return max(1, min(LEVELS, round(float(np.ptp(values)) / largest * steps)))
 
 
-def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> dict[str, Any]:
+def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> JsonObject:
     own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     fields = fields_of([name for name in available(list(own)) if name != "endurance_limit"], own, peak)
     for field in fields:
@@ -192,7 +297,7 @@ def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: 
 
 def _cycle(
     run: Run, extremes: Mapping[str, Array], found: Motion, surface: Surface, packer: Packer
-) -> dict[str, Any]:
+) -> JsonObject:
     at = np.searchsorted(found.nodes, surface.nodes)
     order, parents = surface.rows(found.row[at])
     number = np.empty(int(order.max()) + 1, np.int64)

@@ -23,8 +23,7 @@ from fea.output.report.tables import (
 )
 from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose
-from fea.output.terminal.answer import governs, levers, life, of_kind, singular
-from fea.output.terminal.assembly import assembly_lines
+from fea.output.terminal.answer import assembly_lines, governs, levers, life, of_kind, singular
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
 from fea.output.terminal.run_lines import (
     bar,
