@@ -27,13 +27,14 @@ from fea.output.report.tables import (
     endurance_table,
     figure,
     film_table,
+    life_table,
     load_table,
     named,
     shown,
 )
 from fea.output.stored_run import Run
-from fea.output.terminal.answer import assembly_lines, buckling
-from fea.output.terminal.run_lines import factor, film_lines, life_lines, sharp_edge_lines
+from fea.output.terminal.answer import assembly_lines, buckling, life
+from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
 from fea.output.units import scale, unit
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
@@ -337,8 +338,8 @@ def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
     drawn = chart(heading, degrees, histories, marks(summary))
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
-    text = [least, _SIGN, *life_lines(summary.life)]
-    tables = [cycle_table(found), endurance_table(summary)]
+    text = [least, _SIGN, *life(summary.life)]
+    tables = [cycle_table(found), endurance_table(summary), life_table(summary.life)]
     return _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 
 

@@ -6,7 +6,14 @@ from typing import Any
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import AssemblyFigures, EnvelopeFigures, FilmFigures, PlaneFigures, Summary
+from fea.analysis.figures import (
+    AssemblyFigures,
+    EnvelopeFigures,
+    FilmFigures,
+    LifeFigures,
+    PlaneFigures,
+    Summary,
+)
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table
@@ -117,8 +124,8 @@ class Table:
 
     def printed(self, **options: Any) -> RichTable:
         """Return the table for the terminal, with units below their headings, and options of its own."""
-        head = ["\n".join(title.rsplit(", ", 1)) for title in self.head]
-        return plain_table(head, self.rows, left=[head[column] for column in self.text], **options)
+        head = ["\n".join(title.rsplit(", ", 1)) for title in self.shown_head]
+        return plain_table(head, self.shown_rows, left=[head[column] for column in self.text], **options)
 
 
 def case_table(summary: Summary) -> Table:
@@ -258,6 +265,29 @@ def endurance_table(summary: Summary) -> Table | None:
     return Table(said, head, tuple(rows), text=(0, 5))
 
 
+def life_table(found: LifeFigures | None) -> Table | None:
+    """Return what each entry of a duty does to the rod at the place that fails first."""
+    if found is None:
+        return None
+    rows = tuple(
+        (
+            f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}",
+            number(entry.time_percent, ".3g"),
+            number(entry.damage_percent, ".3g"),
+            number(entry.reversed_amplitude_MPa, ".4g"),
+        )
+        for entry in sorted(found.duty, key=lambda entry: -(entry.damage_percent or 0.0))
+    )
+    times = "" if found.duties is None else f"; {number(found.duties, '.3g')} times the duty"
+    caption = (
+        f"The duty at ({place(found.at_mm)}) mm in {found.part}, with an endurance limit of "
+        f"{number(found.endurance_MPa, '.4g')} MPa there{times}; hours with {found.band_of} "
+        f"(±{found.band_percent:.3g} %); {number(found.largest_range_percent, '.4g')} % of the damage by "
+        "the largest range of each cycle"
+    )
+    return Table(caption, ("speed", "time, %", "damage, %", "reversed amplitude, MPa"), rows)
+
+
 def buckling_tables(summary: Summary) -> list[Table]:
     """Return the column formulas, and the buckling modes of the solid."""
     column, tables = summary.buckling.column, []
@@ -314,29 +344,30 @@ def _signed(table: Table) -> Table:
 
 def assembly_tables(found: AssemblyFigures) -> list[Table]:
     """Return the bolts, the joint by load case, and each fit by load case."""
+    bolts = found.bolts
+    hardest = max((one for case in bolts.by_case.values() for one in case), key=lambda one: one.force_N)
     rows = (
-        ("preload after tightening and embedding, kN", number(found.bolts.preload_N / KN, ".1f")),
-        ("largest force, kN", number(found.bolts.max_force_N / KN, ".1f")),
-        ("amplitude, kN", number(found.bolts.amplitude_N / KN, ".2g")),
-        ("largest force over proof load", number(found.bolts.proof_use, ".2f")),
-        ("stress at tightening over yield strength", number(found.bolts.tightening_use, ".2f")),
-        ("safety factor against yielding", factor(found.bolts.yield_safety_factor)),
-        ("alternating stress in the thread, MPa", figure(found.bolts.alternating_stress_MPa, 3)),
-        ("endurance limit of the thread, MPa", figure(found.bolts.endurance_MPa, 3)),
-        ("safety factor against fatigue", factor(found.bolts.fatigue_safety_factor)),
-        ("largest bending stress, MPa", figure(found.bolts.max_bending_MPa, 3)),
-        (
-            "safety factor against yielding of the outer fibre",
-            factor(found.bolts.bending_yield_safety_factor),
-        ),
-        ("alternating stress with bending, MPa", figure(found.bolts.bending_alternating_stress_MPa, 3)),
-        ("safety factor against fatigue with bending", factor(found.bolts.bending_fatigue_safety_factor)),
-        ("largest pressure under head or nut, MPa", figure(found.bolts.seat_pressure_MPa, 3)),
+        ("preload after tightening and embedding, kN", number(bolts.preload_N / KN, ".1f")),
+        ("largest force, kN", number(bolts.max_force_N / KN, ".1f")),
+        ("amplitude, kN", number(bolts.amplitude_N / KN, ".2g")),
+        ("load factor Φ of the bolt with the largest force", number(hardest.load_factor, ".2g")),
+        ("load factor Φ of a central load", number(bolts.vdi_load_factor, ".2g")),
+        ("largest force over proof load", number(bolts.proof_use, ".2f")),
+        ("stress at tightening over yield strength", number(bolts.tightening_use, ".2f")),
+        ("safety factor against yielding", factor(bolts.yield_safety_factor)),
+        ("alternating stress in the thread, MPa", figure(bolts.alternating_stress_MPa, 3)),
+        ("endurance limit of the thread, MPa", figure(bolts.endurance_MPa, 3)),
+        ("safety factor against fatigue", factor(bolts.fatigue_safety_factor)),
+        ("largest bending stress, MPa", figure(bolts.max_bending_MPa, 3)),
+        ("safety factor against yielding of the outer fibre", factor(bolts.bending_yield_safety_factor)),
+        ("alternating stress with bending, MPa", figure(bolts.bending_alternating_stress_MPa, 3)),
+        ("safety factor against fatigue with bending", factor(bolts.bending_fatigue_safety_factor)),
+        ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
     )
     joint_rows = tuple(
         (
             case,
-            _ends([bolt.force_N / KN for bolt in found.bolts.by_case[case]]),
+            _ends([bolt.force_N / KN for bolt in bolts.by_case[case]]),
             number(joint.clamp_force_N / KN, ".1f"),
             number(joint.open_percent, ".0f"),
             number(joint.opening_um, ".1f"),
@@ -349,7 +380,7 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
     opening = ("open, %", "gap, µm", "micro-slip, %", "by, µm")
     head = ("joint", "bolts, kN", "clamped, kN", *opening, "slip safety")
     tables = [
-        Table(f"Bolts, {found.bolts.thread}, by VDI 2230", _QUANTITY, rows),
+        Table(f"Bolts, {bolts.thread}, by VDI 2230", _QUANTITY, rows),
         Table(f"Joint between rod and cap, friction {found.joint.friction:g}", head, joint_rows),
     ]
     for name, fit in found.fits.items():

@@ -5,7 +5,6 @@ from math import inf
 
 from fea.analysis.figures import (
     AssemblyFigures,
-    BoltsFigures,
     BucklingFigures,
     CaseFigures,
     FitFigures,
@@ -308,8 +307,8 @@ MICRO_SLIP = (
 
 
 def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
-    """Yield how the bolts stand, and when the joint opens and the fits lift off."""
-    yield _bolts(found.bolts)
+    """Yield what `assembly` does, when joint and fits open, and how round the bores stay."""
+    yield from assembly(found)
     yield from _joint(found)
     for name, fit in found.fits.items():
         if fit.lifts_off is not None:
@@ -322,21 +321,6 @@ def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
         warm = f", {1e3 * assembled:.0f} µm when warm" if 1e3 * assembled >= 1 else ""
         yield f"Ovality, {bore.replace('_', ' ')}: {1e3 * most:.0f} µm ({worst}), round as made{warm}."
     yield MICRO_SLIP
-
-
-def _bolts(bolts: BoltsFigures) -> str:
-    where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
-    force = f"at most {bolts.max_force_N / KN:.1f} kN ({where})"
-    hardest = max((one for case in bolts.by_case.values() for one in case), key=lambda one: one.force_N)
-    carried = "" if hardest.load_factor is None else f", load factor Φ {hardest.load_factor:.2g}"
-    fatigue = bolts.bending_fatigue_safety_factor
-    against = "" if fatigue is None else f", {factor(fatigue)} against fatigue with bending"
-    return (
-        f"Bolts, {bolts.thread}: {force}{carried} (VDI 2230: {bolts.vdi_load_factor:.2g}), amplitude "
-        f"{bolts.amplitude_N / KN:.2g} kN, bending {bolts.max_bending_MPa:.0f} MPa; safety factor "
-        f"{factor(bolts.yield_safety_factor)} against yielding"
-        f"{against}."
-    )
 
 
 def _joint(found: AssemblyFigures) -> Iterator[str]:

@@ -14,12 +14,14 @@ from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
 from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
+from fea.output.report.tables import Table as Tabular
 from fea.output.report.tables import (
     assembly_tables,
     buckling_tables,
     contact_table,
     cycle_table,
     endurance_table,
+    life_table,
 )
 from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose
@@ -30,14 +32,13 @@ from fea.output.terminal.run_lines import (
     factor,
     film_lines,
     kilo,
-    life_lines,
     number,
     place,
     plain_table,
     sharp_edge_lines,
 )
 from fea.output.text import gathered, some_speeds
-from fea.output.units import in_heading, in_rows
+from fea.output.units import in_heading, in_rows, in_text
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbose: bool = False) -> None:
@@ -60,11 +61,10 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     console.print(table)
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
-        if endurance := endurance_table(worst):
-            console.print(endurance.printed(gap=0, title=endurance.caption, title_justify="left"))
+        _print_tables(console, endurance_table(worst), life_table(worst.life))
         lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]
         lines += _critical(summaries)
-        lines += [*life_lines(worst.life), *in_full((*notes, *left_out))]
+        lines += [*life(worst.life), *in_full((*notes, *left_out))]
     else:
         more = counted(notes, left_out)
         said = _statements(summaries, worst, notes)
@@ -230,9 +230,9 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
                 console.print(table.printed(no_wrap=True))
     if verbose:
         cycle = [] if summary.cycle is None else [cycle_table(summary.cycle)]
-        found = [contact_table(summary), *cycle, endurance_table(summary), *buckling_tables(summary)]
-        for own in filter(None, found):
-            console.print(own.printed(gap=0, title=own.caption, title_justify="left"))
+        bolts = [] if summary.assembly is None else assembly_tables(summary.assembly)[:1]
+        judged = (*cycle, endurance_table(summary), life_table(summary.life), *buckling_tables(summary))
+        _print_tables(console, *bolts, contact_table(summary), *judged)
         lines = [
             *answer.failed_checks(summary),
             *answer.not_converged(summary),
@@ -243,7 +243,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *([] if summary.assembly is None else assembly_lines(summary.assembly)),
             *answer.cycle(summary),
             *film_lines(summary),
-            *life_lines(summary.life),
+            *life(summary.life),
             *answer.buckling(summary.buckling),
             *prose.in_full((*summary.notes, *summary.left_out)),
         ]
@@ -261,6 +261,11 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
         console, [*prose.fitting(answer.statements(summary), figures, paths, console.width), *figures]
     )
     prose.print_paths(console, paths)
+
+
+def _print_tables(console: Console, *tables: Tabular | None) -> None:
+    for table in filter(None, tables):
+        console.print(table.printed(gap=0, title=in_text(table.caption), title_justify="left"))
 
 
 def _governing(summary: Summary) -> str:
