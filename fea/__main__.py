@@ -71,17 +71,12 @@ COMMANDS = {
     "schema": "Print the JSON Schema of a study, for editors and other programs.",
     "doctor": "Check what this machine needs to run fea, and what is installed.",
 }
-# Commands that share a module.
-_MODULES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "verification") | {
-    "report": "export",
-    "view": "export",
-    "materials": "init",
-    "schema": "init",
-    "doctor": "init",
-    "modes": "rod",
-    "loads": "rod",
-    "studio": "optimise",
-}
+# Commands that share a module, by its name.
+_TOGETHER = {
+    "verification": ("verify", "stability", "converge", "reproduce"), "export": ("report", "view"),
+    "init": ("materials", "schema", "doctor"), "rod": ("modes", "loads"), "optimise": ("studio",),
+}  # fmt: skip
+_MODULES = {name: module for module, names in _TOGETHER.items() for name in names}
 # The page of the manual about a command, where it is not the list of all commands.
 _PAGES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "trust/index") | {
     "run": "learn/first-rod",

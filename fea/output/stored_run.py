@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -83,20 +83,16 @@ class StoredRun:
         path = self.folder / "envelope.vtu"
         return _floats(read_vtu(path).point) if path.is_file() else None
 
-    @cached_property
-    def forces(self) -> Arrays | None:
-        """The columns of ``loads.csv``."""
-        return self._columns("loads.csv")
+    def _columns(self, name: str) -> Arrays | None:
+        path = self.folder / name
+        try:
+            return read_columns(path) if path.is_file() else None
+        except (OSError, ValueError) as error:
+            raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", _AGAIN) from error
 
-    @cached_property
-    def film(self) -> Arrays | None:
-        """The columns of ``film.csv``."""
-        return self._columns("film.csv")
-
-    @cached_property
-    def contact(self) -> Arrays | None:
-        """The columns of ``contact.csv``."""
-        return self._columns("contact.csv")
+    forces = cached_property(partial(_columns, name="loads.csv"))
+    film = cached_property(partial(_columns, name="film.csv"))
+    contact = cached_property(partial(_columns, name="contact.csv"))
 
     @property
     def bores(self) -> tuple[DrawnBore, ...]:
@@ -113,13 +109,6 @@ class StoredRun:
         missing = [name for name in self.summary.results if not (self.folder / f"{name}.vtu").is_file()]
         rule = f"has no fields of {', '.join(missing)}: of many speeds only the worst ones keep theirs"
         require(bool(self.files), "RUN", str(self.folder), rule, "Run this speed alone, and export that.")
-
-    def _columns(self, name: str) -> Arrays | None:
-        path = self.folder / name
-        try:
-            return read_columns(path) if path.is_file() else None
-        except (OSError, ValueError) as error:
-            raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", _AGAIN) from error
 
 
 # A run at one speed, computed or stored.
