@@ -118,14 +118,15 @@ def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[
         LimitFigures(
             name=limit.name,
             required=limit.required,
-            before=earlier.get(limit.name, limit).factor,
-            before_error_percent=earlier.get(limit.name, limit).error_percent,
+            before=was.factor,
+            before_error_percent=was.error_percent,
             after=limit.factor,
             after_error_percent=limit.error_percent,
             assured_after=limit.low,
             active=limit.margin < _ACTIVE,
         )
         for limit in after
+        for was in [earlier.get(limit.name, limit)]
     )
 
 

@@ -45,12 +45,8 @@ def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after
     write_text(folder / STUDY, after.study.text())
     write_text(folder / OPTIMISED, json_text(figures))
     tried = figures.history
-    columns: dict[str, list[float]] = {
-        "number": [design.number for design in tried],
-        "mass_kg": [design.mass_kg for design in tried],
-        "margin": [design.margin for design in tried],
-        "new_mesh": [int(design.new_mesh) for design in tried],
-    }
+    named = ("number", "mass_kg", "margin", "new_mesh")
+    columns = {name: [float(getattr(design, name)) for design in tried] for name in named}
     columns |= {key: [design.dimensions_mm[key] for design in tried] for key in tried[0].dimensions_mm}
     write_columns(folder / HISTORY, columns)
     plot_course(folder / COURSE, figures)
@@ -65,9 +61,8 @@ def plot_course(path: Path, figures: OptimiseFigures) -> None:
     """Plot mass and margin of all designs; raises `PictureError`: the file could not be written."""
     figure = new_figure(9, 6)
     above, below = figure.subplots(2, 1, sharex=True)
-    number = np.array([design.number for design in figures.history])
-    mass = 1000 * np.array([design.mass_kg for design in figures.history])
-    margin = 100 * np.array([design.margin for design in figures.history])
+    tried = [(design.number, 1000 * design.mass_kg, 100 * design.margin) for design in figures.history]
+    number, mass, margin = np.array(tried).T
     holds = margin >= 0
     above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="holds")
     above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not hold")
