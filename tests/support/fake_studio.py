@@ -50,7 +50,7 @@ class LiveRod:
         self.operation = Operation.of(study)
 
     def ranges(self, design):
-        found = {each.name: Range(0.5 * each.value, 1.5 * each.value) for each in self.dimensions}
+        found = {each.key: Range(0.5 * each.value, 1.5 * each.value) for each in self.dimensions}
         web = Range(3.0, 6.0, "the web is too thin", "the web is too thick", 4.0, 5.5)
         return found | {"web_thickness_mm": web}
 

@@ -66,7 +66,7 @@ def describe() -> JsonObject:
     study, live = _Inside.study, _Inside.live
     return {
         "title": study.name,
-        "dimensions": [{"key": each.name} | _plain(each) for each in live.dimensions],
+        "dimensions": [_plain(each) for each in live.dimensions],
         "ranges": ranges({"design": live.base_design}),
         "controls": [_plain(control) for control in controls(study)],
         "required": study.analysis.min_safety or 1.0,

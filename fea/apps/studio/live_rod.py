@@ -14,7 +14,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
-from fea.apps.studio.operation import LiveDimension, Operation, Range, applied, dimensions, fault, feasible
+from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import Surface
@@ -67,8 +67,8 @@ class LiveRod:
 
     def __init__(self, study: Study) -> None:
         self.study, self.operation = study, Operation.of(study)
-        self.dimensions: tuple[LiveDimension, ...] = dimensions(study)
-        self.base_design = {each.name: each.value for each in self.dimensions}
+        self.dimensions: tuple[Control, ...] = dimensions(study)
+        self.base_design = {each.key: each.value for each in self.dimensions}
         self.base = -1
         self._last: tuple[Operation, Loaded] | None = None
         self._meshes: deque[tuple[RodTable, MeshedRod | None]] = deque()
@@ -266,7 +266,7 @@ def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
         result = with_cycle(adapted.rod, result)
     surface = Surface.of(adapted.rod.mesh.whole)
     frame = Frame(
-        design={each.name: each.value for each in dimensions(study)},
+        design={each.key: each.value for each in dimensions(study)},
         operation=operation,
         label=Label.CONVERGED,
         shown=fields,

@@ -106,7 +106,7 @@ def applied(study: Study, design: Mapping[str, float], operation: Operation) -> 
 
 @dataclass(frozen=True)
 class Control:
-    """An input for a value of an `Operation`: a number between bounds, or one of some choices."""
+    """An input: a number between bounds, or one of some choices; bounds of a dimension are told apart."""
 
     key: str
     label: str
@@ -116,6 +116,7 @@ class Control:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] = ()
+    help: str = ""
     rest_only: bool = False  #: whether only contact depends on it, which is solved where the hand rests
 
 
@@ -161,18 +162,6 @@ _GROUPS = {
 
 
 @dataclass(frozen=True)
-class LiveDimension:
-    """A slider for a dimension of the rod."""
-
-    name: str  #: its key in [rod]
-    label: str
-    help: str
-    group: str
-    unit: str
-    value: float  #: that of the study
-
-
-@dataclass(frozen=True)
 class Range:
     """How far a dimension can go while the others stay."""
 
@@ -188,7 +177,7 @@ class Range:
     covered_high: float | None = None
 
 
-def dimensions(study: Study) -> tuple[LiveDimension, ...]:
+def dimensions(study: Study) -> tuple[Control, ...]:
     """Return the dimensions that a rod has, without those of features left out; none of a file's."""
     rod = study.rod.dimensions
     if rod is None:
@@ -203,7 +192,7 @@ def dimensions(study: Study) -> tuple[LiveDimension, ...]:
         label, unit = unit_of(key_of(each.name))
         group = next((name for name, own in _GROUPS.items() if each.name.startswith(own)), "rod")
         group = "rod" if each.name in ("big_end_bore", "small_end_bore") else group
-        found.append(LiveDimension(key_of(each.name), label, told["help"], group, unit, value))
+        found.append(Control(key_of(each.name), label, group, unit, value, help=told["help"]))
     order = ["rod", *_GROUPS]
     return tuple(sorted(found, key=lambda one: order.index(one.group)))
 

@@ -128,7 +128,7 @@ def test_a_rod_beyond_the_moved_mesh_gets_a_mesh_of_its_own():
 
 def test_ranges_end_where_a_rule_says_and_rods_within_can_be_drawn(touched):
     ranges = touched.ranges({})
-    assert set(ranges) == {each.name for each in touched.dimensions}
+    assert set(ranges) == {each.key for each in touched.dimensions}
     floor = ranges["pocket_floor_radius_mm"]
     assert "0.9 of the pocket's corner radius" in floor.high_reason
     assert floor.high == pytest.approx(2.16, abs=0.01)
