@@ -26,7 +26,7 @@ def box(study, design, operation, label, **more):
     at = (100.0, 10.0, 5.0)
     figures = Figures(
         mass_kg=0.1 * design.get("web_thickness_mm", 5.0),
-        cases=(CaseFigures("tension", value, factor, 4.0, 0.0, "the web", at),),
+        cases=(CaseFigures(factor, 4.0, 0.0, "the web", at, name="tension", peak_MPa=value),),
         governing="tension",
         yielding=Factor(factor, 4.0, 0.0, "the web", at),
         fatigue=None if label is Label.INTERPOLATED else Factor(0.8 * factor, 4.0, 0.0, "the web", at),

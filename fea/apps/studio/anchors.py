@@ -461,15 +461,7 @@ class Between:
         bar = 100 * (float(self.highest[:, number].max()) / used - 1 + gap)
         factor = self._factor(1 / used, bar, 100 * gap, row)
         peak = float(np.where(self._followed.counts, self.von_mises[:, number], 0.0).max())
-        return CaseFigures(
-            self._stack.names[number],
-            peak,
-            factor.factor,
-            factor.bar_percent,
-            factor.gap_percent,
-            factor.where,
-            factor.at_mm or (0.0, 0.0, 0.0),
-        )
+        return CaseFigures(**vars(factor), name=self._stack.names[number], peak_MPa=peak)
 
     def _factor(self, factor: float, bar: float, gap: float, row: int) -> Factor:
         place, sign = self._followed.row_places

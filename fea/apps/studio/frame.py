@@ -46,18 +46,12 @@ class Factor:
     at_mm: Place | None = None  #: None where it has no place
 
 
-@dataclass(frozen=True)
-class CaseFigures:
-    """The worst place in a load case."""
+@dataclass(frozen=True, kw_only=True)
+class CaseFigures(Factor):
+    """The factor against yielding in a load case, and its largest von Mises stress."""
 
     name: str
-    peak_MPa: float  #: largest von Mises stress
-    safety_factor: float
-    #: bar_percent, gap_percent: as of `Factor`
-    bar_percent: float
-    gap_percent: float
-    where: str
-    at_mm: Place
+    peak_MPa: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,16 +153,8 @@ def _factor(rod: PreparedRod, factor: float, percent: float, node: int) -> Facto
 
 
 def _case(rod: PreparedRod, case: CaseResult) -> CaseFigures:
-    node = case.worst.node
-    return CaseFigures(
-        case.load.name,
-        case.max_von_mises,
-        case.min_safety_factor,
-        case.error_percent,
-        0.0,
-        place_name(rod.mesh, node),
-        vector(rod.mesh.whole.points[node]),
-    )
+    found = _factor(rod, case.min_safety_factor, case.error_percent, case.worst.node)
+    return CaseFigures(**vars(found), name=case.load.name, peak_MPa=case.max_von_mises)
 
 
 def buckling(rod: PreparedRod, result: SpeedResult) -> Factor | None:

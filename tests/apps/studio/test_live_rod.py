@@ -56,7 +56,7 @@ def test_resting_figures_are_those_of_a_run_on_the_same_mesh(touched):
     near = {"rel": 1e-9}
     for name, case in summary.results.items():
         assert found[name].peak_MPa == pytest.approx(case.max_von_mises_MPa, **near)
-        assert found[name].safety_factor == pytest.approx(case.min_safety_factor, **near)
+        assert found[name].factor == pytest.approx(case.min_safety_factor, **near)
         assert found[name].bar_percent == pytest.approx(case.error_percent, **near)
         assert found[name].where == case.weakest.where
     figures, cycle = frame.figures, summary.envelope
@@ -79,7 +79,7 @@ def test_between_anchors_the_gap_bounds_the_error(touched):
         shown = touched.frame({WEB: web}, touched.operation)
         solved = next(touched.exact({WEB: web}, touched.operation)).figures
         for one, other in zip(shown.figures.cases, solved.cases, strict=True):
-            assert abs(one.safety_factor / other.safety_factor - 1) <= one.gap_percent / 100 + 1e-6, (
+            assert abs(one.factor / other.factor - 1) <= one.gap_percent / 100 + 1e-6, (
                 web,
                 one,
             )
