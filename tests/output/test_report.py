@@ -30,7 +30,7 @@ from fea.output.report.assumptions import limits
 from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
-from fea.output.report.sections import Heading, chart
+from fea.output.report.sections import chart
 from fea.output.report.surface import Surface
 from fea.output.report.tables import figure, named
 from fea.output.stored_run import read_run
@@ -377,7 +377,7 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
 @given(st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=50))
 def test_charts_stay_within_their_frame(values):
     degrees = np.linspace(0, 720, len(values))
-    drawn = chart(Heading("a", "b", "kN"), degrees, {"": np.array(values)}, {"tension": 3.0, "side": 5.0})
+    drawn = chart(("a", "b", "kN"), degrees, {"": np.array(values)}, {"tension": 3.0, "side": 5.0})
     heights = [float(point.split(",")[1]) for point in drawn.lines[0].split()]
     assert min(heights) >= 25.9
     assert max(heights) <= 198.1

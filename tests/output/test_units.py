@@ -12,7 +12,7 @@ from written_figures import load, result, summary
 
 from fea.base.choices import UnitSystem
 from fea.output.pictures.shown import field_of
-from fea.output.report.sections import Heading, chart, input_tables
+from fea.output.report.sections import chart, input_tables
 from fea.output.report.tables import case_table, load_table
 from fea.output.terminal.run import print_runs
 from fea.output.units import _US, Verbatim, in_heading, in_text, in_unit, scale, shown_in, unit
@@ -101,7 +101,7 @@ def test_fields_curves_and_inputs_are_converted(us):
     assert (stress.label, stress.unit) == ("von Mises stress, ksi", " ksi")
     assert stress.values({"von_mises": np.array([689.4757])}) == pytest.approx(100.0)
     angles = np.arange(721.0)
-    drawn = chart(Heading("id", "Force", "kN"), angles, {"": np.sin(np.radians(angles))}, {})
+    drawn = chart(("id", "Force", "kN"), angles, {"": np.sin(np.radians(angles))}, {})
     assert drawn.unit == "lbf"
     assert max(drawn.series[0]) == pytest.approx(224.8, rel=1e-3)
     rod = next(table for table in input_tables(load_study()) if table.title == "Rod")

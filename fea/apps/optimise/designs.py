@@ -1,7 +1,7 @@
 """Designs of a rod that a search tries, the mesh of one moved to the next, and what limits each."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import count
 
@@ -18,6 +18,7 @@ from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
 from fea.machine.clock import Clock
 from fea.output.json_file import JsonObject
+from fea.study.option_tables import OptimiseTable
 from fea.study.study import Study
 from geometry.arrays import Floats, Mask
 from geometry.errors import GeometryError
@@ -27,23 +28,11 @@ YIELDING, FATIGUE, BUCKLING = "yielding", "fatigue", "buckling"
 _PLACES = ("big end", "shank", "small end")
 
 
-@dataclass(frozen=True)
-class Required:
-    """Safety factors that a rod must have, less their error bars."""
-
-    yielding: float
-    fatigue: float
-    buckling: float
-
-
-def required(study: Study) -> Required:
-    """Return the factors that a study asks for."""
-    usual, table = study.analysis.min_safety or 1.0, study.optimise
-    if table is None:
-        return Required(usual, usual, usual)
-    return Required(
-        table.min_yield_safety or usual, table.min_fatigue_safety or usual, table.min_buckling_safety or usual
-    )
+def required(study: Study) -> dict[str, float]:
+    """Return the safety factors, less their error bars, that a study asks for, by mode of failure."""
+    table, usual = study.optimise or OptimiseTable(), study.analysis.min_safety or 1.0
+    asked = (table.min_yield_safety, table.min_fatigue_safety, table.min_buckling_safety)
+    return {mode: own or usual for mode, own in zip((YIELDING, FATIGUE, BUCKLING), asked, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -73,7 +62,7 @@ class Limit:
         return 1 - self.required / self.low
 
 
-def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Required) -> tuple[Limit, ...]:
+def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Mapping[str, float]) -> tuple[Limit, ...]:
     """Return the limits of a rod that is solved at all speeds; each is the worst of them.
 
     Stress limits the rod in both ends and in the shank, each by itself: the largest stress of one place
@@ -88,7 +77,7 @@ def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Required) ->
     return tuple(worst.values())
 
 
-def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Required) -> list[Limit]:
+def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
     bar = max(case.error_percent for case in result.cases.values())
     if result.cycle is None:
         counts = np.all([case.counts for case in result.cases.values()], axis=0)
@@ -104,17 +93,17 @@ def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Required) -> list[L
         for mode, factor in factors.items():
             least = float(factor[here].min(initial=np.inf))
             if np.isfinite(least):
-                limits_here.append(Limit(f"{mode}, {place}", least, bar, getattr(asked, mode)))
+                limits_here.append(Limit(f"{mode}, {place}", least, bar, asked[mode]))
     return [*limits_here, *_of_edges(result, asked)]
 
 
-def _of_edges(result: SpeedResult, asked: Required) -> list[Limit]:
+def _of_edges(result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
     """The structural stress at sharp edges, where it matters."""
     edges = [edge for case in result.cases.values() for edge in case.sharp_mattering]
     if not edges:
         return []
     worst = min(edges, key=lambda edge: edge.safety_factor / (1 + edge.error_percent / 100))
-    return [Limit(f"{YIELDING}, sharp edge", worst.safety_factor, worst.error_percent, asked.yielding)]
+    return [Limit(f"{YIELDING}, sharp edge", worst.safety_factor, worst.error_percent, asked[YIELDING])]
 
 
 def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:
@@ -127,15 +116,17 @@ def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:
     return big, ~(big | small), small
 
 
-def _of_buckling(rod: PreparedRod, result: SpeedResult, asked: Required) -> list[Limit]:
+def _of_buckling(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
     figures = buckling_report(rod, result).figures
     column = [
-        Limit(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, asked.buckling)
+        Limit(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, asked[BUCKLING])
         for plane, one in figures.column.planes.items()
         if one.safety_factor is not None
     ]
     modes = [mode.factor for own in (figures.modes or {}).values() for mode in own]
-    return [*column, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked.buckling)] if modes else column
+    return (
+        [*column, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked[BUCKLING])] if modes else column
+    )
 
 
 # Of the way from a rod that can be meshed to one that cannot, after which a search goes less far.

@@ -85,23 +85,16 @@ class Chart:
         }
 
 
-class Heading(NamedTuple):
-    """The id of a chart on the page, its title and its unit."""
-
-    id: str
-    title: str
-    unit: str
-
-
 def chart(
-    heading: Heading, degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
+    heading: tuple[str, str, str], degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
 ) -> Chart:
     """Draw curves (n,), by name and in the unit of the heading, over crank angles (n,) in degrees.
 
-    The marks are the angles of the load cases, by their names. A single curve needs no name (``""``).
+    The heading is the id of the chart on the page, its title and that unit. The marks are the angles of the
+    load cases, by their names. A single curve needs no name (``""``).
     """
-    curves = {name: scale(heading.unit) * np.asarray(curve, float) for name, curve in curves.items()}
-    heading = heading._replace(unit=unit(heading.unit))
+    ident, title, given = heading
+    curves = {name: scale(given) * np.asarray(curve, float) for name, curve in curves.items()}
     values = np.stack(list(curves.values()))
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     step = round_up((high - low or 1.0) / _STEPS)
@@ -116,10 +109,10 @@ def chart(
 
     some = slice(None, None, _EVERY)
     return Chart(
-        id=heading.id,
-        title=heading.title,
-        unit=heading.unit,
-        description=_described(degrees, curves, heading.unit),
+        id=ident,
+        title=title,
+        unit=unit(given),
+        description=_described(degrees, curves, unit(given)),
         names=tuple(key for key in curves if key),
         lines=tuple(
             " ".join(f"{x(a):g},{y(v):g}" for a, v in zip(degrees[some], row[some], strict=True))
@@ -160,14 +153,14 @@ def force_charts(forces: Mapping[str, Any], marks: Mapping[str, float]) -> list[
     """Return the charts of the forces over the cycle, from the columns of ``loads.csv``."""
     degrees = np.asarray(forces["crank_deg"], float)
     kilo = {name: 1e-3 * np.asarray(forces[name], float) for name in forces if name.endswith("_N")}
-    drawn: Sequence[tuple[Heading, dict[str, Floats]]] = (
-        (Heading("chart-axial", "Force along the rod (tension positive)", "kN"),
+    drawn: Sequence[tuple[tuple[str, str, str], dict[str, Floats]]] = (
+        (("chart-axial", "Force along the rod (tension positive)", "kN"),
          {"piston pin": kilo["pin_axial_N"], "crank pin": kilo["crank_axial_N"]}),
-        (Heading("chart-transverse", "Force across the rod", "kN"),
+        (("chart-transverse", "Force across the rod", "kN"),
          {"piston pin": kilo["pin_transverse_N"], "crank pin": kilo["crank_transverse_N"]}),
-        (Heading("chart-gas", "Gas force and side force on the piston", "kN"),
+        (("chart-gas", "Gas force and side force on the piston", "kN"),
          {"gas": kilo["gas_N"], "cylinder wall": kilo["wall_N"]}),
-        (Heading("chart-torque", "Torque on the crank", "N·m"), {"": np.asarray(forces["torque_Nm"], float)}),
+        (("chart-torque", "Torque on the crank", "N·m"), {"": np.asarray(forces["torque_Nm"], float)}),
     )  # fmt: skip
     return [chart(heading, degrees, curves, marks) for heading, curves in drawn]
 
@@ -334,7 +327,7 @@ def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
     histories = {
         f"place {chr(ord('A') + k)}": np.array(spot.history_MPa, float) for k, spot in enumerate(found.spots)
     }
-    heading = Heading("chart-history", "Signed von Mises stress at the worst places", "MPa")
+    heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
     drawn = chart(heading, degrees, histories, marks(summary))
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
@@ -347,7 +340,7 @@ def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
     degrees = np.linspace(0.0, 720.0, 721)
     drawn = [
-        chart(Heading(f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(summary))
+        chart((f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(summary))
         for column, title, unit in _FILM_CHARTS
         for over_cycle in [np.interp(degrees, columns["crank_deg"], columns[column], period=720.0)]
     ]
