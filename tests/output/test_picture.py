@@ -45,6 +45,10 @@ SUMMARY = summary(
 RESULTS = ["tension.vtu", "given.vtu"]
 
 
+def shown(vtu, **more):
+    return Scene.read(Picture(vtu=vtu, png=vtu.with_suffix(".png"), title="", **more))
+
+
 @pytest.fixture
 def result(tmp_path: Path) -> Path:
     """A bar of tetrahedra under a stress that grows along it."""
@@ -122,13 +126,13 @@ class TestWhatPicturesShow:
             png = picture_of(result.with_stem("signed"), result.with_name(f"{field}.png"), field)
             red, blue = red_and_blue(png, 90)
             assert blue.mean() < 800 < red.mean()
-            assert Scene.read(result.with_stem("signed"), field).worst == words
+            assert shown(result.with_stem("signed"), field=field).worst == words
 
     def test_the_peak_is_told_with_its_error_bar(self, result):
-        scene = Scene.read(result, "von_mises", 312.04, (100.0, 0.0, 0.0), 9.94)
+        scene = shown(result, peak=312.04, at=(100.0, 0.0, 0.0), error_percent=9.94)
         assert scene.worst == "max 312 MPa ± 9.9 %"
-        assert Scene.read(result, error_percent=13.4).worst == "max 100 MPa ± 13 %"
-        assert Scene.read(result).worst == "max 100 MPa"
+        assert shown(result, error_percent=13.4).worst == "max 100 MPa ± 13 %"
+        assert shown(result).worst == "max 100 MPa"
         assert (
             described_by(SUMMARY, result, "safety_factor").error_percent is None
         )  # it is that of the stress

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -55,21 +55,15 @@ class Scene:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: (3,) mm, from which the hot spot's place is told
 
     @classmethod
-    def read(
-        cls,
-        vtu: Path,
-        name: str = "von_mises",
-        peak: float | None = None,
-        at: tuple[float, float, float] | None = None,
-        error_percent: float | None = None,
-    ) -> "Scene":
-        """Read a result file; unless it is given, the hot spot is the worst place of the named field.
+    def read(cls, picture: Picture) -> "Scene":
+        """Read what a picture shows; unless it is given, the hot spot is the worst place of its field.
 
         Raises `ValueError`: the file has no tetrahedra, or does not have the field at its nodes.
         """
-        points, tets, data = read_result(vtu)
+        points, tets, data = read_result(picture.vtu)
+        name = picture.field
         if name not in data:
-            raise ValueError(f"{vtu} is not a result of a run: it has no array {name}.")
+            raise ValueError(f"{picture.vtu} is not a result of a run: it has no array {name}.")
         field = field_of(name).in_units()
         values = field.values(data)
         worst = field.worst(values)
@@ -78,9 +72,10 @@ class Scene:
             field,
             data.get(name if name.startswith(MODE) else "displacement", np.zeros_like(points)),
             values,
-            points[worst] if at is None else np.array(at),
-            float(values[worst]) if peak is None else field.scale * peak,
-            error_percent,
+            points[worst] if picture.at is None else np.array(picture.at),
+            float(values[worst]) if picture.peak is None else field.scale * picture.peak,
+            picture.error_percent,
+            picture.origin,
         )
 
     @property
@@ -357,5 +352,4 @@ def _drawn(picture: Picture) -> Image.Image:
     if picture.mesh_only:
         points, tets, _ = read_result(picture.vtu)
         return draw_mesh(DrawnSurface.of(points, tets), picture.title)
-    scene = Scene.read(picture.vtu, picture.field, picture.peak, picture.at, picture.error_percent)
-    return draw(replace(scene, origin=picture.origin), picture.title, picture.notes, picture.marks)
+    return draw(Scene.read(picture), picture.title, picture.notes, picture.marks)
