@@ -1,5 +1,6 @@
 """HTML pages that run what they hold and fetch nothing."""
 
+from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -28,6 +29,12 @@ def html_page(room: str, template: str, style: str, script: str, **values: Any) 
 def page_file(room: str, name: str) -> str:
     """Return a file that stands with the templates of a room."""
     return (files("fea") / "output" / room / "page" / name).read_text(encoding="utf-8")
+
+
+def joined_script(*parts: tuple[str, Iterable[str]]) -> str:
+    """Return one script of the files of rooms, each of which uses what stands before it."""
+    body = "\n".join(page_file(room, name) for room, names in parts for name in names)
+    return f'(() => {{\n"use strict";\n{body}}})();\n'
 
 
 @cache

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from markupsafe import Markup
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -29,7 +28,7 @@ from fea.apps.studio import jobs
 from fea.apps.studio.jobs import MODEL, Worker, open_live, open_worker
 from fea.apps.studio.session import KNOWN, Session, State, session
 from fea.machine.isolated import CrashError
-from fea.output.html import environment, page_file
+from fea.output.html import html_page, joined_script, page_file
 from fea.output.json_file import JsonObject
 from fea.output.report.coding import policy
 from fea.output.target import near
@@ -467,18 +466,8 @@ _OWN = ("wire.js", "stage.js", "sliders.js", "answer.js", "variants.js", "studio
 def studio_page(title: str) -> tuple[str, str]:
     """Return the page, and the policy of what it may do, with {socket} for the address of its socket."""
     style = page_file("report", "report.css") + page_file("studio", "studio.css")
-    parts = [page_file("report", name) for name in _OF_REPORT] + [page_file("studio", name) for name in _OWN]
-    body = "\n".join(parts)
-    script = f'(() => {{\n"use strict";\n{body}}})();\n'
-    page = (
-        environment("studio")
-        .get_template("studio.html.jinja")
-        .render(
-            title=title,
-            style=Markup(style),  # noqa: S704 - our own
-            script=Markup(script),  # noqa: S704 - our own
-        )
-    )
+    script = joined_script(("report", _OF_REPORT), ("studio", _OWN))
+    page = html_page("studio", "studio.html.jinja", style, script, title=title)
     return page, policy(style, script).replace("connect-src 'none'", "connect-src {socket}")
 
 

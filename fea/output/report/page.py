@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
-from fea.output.html import environment, html_page, page_file
+from fea.output.html import environment, html_page, joined_script, page_file
 from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
@@ -140,8 +140,7 @@ def viewer(
     }
     if drawn is None:
         return values, ""
-    body = "\n".join(page_file("report", name) for name in (*_SCRIPTS, *more))
-    return values, f'(() => {{\n"use strict";\n{body}}})();\n'
+    return values, joined_script(("report", (*_SCRIPTS, *more)))
 
 
 def head(run: Run, picture: bytes | None = None) -> str:
