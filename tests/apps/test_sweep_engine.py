@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from fea.apps.sweep import cluster, work
-from fea.apps.sweep.base import Base
+from fea.apps.sweep.base import Base, Extras
 from fea.apps.sweep.cluster import ClusterError, Engine
 from fea.apps.sweep.journal import Done, Journal, State
 from fea.apps.sweep.sweep_file import PlannedRow
@@ -80,7 +80,7 @@ class Hashed:
 
 def task(jobs, raw=None):
     base = Base("study", raw or {}, Path("/"), ())
-    return Task(tuple(Rod(job, {}, [None]) for job in jobs), base, 0, __version__)
+    return Task(tuple(Rod(job, {}, [None]) for job in jobs), base, Extras(), __version__)
 
 
 def attempted(raw, compute=None):
@@ -167,7 +167,7 @@ def test_reasons_name_the_rule_or_the_internal_error():
     refused = attempted({"rod": {"preset": "none"}})
     assert refused.reason.startswith("rod.preset = 'none': is not a preset")
 
-    def broken(_study, _frequencies):
+    def broken(_study, _extras):
         raise ZeroDivisionError("by zero")
 
     said = attempted({"rod": {"preset": "leon-2001"}}, broken).reason

@@ -101,7 +101,8 @@ def test_rods_that_crash_or_never_end_are_failed_and_the_others_done(tmp_path):
 
 def test_two_rods_at_two_speeds(tmp_path):
     (tmp_path / "two.toml").write_text(
-        'study = "leon-2001"\nfrequencies = 1\n[set]\nmesh.size_mm = 14.0\nspeed.rpm = [3000.0, 6000.0]\n'
+        'study = "leon-2001"\nfrequencies = 1\nlimits = true\n'
+        "[set]\nmesh.size_mm = 14.0\nspeed.rpm = [3000.0, 6000.0]\n"
         'analysis.pressure = "cosine-180"\n'
         "[vary.rod]\nweb_thickness_mm = [4.5, 500.0, 5.5]\n"
     )
@@ -119,6 +120,10 @@ def test_two_rods_at_two_speeds(tmp_path):
     ]  # fmt: skip
     assert "web_thickness_mm = 500" in rows[2]["reason"]
     assert rows[0]["frequency_1_Hz"] == rows[1]["frequency_1_Hz"] != rows[3]["frequency_1_Hz"]
+    thin, thick = float(rows[0]["limit_rpm"]), float(rows[3]["limit_rpm"])
+    assert 3000 < thin == float(rows[1]["limit_rpm"]) < thick < 6000
+    assert {rows[0]["limit_mode"], rows[3]["limit_mode"]} == {"fatigue"}
+    assert 0 < float(rows[0]["limit_rpm_error_percent"]) < 50
     printed = fea("sweep", "two.toml", "--study", 4, cwd=tmp_path)
     (tmp_path / "row.toml").write_text(printed.stdout)
     summary = analyse(load_study(tmp_path / "row.toml")).summary

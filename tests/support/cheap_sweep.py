@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 
-def compute(study, _frequencies):
+def compute(study, _extras):
     web = study.rod.dimensions.web_thickness
     note("begin", web)
     time.sleep(float(os.environ.get("CHEAP_SECONDS", "0.02")))

@@ -54,10 +54,10 @@ class Bars:
 
 def words(found: Found) -> str:
     """Return the answer in words."""
-    return " ".join(_sentences(found, *_ends(found)))
+    return " ".join(_sentences(found, *ends_of(found)))
 
 
-def _ends(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]:
+def ends_of(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]:
     """Speed, pressure, and speed with the throttle closed, that end what is safe."""
     closed = None if found.closed is None else Reached(found.closed, 0.0, found.closed.rpm, 0.0)
     bars = Bars(found)
@@ -70,7 +70,7 @@ def _ends(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]
 def figures_of(study: Study, found: Found, adapted: Adapted, clock: Clock) -> LimitsFigures:
     """Return the figures of what was found."""
     operation = found.operation
-    bars, (speed, pressure, closed) = Bars(found), _ends(found)
+    bars, (speed, pressure, closed) = Bars(found), ends_of(found)
     every = [limit for own in found.of_rays.limits.values() for limit in own if limit is not None]
     shortfall = [adapted.shortfall] if adapted.shortfall else []
     notes, left_out = by_consequence([*found.static.notes, *_notes(found), *shortfall])

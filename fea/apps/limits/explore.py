@@ -13,6 +13,9 @@ from fea.apps.limits.life import LifeMap, hours_at, life_map
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates
+from fea.study.pin_models import FILM
+from fea.study.study import Study
+from geometry.errors import require, require_positive
 
 # Least charge that is looked at.
 LEAST_CHARGE = 0.02
@@ -52,19 +55,33 @@ class Found:
     lifeless: str = ""  #: why no life is known although it was asked for
 
 
+def limited_speeds(study: Study) -> list[float]:
+    """Return the speeds of a study, rpm, in rising order; raises `InvalidValue` where it has no limits."""
+    rule = "are given: a rod without an engine has no speed and no peak pressure"
+    require(study.forces is None, "[forces]", None, rule, "Give an [engine], or use --engine.")
+    study.require_engine()
+    rule = "would take a film of seconds for each of some hundred states; the film changes the big end alone"
+    on_film = study.analysis.pressure == FILM
+    require(not on_film, "analysis.pressure", FILM, rule, "Choose another, or leave it out.")
+    speeds = sorted(rpm for rpm in study.speeds() if rpm is not None)
+    require_positive("speed.rpm", speeds[-1])
+    return speeds
+
+
 def explore(
     adapted: Adapted,
     rpm: float,
-    at_rpm: float | None,
-    show: Callable[[str], None],
+    at_rpm: float | None = None,
+    show: Callable[[str], None] = lambda _stage: None,
     answered: Callable[[Found], None] = lambda _found: None,
     *,
+    mapped: bool = True,
     lasting: Sequence[float] = (),
 ) -> Found:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
-    `answered` is told what is found before the map is made, of a survey. `lasting`: speeds, rpm, at which its
-    life is found too, and all over the map.
+    `answered` is told what is found before the map is made, of a survey. `mapped`: whether it is
+    made. `lasting`: speeds, rpm, at which its life is found too, and all over the map.
     """
     rod = adapted.rod
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
@@ -101,6 +118,8 @@ def explore(
 
     first = found(explorer.survey())
     answered(first)
+    if not mapped:
+        return first
     of_rays = explorer.map()
     last = replace(first, of_rays=of_rays) if states.dear else found(of_rays)
     if not lasting:

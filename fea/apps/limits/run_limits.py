@@ -7,14 +7,13 @@ from pathlib import Path
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
 from fea.apps.limits.describe import figures_of, words
-from fea.apps.limits.explore import Found, explore
+from fea.apps.limits.explore import Found, explore, limited_speeds
 from fea.apps.limits.figures import LimitsFigures
 from fea.apps.limits.files import FILES, LIFE, write_files
 from fea.machine.clock import Clock
 from fea.output.folder import require_replaceable, run_folder
-from fea.study.pin_models import FILM
 from fea.study.study import Study, load_study
-from geometry.errors import require, require_positive
+from geometry.errors import require_positive
 
 # How the answer begins that is told before the map is made.
 FIRST = "answer: "
@@ -53,14 +52,7 @@ def limits(
         The rod cannot be drawn, meshed or solved.
     """
     study = study if isinstance(study, Study) else load_study(study)
-    rule = "are given: a rod without an engine has no speed and no peak pressure"
-    require(study.forces is None, "[forces]", None, rule, "Give an [engine], or use --engine.")
-    study.require_engine()
-    rule = "would take a film of seconds for each of some hundred states; the film changes the big end alone"
-    on_film = study.analysis.pressure == FILM
-    require(not on_film, "analysis.pressure", FILM, rule, "Choose another, or leave it out.")
-    speeds = [rpm for rpm in study.speeds() if rpm is not None]
-    require_positive("speed.rpm", max(speeds))
+    speeds = limited_speeds(study)
     if at_rpm is not None:
         require_positive("at_rpm", at_rpm)
     if folder is not None:
@@ -68,14 +60,14 @@ def limits(
     clock = Clock(listener)
     lasting = speeds if duty or study.duty is not None else []
     asked, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
-    adapted = adapt_mesh(study, [max(speeds)], clock)
+    adapted = adapt_mesh(study, [speeds[-1]], clock)
     tell = listener or (lambda _text: None)
 
     def answered(first: Found) -> None:
         tell(FIRST + words(first))
 
     with clock("limits"):
-        found = explore(adapted, max(speeds), at_rpm, tell, answered, lasting=lasting)
+        found = explore(adapted, speeds[-1], at_rpm, tell, answered, lasting=lasting)
     files = FILES if found.life is None else (*FILES, LIFE)
     figures = replace(figures_of(study, found, adapted, clock), files=files)
     if folder is not None:

@@ -9,13 +9,23 @@ from functools import cache
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from fea.study.option_tables import SpeedTable
 from fea.study.paths import is_file
 from fea.study.study import TABLES, Study, load_study, shipped_studies, study_of_tables, with_own_units
 from fea.study.tables import full_key, hints_of, keys_of, number_of, unknown_key
 from geometry.errors import InvalidValue, require
+
+
+class Extras(NamedTuple):
+    """What a sweep asks for beside the figures of a run."""
+
+    frequencies: int = 0  #: number of natural frequencies to find
+    limits: bool = False  #: whether the largest speed and peak pressure are found, as by `fea limits`
+
+
+NO_EXTRAS = Extras()
 
 
 @dataclass(frozen=True)

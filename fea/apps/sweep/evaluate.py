@@ -8,22 +8,27 @@ from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.modes import modes_on
 from fea.analysis.result import run_result
 from fea.analysis.survival import factors
+from fea.apps.limits.describe import ends_of
+from fea.apps.limits.explore import explore, limited_speeds
+from fea.apps.sweep.base import NO_EXTRAS, Extras
 from fea.machine.clock import Clock
 from fea.study.study import Study
 
 Figures = dict[str, Any]
 
 
-def evaluate(study: Study, frequencies: int = 0) -> dict[float | None, Figures]:
-    """Return the figures of a rod by speed, rpm (None for given forces); errors as `fea.apps.result.analyse`.
+def evaluate(study: Study, extras: Extras = NO_EXTRAS) -> dict[float | None, Figures]:
+    """Return the figures of a rod by speed, rpm (None for given forces).
 
-    `frequencies` is the number of natural frequencies to find.
+    Errors as `fea.apps.result.analyse`.
     """
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
     shared = _critical(study, adapted)
-    if frequencies:
-        modes = modes_on(study, adapted.rod.mesh, frequencies)
+    if extras.limits:
+        shared |= _limits(adapted)
+    if extras.frequencies:
+        modes = modes_on(study, adapted.rod.mesh, extras.frequencies)
         shared |= {f"frequency_{number}_Hz": float(hertz) for number, hertz in enumerate(modes.elastic, 1)}
         shared |= {} if modes.trusted else {"trusted": False}
     by_speed = {}
@@ -63,6 +68,20 @@ def figures(summary: Summary) -> Figures:
         table["life_endless"] = summary.life.endless
     table |= {"trusted": summary.trusted, "elements": summary.model.elements}
     return {name: value for name, value in table.items() if value is not None}
+
+
+def _limits(adapted: Adapted) -> Figures:
+    """The largest speed at today's load, and the largest peak pressure at the highest speed."""
+    found = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
+    speed, pressure, _ = ends_of(found)
+    table: Figures = {}
+    if speed is not None:
+        bar = 0.0 if speed.bar is None else speed.bar
+        table = {"limit_rpm": speed.value, "limit_rpm_error_percent": 100 * bar / speed.value}
+        table["limit_mode"] = speed.mode
+    if pressure is not None and pressure.rpm >= found.at_rpm:
+        table |= {"limit_peak_pressure_bar": pressure.value, "limit_pressure_mode": pressure.mode}
+    return table
 
 
 def _critical(study: Study, adapted: Adapted) -> Figures:

@@ -58,7 +58,7 @@ def run_sweep(
 
     The folder is new, empty, or that of the same sweep; `workers` and `address` are those of `cluster`. A rod
     that takes longer than `minutes` has failed. `compute` replaces the analysis in tests: it takes a study
-    and the number of frequencies. Raises `InvalidValue`: the folder holds the journal of another sweep or
+    and the extras. Raises `InvalidValue`: the folder holds the journal of another sweep or
     version, or a value breaks a rule; `OccupiedError`: the folder holds something else, or another process is
     at work in it; `StorageError`: the disk, a permission or the file system refuses; `ClusterError`,
     `VersionError`: the scheduler or a worker cannot be used.
@@ -147,4 +147,4 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
 
 def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
     rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
-    return Task(rods, sweep.base, sweep.frequencies, __version__, 60 * minutes)
+    return Task(rods, sweep.base, sweep.extras, __version__, 60 * minutes)

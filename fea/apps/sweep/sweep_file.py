@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from fea.analysis.figures import Figures
-from fea.apps.sweep.base import Base, digest, files_of, kind_of, leaves, read_base
+from fea.apps.sweep.base import Base, Extras, digest, files_of, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, Variation, designs, read_designs, variation, whole
 from fea.study.paths import is_file, located, require_size
 from fea.study.study import LARGEST_STUDY
 from fea.study.tables import checked, unknown_key
 from geometry.errors import InvalidValue, require
 
-_KEYS = ("study", "sampling", "samples", "seed", "designs", "frequencies", "set", "vary")
+_KEYS = ("study", "sampling", "samples", "seed", "designs", "frequencies", "limits", "set", "vary")
 _MOST_FREQUENCIES = 50
 _MOST_SEED = 2**32
 
@@ -34,7 +34,7 @@ class Sweep:
     samples: int | None
     seed: int
     file: Path | None  #: CSV file of the designs
-    frequencies: int  #: number of natural frequencies to find
+    extras: Extras
 
     def designs(self) -> list[Design]:
         """Return the values of the varied keys, a design each.
@@ -49,7 +49,7 @@ class Sweep:
     def identity(self) -> str:
         """A digest of everything that decides which rods there are, contents of files included."""
         asked = [self.base.raw, sorted((key, repr(value)) for key, value in self.varied.items())]
-        counts = [self.sampling, self.samples, self.seed, self.frequencies]
+        counts = [self.sampling, self.samples, self.seed, self.extras]
         named = [option for value in self.varied.values() for option in getattr(value, "options", ())]
         paths = [self.base.folder / option for option in named if isinstance(option, str)]
         files = [digest(path) for path in (*self.base.files, *paths, *([self.file] if self.file else []))]
@@ -84,6 +84,7 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
     for key, value in fixed.items():
         checked(f"set.{key}", value, kind_of(key, "set"))
     frequencies = whole("frequencies", raw.get("frequencies", 0), 0, _MOST_FREQUENCIES)
+    extras = Extras(frequencies, checked("limits", raw.get("limits", False), bool))
     seed = whole("seed", raw.get("seed", 0), 0, _MOST_SEED)
     base = read_base(checked("study", raw["study"], str), folder, fixed)
     if "designs" in raw:
@@ -92,7 +93,7 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
                 key not in raw, key, raw.get(key), "cannot be combined with designs", "Remove one of them."
             )
         file = located("designs", checked("designs", raw["designs"], str), folder)
-        return Sweep(name, base, {}, None, None, 0, file, frequencies)
+        return Sweep(name, base, {}, None, None, 0, file, extras)
     sampling = checked("sampling", raw.get("sampling", "grid"), Sampling)
     grid = sampling is Sampling.GRID
     varied = {
@@ -105,7 +106,7 @@ def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:
     for key in varied:
         require(key not in fixed, f"set.{key}", fixed.get(key), "is varied as well", "Remove one of them.")
     samples = _samples(raw.get("samples"), grid=grid)
-    return Sweep(name, base, varied, sampling, samples, seed, None, frequencies)
+    return Sweep(name, base, varied, sampling, samples, seed, None, extras)
 
 
 def _samples(samples: object, *, grid: bool) -> int | None:
@@ -185,7 +186,7 @@ def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, s
         return
     tables = {name: table for name, table in study.as_dict().items() if name not in ("speed", "output")}
     files = [digest(path) for path in files_of(tables)]
-    rod = _digest(tables, files, sweep.frequencies)
+    rod = _digest(tables, files, sweep.extras)
     for rpm in speeds:
         yield rpm, rod, ""
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from fea.apps.sweep.base import Base
+from fea.apps.sweep.base import Base, Extras
 from fea.apps.sweep.journal import Done
 from fea.base.version import __version__
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
@@ -37,7 +37,7 @@ class Task(NamedTuple):
 
     rods: tuple[Rod, ...]
     base: Base
-    frequencies: int
+    extras: Extras
     version: str
     seconds: float = 60 * DEFAULT_MINUTES
 
@@ -114,7 +114,7 @@ def attempt(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
         if compute is None:
             from fea.apps.sweep.evaluate import evaluate  # noqa: PLC0415 - only workers load what solves
 
-        figures = (compute or evaluate)(study, task.frequencies)
+        figures = (compute or evaluate)(study, task.extras)
     except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
         text = " ".join(str(error).split())
         ours = type(error).__module__.partition(".")[0] in _OURS
