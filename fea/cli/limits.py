@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 @takes(
     "engine",
+    "film",
     "material",
     "pressure",
     "size",

@@ -254,6 +254,10 @@ class Films:
                 self._pairs[key] = self._integrated(cycle, bore, FINE, coarse), coarse, cycle.gas
         return self._pairs[key][:2]
 
+    def coarse(self, cycle: CrankCycle) -> FilmCycle:
+        """The coarse one alone; errors as `at`."""
+        return self._integrated(cycle, self.bore, COARSE, None)
+
     def _integrated(
         self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int], before: FilmCycle | None
     ) -> FilmCycle:

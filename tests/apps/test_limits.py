@@ -18,6 +18,7 @@ from fea.analysis.assembling import Assembling
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.figures import Largest
+from fea.apps.limits.film import with_film
 from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line, root
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates, Worst
@@ -231,6 +232,31 @@ def test_a_bolt_yields_where_its_diagram_says():
     [of_ray] = explorer.map().limits[Mode.BOLT_YIELD]
     assert of_ray.rpm == pytest.approx(expected, rel=1e-2)
     assert states.points <= 6
+
+
+def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():
+    """A film whose thickness over the roughness is (5000/rpm)⁴ whatever the gas: the line is at 5000 rpm."""
+    operation = Operation(
+        EngineLoading.of(study().engine, 150.0), MassProperties(5e-4, (50.0, 0.0, 0.0), None)
+    )
+
+    def coarse(cycle):
+        ratio = (5000 * 2 * np.pi / 60 / cycle.speed) ** 4
+        return SimpleNamespace(thinnest=0.0004 * np.array([3.0, ratio, 3.0]), starved=False)
+
+    asperities = SimpleNamespace(roughness=0.0004)
+    rod = SimpleNamespace(
+        films=SimpleNamespace(coarse=coarse, lubrication=SimpleNamespace(asperities=asperities))
+    )
+    angles = np.array([0.02, 0.1, 0.2, 0.3, 0.4])
+    before = LimitMap(Axes(4000.0, 1.0), angles, {Mode.YIELD: np.ones(5)}, {}, {Mode.YIELD: (None,) * 5})
+    after = with_film(rod, operation, before, lambda _stage: None)
+    line = after.limits[Mode.FILM]
+    assert after.limits.keys() == {Mode.YIELD, Mode.FILM}
+    assert [one.rpm for one in line] == pytest.approx([5000.0] * 5, rel=0.02)
+    assert [one.interpolated for one in line] == [False, False, True, False, False]
+    assert line[0].worst.crank_angle == pytest.approx(4 * np.pi / 3)  # the second of three steps
+    assert after.factors(np.array([4000.0]), np.array([0.0]))[Mode.FILM] > 1
 
 
 def test_charge_scales_the_ideal_cycle_and_a_trace():

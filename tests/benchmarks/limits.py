@@ -18,10 +18,12 @@ import numpy as np
 from scripts import reporting
 
 from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.buckling import buckling_report
 from fea.analysis.cycle.superposition import counting
 from fea.analysis.engine_study import engine_study
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.summary import speed_summary
 from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import Found, explore
 from fea.apps.limits.limit_map import Limit
@@ -120,31 +122,51 @@ def direct(found: Found, limit: Limit) -> float:
     return least
 
 
-def points() -> Iterator[str]:
+def in_parts(found: Found, limit: Limit) -> float:
+    """The factor at a limit of a rod in parts: over the cycle, as `fea run` finds it, on the same mesh."""
+    study, mesh = found.rod.study, found.rod.mesh
+    engine = study.require_engine()
+    engine = dataclasses.replace(engine, gas_scale=limit.scale * (engine.gas_scale or 1.0))
+    rod = prepare(dataclasses.replace(study, engine=engine), Clock(), mesh=mesh)
+    result = with_cycle(rod, solve_speed(rod, limit.rpm))
+    summary = speed_summary(Adapted(rod, results={limit.rpm: result}), result, buckling_report(rod, result))
+    envelope, bolts = summary.envelope, summary.assembly.bolts
+    return {
+        Mode.YIELD: envelope.min_safety_factor,
+        Mode.FATIGUE: envelope.min_fatigue_safety_factor,
+        Mode.BOLT_YIELD: bolts.yield_safety_factor,
+        Mode.BOLT_FATIGUE: bolts.bending_fatigue_safety_factor,
+    }[limit.mode]
+
+
+def points(names: list[str]) -> Iterator[str]:
     """Yield a line for each random limit of stress."""
     head = f"{'rod':<18}{'pins':<12}{'mode':<9}{'rpm':>7}{'bar':>8}"
     yield f"{head}{'superposed':>12}{'direct':>9}{'apart %':>9}{'bar %':>7}"
     random, worst = np.random.default_rng(SEED), 0.0
     share = -(-POINTS // len(RODS))
     for name, pins in RODS:
+        if names and name not in names:
+            continue
         adapted = meshed(study_of(name, pins))
         found = explore(adapted, max(rpm for rpm in adapted.rod.study.speeds() if rpm), None, _quiet)
-        every = [
-            limit
-            for mode in (Mode.YIELD, Mode.FATIGUE)
-            for limit in found.of_rays.limits.get(mode, ())
-            if limit is not None
-        ]
+        parts = found.rod.assembly_contact is not None
+        modes = (Mode.YIELD, Mode.FATIGUE, *((Mode.BOLT_YIELD, Mode.BOLT_FATIGUE) if parts else ()))
+        every = [limit for mode in modes for limit in found.of_rays.limits.get(mode, ()) if limit is not None]
+        if parts:
+            solved = (own and own.limit for own in (found.speed, found.pressure))
+            every = [limit for limit in (*solved, *every) if limit is not None and limit.mode in modes]
         bars = Bars(found)
         for number in random.choice(len(every), min(share, len(every)), replace=False):
             limit = every[number]
-            factor = direct(found, limit)
+            factor = in_parts(found, limit) if parts else direct(found, limit)
             apart = 100 * (factor / (found.rod.options.min_safety or 1.0) - 1)
             worst = max(worst, abs(apart))
             bar = bars.percent(limit) or math.nan
             yield (
                 f"{name:<18}{pins:<12}{limit.mode.value:<9}{limit.rpm:7.0f}{limit.peak / BAR:8.1f}"
                 f"{limit.worst.factor:12.4f}{factor:9.4f}{apart:9.2f}{bar:7.1f}"
+                f"{' interpolated' if limit.interpolated else ''}"
             )
     promise = f"{PROMISED} % beyond the bar is promised"
     yield f"largest difference from the required factor: {worst:.2f} % ({promise})"
@@ -234,7 +256,11 @@ def main() -> None:
     parser.add_argument("what", choices=("points", "cost", "engines"))
     parser.add_argument("rods", nargs="*")
     options = parser.parse_args()
-    measured = {"points": points, "cost": lambda: cost(options.rods), "engines": engines}[options.what]
+    measured = {
+        "points": lambda: points(options.rods),
+        "cost": lambda: cost(options.rods),
+        "engines": engines,
+    }[options.what]
     lines = []
     for line in measured():
         print(line, flush=True)

@@ -10,7 +10,7 @@ from fea.apps.limits.explore import LEAST_CHARGE, Found, Reached
 from fea.apps.limits.figures import ENDS, Largest, LimitFigures, LimitsFigures, ends, with_bar
 from fea.apps.limits.limit_map import MOST_PEAK, Limit, ending, least_of
 from fea.apps.limits.operation import CLOSED_THROTTLE, MECHANICAL_EFFICIENCY, Operation
-from fea.apps.limits.states import ONSETS, STRESSED
+from fea.apps.limits.states import ONSETS, STRESSED, Mode
 from fea.base.note import Note, assumption, by_consequence, omission
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
@@ -157,9 +157,11 @@ def _sentences(
     rpm = np.linspace(operation.idle, operation.fastest, 500)
     factors = found.of_rays.factors(rpm, np.array([operation.today(each) for each in rpm.tolist()]))
     for mode in sorted(ONSETS & factors.keys()):
-        if (factors[mode] < 1).any():
-            at = float(rpm[int((factors[mode] < 1).argmax())])
-            yield f"From about {float(f'{at:.2g}'):.0f} rpm {ENDS[mode.value]}."
+        below = np.flatnonzero(factors[mode] < 1)
+        if below.size:
+            low, high = (f"{float(f'{at:.2g}'):.0f}" for at in rpm[below[[0, -1]]])
+            until = "" if below[-1] == rpm.size - 1 else f" to {high}"
+            yield f"From about {low}{until} rpm {ENDS[mode.value]}."
 
 
 def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
@@ -212,6 +214,9 @@ def _notes(found: Found) -> Iterator[Note]:
             "lines of the map between states that were solved are interpolated (limits.csv marks them)"
         )
         yield assumption(f"{interpolated}; the limits in words are solved", "map")
+    if Mode.FILM in found.of_rays.limits:
+        film = "its line is where a coarse film is as thin as the surfaces are rough, within some percent"
+        yield assumption(f"{film} (fea run --film has the error of its grid)", "oil film")
     if found.life is not None:
         kept = "hours are those of one operating point kept up, by the mean S–N line; 1 % of stress changes "
         yield assumption(f"{kept}them by about a tenth (fea run with [duty] gives their band)", "life")

@@ -9,6 +9,7 @@ from fea.analysis.adapt import Adapted
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.apps.limits.assembled_states import AssembledStates
+from fea.apps.limits.film import with_film
 from fea.apps.limits.life import LifeMap, hours_at, life_map
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
 from fea.apps.limits.operation import Operation
@@ -122,6 +123,8 @@ def explore(
         return first
     of_rays = explorer.map()
     last = replace(first, of_rays=of_rays) if states.dear else found(of_rays)
+    if rod.study.analysis.film and of_rays.limits:
+        last = replace(last, of_rays=with_film(rod, operation, of_rays, show))
     if not lasting:
         return last
     if not isinstance(states, SuperposedStates):

@@ -134,6 +134,15 @@ def most_charge(operation: Operation, rpm: float) -> float:
     return operation.scale(rpm, MOST_PEAK)
 
 
+def furthest(operation: Operation, axes: Axes, angle: float) -> float:
+    """Return the load on a ray that no engine exceeds by its speed or its pressure."""
+    most = min(_FURTHEST, (operation.fastest / axes.rpm) ** 2 / max(math.cos(angle), 1e-9))
+    if operation.burns:
+        rpm, _ = axes.point(angle, most)
+        most = min(most, most_charge(operation, rpm) / axes.charge / math.sin(angle))
+    return most
+
+
 def ray_angles(operation: Operation, axes: Axes, count: int) -> Floats:
     """Angles (n,) of the rays, from inertia alone to gas at idling speed, rad."""
     if not operation.burns:
@@ -217,7 +226,7 @@ class Explorer:
             self._show(f"looking at every place of the rod, {done + 1} of {len(order)}")
             angle = float(angles[number])
             load = self._first(angle) if self._states.dear and done > 1 else 1.0
-            load = min(load, self._furthest(angle, self._axes))
+            load = min(load, furthest(self.operation, self._axes, angle))
             found = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
             while not found and load > _LEAST_LOAD:
                 load *= _LESS
@@ -282,7 +291,7 @@ class Explorer:
         angles = sorted(self._rays)
         for number, angle in enumerate(angles, 1):
             known, first = self._rays[angle], self._first(angle)
-            first = min(first, self._furthest(angle, self._axes))
+            first = min(first, furthest(self.operation, self._axes, angle))
             if min(abs(load / first - 1) for load in known) > _NEAR:
                 self._show(f"limits on ray {number} of {len(angles)}")
                 found = self._tried(self._states.survey, self.operation, self._axes.point(angle, first))
@@ -291,7 +300,7 @@ class Explorer:
 
     def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
         """Yield the limits of a ray by mode, between its states."""
-        most = self._furthest(angle, self._axes)
+        most = furthest(self.operation, self._axes, angle)
         for mode in Mode:
             edge = self._on(angle, mode)
             if edge is None or not 0 < edge.load <= most:
@@ -303,7 +312,7 @@ class Explorer:
                 yield mode, Limit(mode, *point, peak, worst, edge.slope, interpolated=apart)
 
     def _on_ray(self, angle: float, axes: Axes) -> dict[Mode, Limit]:
-        most, known = self._furthest(angle, axes), dict[float, State]()
+        most, known = furthest(self.operation, axes, angle), dict[float, State]()
 
         def worst(mode: Mode, load: float) -> Worst | None:
             point = axes.point(angle, load)
@@ -327,14 +336,6 @@ class Explorer:
             if mode is Mode.YIELD:
                 most = min(most, ELASTIC * load)
         return found
-
-    def _furthest(self, angle: float, axes: Axes) -> float:
-        """Load on a ray that no engine exceeds by its speed or its pressure."""
-        most = min(_FURTHEST, (self.operation.fastest / axes.rpm) ** 2 / max(math.cos(angle), 1e-9))
-        if self.operation.burns:
-            rpm, _ = axes.point(angle, most)
-            most = min(most, most_charge(self.operation, rpm) / axes.charge / math.sin(angle))
-        return most
 
     def _level(self, worst: Worst | None) -> float:
         return math.inf if worst is None else math.log(worst.factor / self._required)
@@ -462,4 +463,4 @@ def root(
         change = values[step] - values[x]
         slope = math.log(step / x) / change if change and math.isfinite(change) else -1.0
     x = min(values, key=lambda at: abs(values[at]))
-    return (x, _slope(values, x)) if x <= most and abs(values[x]) < _ALMOST else None
+    return (x, _slope(values, x)) if x <= most and abs(values[x]) < max(_ALMOST, within) else None

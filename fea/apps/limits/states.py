@@ -49,10 +49,11 @@ class Mode(StrEnum):
     SLIP = "joint slip"
     BUSHING = "bushing lifting"
     SHELLS = "shell lifting"
+    FILM = "oil film"
 
 
-# Parts lift off their seats at an edge first, which is no failure: the answer tells from when on.
-ONSETS = frozenset({Mode.BUSHING, Mode.SHELLS})
+# Parts lift off their seats at an edge first, and surfaces that touch wear: the answer tells from when on.
+ONSETS = frozenset({Mode.BUSHING, Mode.SHELLS, Mode.FILM})
 
 
 @dataclass(frozen=True)
