@@ -40,5 +40,6 @@ html_title = f"fea {__version__}"
 html_static_path = ["_static", str(files("sphinx-mathjax-offline") / "static/mathjax/tex-svg-full.js")]
 html_css_files = ["manual.css"]
 html_copy_source = False
+html_show_search_summary = False  # a page that was opened from disk may not read others
 html_theme_options = {"navigation_with_keys": True}
 mathjax_path = "tex-svg-full.js"
