@@ -42,13 +42,7 @@ class Bosses:
         """Return the pieces from ring to ring, over the boss."""
         cap, shank = self.fillets()
         corners = (-self.half_length, self.top), (self.half_length, self.top)
-        return (
-            cap,
-            Line(cap.end, corners[0]),
-            Line(*corners),
-            Line(corners[1], shank.start),
-            shank,
-        )
+        return (cap, Line(cap.end, corners[0]), Line(*corners), Line(corners[1], shank.start), shank)
 
 
 def bosses(rod: Dimensions) -> Bosses | None:

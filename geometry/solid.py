@@ -352,9 +352,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
 
 
 def with_contacts(
-    solid: Solid,
-    assembly: Assembly,
-    thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]],
+    solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]]
 ) -> Solid:
     """Add the interfaces, and the faces there and under bolts as features.
 

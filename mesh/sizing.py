@@ -70,11 +70,7 @@ PER_TOUCHED_BORE = 36
 COARSEST = 2.4
 
 _PER_THICKNESS = {FeatureKind.WEB: PER_WEB, FeatureKind.JOINT: PER_JOINT}
-_PER_LENGTH = {
-    FeatureKind.BORE: PER_BORE,
-    FeatureKind.HOLE: PER_HOLE,
-    FeatureKind.BOLT_SEAT: PER_SEAT,
-}
+_PER_LENGTH = {FeatureKind.BORE: PER_BORE, FeatureKind.HOLE: PER_HOLE, FeatureKind.BOLT_SEAT: PER_SEAT}
 
 
 @dataclass(frozen=True)

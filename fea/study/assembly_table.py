@@ -7,8 +7,8 @@ from fea.base.choices import BoltGrade, Lubricant, Split, ThreadRolled
 from fea.study.bolts import Thread, parse_thread
 from fea.study.material_table import MaterialTable
 from fea.study.tables import Table, key, nearest, not_negative, within
+from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.plausible import Plausible
 from geometry.rod import Rod
 
 # Of joint planes: an oblique split of 30° to 60° is usual.
@@ -118,9 +118,7 @@ class AssemblyTable(
         Plausible(1.0, 50.0, "VDI 2230 has 8 to 20 µm", far=4.0),
     )
     bolt_tightening_factor: float | None = key(
-        "1.6",
-        "largest over least preload of the way of tightening",
-        within(1.0, _LARGEST_TIGHTENING_FACTOR),
+        "1.6", "largest over least preload of the way of tightening", within(1.0, _LARGEST_TIGHTENING_FACTOR)
     )
     bushing_interference_mm: float | None = key(
         "0.04",
@@ -214,10 +212,7 @@ BOLT, BUSHING, SHELL = "bolt", "bushing", "shell"
 UPPER_SHELL, LOWER_SHELL = "upper shell", "lower shell"
 _SHELLS = (UPPER_SHELL, LOWER_SHELL)
 DEFAULT_GRADE = BoltGrade.G10_9
-_ASSUMED = {
-    BUSHING: "cusn8p",
-    SHELL: "steel-backed-shell",
-}
+_ASSUMED = {BUSHING: "cusn8p", SHELL: "steel-backed-shell"}
 
 
 def table_name(part: str) -> str:

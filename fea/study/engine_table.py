@@ -15,8 +15,8 @@ from fea.study.presets import EnginePreset, engine_preset
 from fea.study.tables import key, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
+from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.plausible import Plausible
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
 
@@ -233,23 +233,20 @@ class EngineTable(
 
         Raises `InvalidValue`: a missing key of the model, or a trace that is not one cycle.
         """
-        return scaled(self._unscaled(engine), self.gas_scale or 1.0)
-
-    def _unscaled(self, engine: Engine) -> GasModel:
-        if self.gas == "none":
-            return NoGas()
+        gas: GasModel = NoGas()
         if self.gas in SHIPPED:
-            return shipped_trace(self.gas)
-        if _is_file(self.gas):
-            return self._imported().trace
-        ratio = self._needed("compression_ratio")
-        atmosphere = self.atmosphere
-        if self.gas == "boyle":
-            return Boyle(engine, ratio, atmosphere)
-        intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
-        peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
-        heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-        return Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+            gas = shipped_trace(self.gas)
+        elif _is_file(self.gas):
+            gas = self._imported().trace
+        elif self.gas == "boyle":
+            gas = Boyle(engine, self._needed("compression_ratio"), self.atmosphere)
+        elif self.gas != "none":
+            ratio, atmosphere = self._needed("compression_ratio"), self.atmosphere
+            intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
+            peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
+            heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
+            gas = Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+        return scaled(gas, self.gas_scale or 1.0)
 
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""

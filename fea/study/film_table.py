@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 from fea.study.tables import Table, key, not_negative, within
+from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
-from geometry.plausible import Plausible
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
 # crank pin that leads the crank arm; roughness (Rq 0.20 and 0.34 µm) and friction of asperities of a bearing

@@ -22,8 +22,8 @@ from fea.base.material import (
 from fea.base.units import GPA, KG_M3
 from fea.study.materials import library_material
 from fea.study.tables import Table, entries_of, key, within
+from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_number, require_positive
-from geometry.plausible import Plausible
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
@@ -125,13 +125,7 @@ class MaterialTable(Table, table="material"):
         "620.4",
         "",
         Plausible(60.0, 2600.0, "from soft bronze to maraging steel", refuses_less=False),
-        Plausible(
-            1.2,
-            12.5,
-            "metals of rods yield at a strain of 0.12 to 1.2 %",
-            {"E_GPa": 1},
-            far=math.inf,
-        ),
+        Plausible(1.2, 12.5, "metals of rods yield at a strain of 0.12 to 1.2 %", {"E_GPa": 1}, far=math.inf),
         stated=True,
     )
     ultimate_MPa: float | None = key(
@@ -148,9 +142,7 @@ class MaterialTable(Table, table="material"):
         ),
     )
     endurance_cycles: float | None = key(
-        "5e8",
-        "for which that limit holds, of a metal without a true one, as aluminium",
-        within(1e4, 1e11),
+        "5e8", "for which that limit holds, of a metal without a true one, as aluminium", within(1e4, 1e11)
     )
     endurance_torsion_MPa: float | None = key(
         "220.0",
@@ -184,8 +176,7 @@ class MaterialTable(Table, table="material"):
     )
     fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
     sn_cycles: tuple[float, ...] | None = key(
-        "[2.0e4, 1.0e5, 5.0e5]",
-        "instead of both: specimens that broke, fully reversed, after these cycles",
+        "[2.0e4, 1.0e5, 5.0e5]", "instead of both: specimens that broke, fully reversed, after these cycles"
     )
     sn_amplitude_MPa: tuple[float, ...] | None = key(
         "[560, 500, 445]",

@@ -11,10 +11,9 @@ from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
 from fea.study.tables import Table, key, not_negative, read_keys, switch, within
-from geometry.dimensions import dimensions
+from geometry.dimensions import Plausible, dimensions
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_number, require_positive
-from geometry.plausible import Plausible
 
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0

@@ -13,8 +13,8 @@ from fea.base.note import UNITS, Note, doubt
 from fea.base.units import OTHER_UNITS
 from fea.study.quantities import own_unit
 from fea.study.tables import keys_of, unit_of
+from geometry.dimensions import Plausible
 from geometry.errors import is_finite
-from geometry.plausible import Plausible
 
 # What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.
 _OUTSIDE = 10.0

@@ -23,12 +23,11 @@ from fea.study.tables import (
     unknown_key,
 )
 from geometry.assembly import Assembly
-from geometry.dimensions import dimensions, options
+from geometry.dimensions import Plausible, dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFormat, MissingCap, RodFile, is_cad, require_readable
 from geometry.mass import MassProperties
-from geometry.plausible import Plausible
 from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from mesh.files.tets import FORMATS as MESH_FORMATS
@@ -87,8 +86,7 @@ class _Sources(Table, table="rod"):
         "take the other bore of the file for the big end's, where both are alike", "swap_ends"
     )
     mesh: str | None = key(
-        '"rod.inp"',
-        "tetrahedra, solved as they are: .inp, .msh, .bdf, .med, .vtk, .vtu, .xdmf; .stl",
+        '"rod.inp"', "tetrahedra, solved as they are: .inp, .msh, .bdf, .med, .vtk, .vtu, .xdmf; .stl"
     )
     mass_kg: float | None = key(
         "0.8",
@@ -183,8 +181,14 @@ class RodTable:
         together; `GeometryError`: no solid could be made, or its bores cannot be identified.
         """
         if self.cad is not None:
-            return _imported(self.cad, tell, assembly)
-        from geometry.solid import build  # noqa: PLC0415 - dynamics alone need no gmsh
+            from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
+
+            try:
+                return import_cad(self.cad, tell=tell, assembly=assembly)
+            except OSError as error:
+                rule = f"cannot be read ({error.strerror or error})"
+                raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule) from error
+        from geometry.solid import build  # noqa: PLC0415 - likewise
 
         rod = self.solid()
         cell = rod.smallest_cell if assembly is None else assembly.smallest_cell(rod)
@@ -259,17 +263,6 @@ class RodTable:
 def _mass_figures(mass: MassProperties) -> dict[str, float]:
     figures = (mass.mass / KG, mass.center[0], mass.inertia_z / KG_M2)
     return dict(zip(MASS_KEYS, figures, strict=True))
-
-
-def _imported(cad: RodFile, tell: Callable[[str], None], assembly: Assembly | None) -> "Solid":
-    from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
-
-    try:
-        return import_cad(cad, tell=tell, assembly=assembly)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        rule = f"cannot be read ({reason})"
-        raise InvalidValue(f"rod.{_file_key(cad)}", str(cad.path), rule) from error
 
 
 def _file_key(cad: RodFile) -> str:

@@ -12,13 +12,7 @@ from typing import Any
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
-from fea.study.assembly_table import (
-    BOLT,
-    AssemblyTable,
-    assembled,
-    bolt_material,
-    table_name,
-)
+from fea.study.assembly_table import BOLT, AssemblyTable, assembled, bolt_material, table_name
 from fea.study.engine_table import EngineTable
 from fea.study.film_table import FilmTable
 from fea.study.material_table import SN_KEYS, MaterialTable

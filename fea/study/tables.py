@@ -15,8 +15,8 @@ from typing import Any, ClassVar, TypeVar
 
 from fea.base.units import OTHER_UNITS, WRITTEN
 from fea.study.quantities import own_unit, quantity, stem
+from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
-from geometry.plausible import Plausible
 
 AnyTable = TypeVar("AnyTable")
 # Refuses a value of the key that it is told; called for each entry of a list.

@@ -48,9 +48,7 @@ def cad_solid(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid
 
 
 def classified(
-    solids: Sequence[NamedSolid],
-    chosen: Sequence[str] = (),
-    diameters: Diameters = UNKNOWN,
+    solids: Sequence[NamedSolid], chosen: Sequence[str] = (), diameters: Diameters = UNKNOWN
 ) -> list[CadSolid]:
     """Classify the solids of a file, which are in the open model.
 

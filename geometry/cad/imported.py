@@ -217,9 +217,7 @@ _NEAR = 3.5
 
 
 def import_cad(
-    file: RodFile,
-    tell: Callable[[str], None] = lambda _stage: None,
-    assembly: Assembly | None = None,
+    file: RodFile, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
 ) -> Solid:
     """Read the rod of a file into a new model of the open session and place it in the rod's frame.
 
