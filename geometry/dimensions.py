@@ -1,4 +1,4 @@
-"""The dimensions of a rod, each declared once with its unit and help, the ranges of engines, and what follows."""
+"""The dimensions of a rod, each declared once with its unit and help, and what follows; ranges of engines."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields
