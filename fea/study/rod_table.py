@@ -47,6 +47,7 @@ MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Keys that name a file, and those that say how to read it.
 _FILES = ("step", "cad", "mesh")
 _FILE_OPTIONS = ("unit", "solids", "cap", "swap_ends")
+_FIELDS = {key_of(field.name): field.name for field in dataclasses.fields(Rod)}  # of a rod, by their keys
 
 
 @dataclass(frozen=True)
@@ -215,8 +216,8 @@ class RodTable:
         Raises `InvalidValue`: there are no dimensions, or one of those given is unknown or breaks a rule.
         """
         for name in changes:
-            if full_key(name, _fields()) not in _fields():
-                raise unknown_key("[rod]", name, _fields())
+            if full_key(name, _FIELDS) not in _FIELDS:
+                raise unknown_key("[rod]", name, _FIELDS)
         rod = dataclasses.replace(self.solid(), **_dimensions(read_keys(RodKeys, "rod", changes)))
         return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
 
@@ -276,7 +277,7 @@ def sufficient() -> list[list[str]]:
 
 def dimension_of(key: str) -> str:
     """Return the dimension of a key of the [rod] table; raises `InvalidValue`: the key is not a dimension."""
-    keys = {key_of(name): name for name in dimensions()}
+    keys = {name: field for name, field in _FIELDS.items() if field in dimensions()}
     if key not in keys:
         raise unknown_key("[rod]", key, keys)
     return keys[key]
@@ -320,13 +321,8 @@ def rod_of_file(path: Path) -> RodTable:
     return RodTable(None, RodFile(path), None, None)
 
 
-def _fields() -> Mapping[str, str]:
-    return {key_of(field.name): field.name for field in dataclasses.fields(Rod)}
-
-
 def _dimensions(given: Mapping[str, Any]) -> dict[str, Any]:
-    fields = _fields()
-    return {fields[name]: value for name, value in given.items() if name in fields}
+    return {_FIELDS[name]: value for name, value in given.items() if name in _FIELDS}
 
 
 def _between_bores(table: RodTable) -> RodTable:
