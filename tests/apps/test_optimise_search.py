@@ -68,7 +68,7 @@ class Formulas:
         )
 
 
-@pytest.mark.parametrize("seed", [0, 2])  # 1 and 3 are searched from other starts, and with fewer evaluations
+@pytest.mark.parametrize("seed", [0, 5])  # 1 and 6 are searched from other starts, and with fewer evaluations
 def test_the_lightest_rod_is_found_though_meshes_scatter(seed):
     """1 %: twice what the scatter of meshes is worth in mass."""
     rods = Formulas(seed)
@@ -80,7 +80,7 @@ def test_the_lightest_rod_is_found_though_meshes_scatter(seed):
     assert (rods.usage(found.best.x) <= 1 + 3 * SCATTER).all()
 
 
-@pytest.mark.parametrize(("seed", "start"), [(3, 0.8), (1, 0.26)])
+@pytest.mark.parametrize(("seed", "start"), [(6, 0.8), (1, 0.26)])
 def test_thirty_evaluations_bring_most_of_it(seed, start):
     """From a rod that is too heavy, and from one that does not hold."""
     rods = Formulas(seed)
