@@ -26,8 +26,8 @@ from fea.machine.threads import side_by_side
 from fea.pins.model import NOT_JOINT, JointBounds, Weights
 from geometry.arrays import Floats, Ints, Reals
 
-# Instants from one end of a chord to the other, also where many unit loads make the bounds wide.
-CHORD, SHORT, MANY = 15, 11, 150
+# Instants from one end of a chord to the other.
+CHORD = 15
 # Allowance for rounding in the bounds on what many unit loads can do together, in single precision.
 _ROUNDING = 1e-3
 
@@ -54,8 +54,7 @@ class Path:
 def path(weights: Weights, joint: JointBounds = NOT_JOINT) -> Path:
     """Divide the instants, in the given order, into chords."""
     count = weights.even.shape[1]
-    chord = CHORD if sum(map(len, weights)) < MANY else SHORT
-    ends = np.unique(np.append(np.arange(0, count, chord), count - 1))
+    ends = np.unique(np.append(np.arange(0, count, CHORD), count - 1))
     strays = Weights(*(_strays(w, ends, own) for w, own in zip(weights, joint, strict=True)))
     return Path(weights, ends, strays, joint)
 
