@@ -243,13 +243,13 @@ def test_a_bolt_yields_where_its_diagram_says():
 
 
 def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():
-    """A film whose thickness over the roughness is (5000/rpm)⁴ whatever the gas: the line is at 5000 rpm."""
+    """A film whose thickness over the roughness falls with speed, whatever the gas, to 1 at 5000 rpm."""
     operation = Operation(
         EngineLoading.of(study().engine, 150.0), MassProperties(5e-4, (50.0, 0.0, 0.0), None)
     )
 
     def coarse(cycle):
-        ratio = (5000 * 2 * np.pi / 60 / cycle.speed) ** 4
+        ratio = math.exp(3 - 3 * (cycle.speed / (5000 * 2 * math.pi / 60)) ** 2)
         return SimpleNamespace(thinnest=0.0004 * np.array([3.0, ratio, 3.0]), starved=False)
 
     asperities = SimpleNamespace(roughness=0.0004)
