@@ -166,26 +166,22 @@ def read_rows(lines: Iterable[Line], form: Form, names: tuple[str, ...], source:
 
     Raises `InvalidValue`: a line does not have the form; the message names it.
     """
-    rows, numbers = [], []
-    sign = "comma" if form.comma else "point"
-    for line in lines:
-        if line.is_comment:
-            continue
-        cells, where = cells_of(line.text.partition("#")[0], form.separator), f"{source} line {line.number}"
-        complete = len(cells) > form.numbers[-1] and not (form.exact and len(cells) > form.cells)
-        require(complete, where, line.text, f"must have {form.cells} columns like the lines above it")
-        for i in form.numbers:
-            if not _is_number(cells[i], comma=form.comma) or not math.isfinite(_number(cells[i])):
-                rule = f"must be a finite number, with a decimal {sign} as above"
-                raise InvalidValue(f"{where}, {names[i] or f'column {i + 1}'}", cells[i], rule)
-        rows.append([_number(cells[i]) for i in form.numbers])
-        numbers.append(line.number)
-    values = np.reshape(rows, (-1, len(form.numbers)))
-    return TraceTable(source, names, form.numbers, values, tuple(numbers))
-
-
-def _number(cell: str) -> float:
-    return float(cell.replace(",", "."))
+    rows = [line for line in lines if not line.is_comment]
+    pattern, sign = (_COMMA, "comma") if form.comma else (_POINT, "point")
+    values = np.empty((len(rows), len(form.numbers)))
+    for row, (number, text) in enumerate(rows):
+        cells = cells_of(text.partition("#")[0], form.separator)
+        if len(cells) <= form.numbers[-1] or (form.exact and len(cells) > form.cells):
+            rule = f"must have {form.cells} columns like the lines above it"
+            raise InvalidValue(f"{source} line {number}", text, rule)
+        taken = [cells[i] for i in form.numbers]
+        read = [float(each.replace(",", ".")) if pattern.fullmatch(each) else math.nan for each in taken]
+        if not all(map(math.isfinite, read)):
+            i = next(i for i, value in zip(form.numbers, read, strict=True) if not math.isfinite(value))
+            rule = f"must be a finite number, with a decimal {sign} as above"
+            raise InvalidValue(f"{source} line {number}, {names[i] or f'column {i + 1}'}", cells[i], rule)
+        values[row] = read
+    return TraceTable(source, names, form.numbers, values, tuple(line.number for line in rows))
 
 
 LARGEST_TRACE = 2**24  # bytes: a hundred cycles in steps of a tenth of a degree
