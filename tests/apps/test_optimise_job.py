@@ -48,7 +48,7 @@ def job(tmp_path_factory):
     usual = AtInterrupt.message
     with pytest.raises(KeyboardInterrupt):
         optimise(asked, place, interrupting)
-    assert "the same command goes on" in AtInterrupt.message
+    assert "the same command resumes" in AtInterrupt.message
     AtInterrupt.message = usual
     assert re.match(r"about \d+ (s|min), ", said[0])
     assert not place.exists()
