@@ -132,7 +132,6 @@ def _end_quietly() -> None:
 
 
 def _called() -> int:
-    """Run the command line; report errors that occur before it is loaded."""
     try:
         from geometry.system import end_in_time, interrupt_once
 

@@ -72,10 +72,7 @@ _Named = list[tuple[Surface, int]]
 
 
 def draw(body: Body) -> dict[Surface, tuple[int, ...]]:
-    """Draw a body in a new model of the open session; return gmsh's face tags per surface.
-
-    Raises `GeometryError`: the CAD kernel failed.
-    """
+    """Draw a body in a new model; return face tags per surface. Raises `GeometryError`: the kernel failed."""
     gmsh.model.add("body")
     with attempt("sweep the outline"):
         named = _side_by_side(body) if isinstance(body, SideBySide) else _swept(body)
@@ -116,7 +113,6 @@ def _revolution(body: Revolution) -> _Named:
 
 
 def _side_by_side(body: SideBySide) -> _Named:
-    """Draw the parts and join them: faces change their tags, but not their middles."""
     occ = gmsh.model.occ
     middles = [(name, occ.getCenterOfMass(2, tag)) for part in body.parts for name, tag in _swept(part)]
     joined, _ = occ.fragment(occ.getEntities(SOLID), [])

@@ -121,10 +121,7 @@ _TRIANGLES = (".3mf", ".amf", ".obj", ".ply")
 
 
 def require_readable(name: str, path: Path) -> None:
-    """Refuse a file that only a CAD program reads, `name` being what gives it.
-
-    Raises `InvalidValue`: it is such a file.
-    """
+    """Refuse a file that only a CAD program reads (`InvalidValue`); `name` is what gives it."""
     suffix = path.suffix.lower()
     rule = "is a surface of triangles in a format that is not read"
     require(suffix not in _TRIANGLES, name, str(path), rule, "Save it as STL, or better export STEP.")

@@ -177,7 +177,6 @@ class Outline:
         below = tuple(piece.turned(self.turn) for piece in mirrored(boss.outline()))
 
         def along_ring(first: Segment, last: Segment) -> Arc:
-            """Join the ends of two pieces that touch the ring."""
             return Arc.towards(origin, ring, first.end, last.start, anticlockwise=False)
 
         over, under = (big, *shank), mirrored((big, *shank))

@@ -156,10 +156,7 @@ def boundary(volumes: Iterable[int]) -> set[int]:
 
 
 def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[Interface]) -> list[list[int]]:
-    """Volumes of the parts that are joined to each other; empty if all are.
-
-    Parts that share faces are joined, unless an interface lies between them.
-    """
+    """Volumes of joined parts; empty if all are. Those that share faces are joined, but for interfaces."""
     if not apart:
         return []
     separate = {frozenset(interface.parts) for interface in apart}

@@ -159,7 +159,6 @@ class HeightField:
         return solid.sum(axes), (solid * y**2).sum(axes), (weight * (z**3 - void**3)).sum(axes)
 
     def _stations(self) -> Floats:
-        """Return the x between which sections change smoothly."""
         ends = [piece.start[0] for piece in self.outline.upper] + [self.outline.upper[-1].end[0]]
         first, last = ends[0], ends[-1]
         for bore in self.outline.bores:
@@ -198,7 +197,6 @@ class HeightField:
                 short *= 4
 
     def _crossing(self, center: float, side: int, radius: float) -> float:
-        """Return x where a circle about a bore crosses the outline, by bisection."""
         big, small = self.outline.fillets
         begin = big.start[0] if side > 0 else small.end[0]  # on the ring, inside the circle
         low, high = abs(begin - center), radius
@@ -240,7 +238,6 @@ def _mirrored_body(volume: float, center: float, squares: tuple[float, float, fl
 
 
 def _nodes(seams: Floats) -> tuple[Floats, Floats]:
-    """Return nodes and weights (…, n − 1, nodes) of a quadrature between seams (…, n)."""
     low, span = seams[..., :-1, None], np.diff(seams)[..., None]
     return low + span * _SHARES, span * _SHARE_WEIGHTS
 

@@ -66,7 +66,6 @@ def _cylinder(
 
 
 def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
-    """Faces of each feature; bosses and bolts are turned about the big end's axis by `turn`, rad."""
     field = HeightField(rod)
     outline, full = field.outline, 2 * math.pi
     big, small = outline.bores
@@ -119,7 +118,6 @@ def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expect
         return face.from_side() if pocket.in_sides else face
 
     def rounds_floor(face: Face, slack: float) -> bool:
-        """Whether it is a cylinder or torus whose tube runs along the edge of a floor."""
         face = seen(face)
         if face.shape not in ("Cylinder", "Torus") or face.upright():
             return False
@@ -378,7 +376,6 @@ def _plan(rod: Rod, mirror: Mirror, turn: float) -> int:
 
 
 def _pocket(rod: Rod) -> int:
-    """Draw the pocket above z = 0, or at the side y > 0."""
     pocket = web_pocket(rod, Outline(rod).edge)
     outside = max(rod.big_end_width, rod.small_end_width) / 2
     if pocket.in_sides:  # the shank and its fillets are within the circles round the rings
@@ -427,7 +424,6 @@ def _chamfers(rod: Rod, mirror: Mirror) -> list[int]:
 
 
 def _bushed(rod: Rod, body: int) -> dict[str, int]:
-    """Separate the bushing from the rod; they share the faces where they touch."""
     if not rod.bushing:
         return {"rod": body}
     occ, far = gmsh.model.occ, 2 * rod.small_end_width

@@ -221,10 +221,7 @@ def limit_processor_time(seconds: float) -> None:
 
 
 def limit_memory(more: int) -> None:
-    """Limit this process to so many further bytes.
-
-    Beyond them it gets a `MemoryError` on Linux, and ends with the code `OUT_OF_MEMORY` on Windows.
-    """
+    """Limit this process to more bytes: `MemoryError` on Linux, exit code `OUT_OF_MEMORY` on Windows."""
     if sys.platform == "win32":
         _watch.limit(memory=more)
     elif sys.platform == "linux":
@@ -244,10 +241,7 @@ def memory_limit() -> int | None:
 
 
 def peak_memory(*, of_children: bool = False) -> float:
-    """Return the largest resident memory so far, MiB, of this process or of its largest ended child.
-
-    Windows does not keep that of children: NaN.
-    """
+    """Largest resident memory so far, MiB, of this process or its largest ended child (Windows: NaN)."""
     if sys.platform == "win32":
         return math.nan if of_children else process_memory()[0] / 2**20
     usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)

@@ -19,8 +19,6 @@ _locked: set[tuple[str, int]] = set()  # names and the threads that hold them
 
 
 class _MachineMemory(ctypes.Structure):
-    """MEMORYSTATUSEX."""
-
     _fields_ = (
         *((name, c_uint32) for name in ("length", "load")),
         *((name, c_uint64) for name in ("physical", "free_physical", "page_file", "free_page_file")),
@@ -29,8 +27,6 @@ class _MachineMemory(ctypes.Structure):
 
 
 class _ProcessMemory(ctypes.Structure):
-    """PROCESS_MEMORY_COUNTERS."""
-
     _fields_ = (
         *((name, c_uint32) for name in ("size", "page_faults")),
         *((name, c_size_t) for name in ("peak_working_set", "working_set", "peak_paged_pool", "paged_pool")),
@@ -58,10 +54,7 @@ def process_memory() -> tuple[int, int]:
 
 
 class Watch:
-    """Ends this process where it exceeds a limit: Windows has none that a process sets for itself alone.
-
-    It ends with one of the two exit codes.
-    """
+    """Ends this process, with an exit code, where it exceeds a limit: Windows has none for one process."""
 
     def __init__(self, overtime: int, out_of_memory: int) -> None:
         self._overtime, self._out_of_memory = overtime, out_of_memory

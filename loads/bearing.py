@@ -89,10 +89,7 @@ class BorePressure:
 
     @classmethod
     def parse(cls, name: str) -> "BorePressure":
-        """Read a name of the study file.
-
-        Raises `InvalidValue`: the name is unknown or its arc is not within 1…180 degrees.
-        """
+        """Read a name of the study file. Raises `InvalidValue`: unknown, or an arc outside 1…180 degrees."""
         if name == "webster":
             return cls(name, Arc(Shape.COSINE, math.pi), Arc(Shape.UNIFORM, math.radians(120)))
         match = re.fullmatch(r"(cosine|uniform)-(\d+(?:\.\d+)?)", name)

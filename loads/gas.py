@@ -195,7 +195,6 @@ def _require_compression(ratio: float) -> None:
 
 
 def _require_reached(name: str, before: float, compressed: float) -> None:
-    """Refuse a pressure (MPa) that is higher after compression than in any engine."""
     rule = f"gives {10 * compressed:.4g} bar after compression; no engine exceeds {10 * LARGEST_PEAK:g} bar"
     require(compressed <= LARGEST_PEAK, name, 10 * before, rule, "Give it in bar absolute.")
 

@@ -43,7 +43,6 @@ class Instants:
     names: Names = _NO_NAME
 
     def __post_init__(self) -> None:
-        """Give every array the shape of the forces."""
         shape = np.shape(self.pin)[1:]
         for item in fields(Instants):
             value = np.asarray(getattr(self, item.name))

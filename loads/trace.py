@@ -104,7 +104,6 @@ class Trace:
         return "; ".join([*notes, *filter(None, [self._turned()])])
 
     def _turned(self) -> str:
-        """Say so where the pressure peaks far from firing TDC."""
         highest = self.pressures.max(axis=0)
         near = (self.crank_angles >= _EARLIEST) & (self.crank_angles <= _LATEST)
         if highest[near].max(initial=0.0) >= _NEARLY * highest.max():

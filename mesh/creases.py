@@ -103,10 +103,7 @@ def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:
 
 
 def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[int, int]) -> Floats:
-    """Angle (n,) between the tangent planes of two faces at places on their common curve.
-
-    A face that ends at a mirror plane continues beyond it as its image.
-    """
+    """Angle (n,) between two faces at places on their curve; at a mirror plane, a face and its image."""
     if not len(places):
         return np.zeros(0)
     at = gmsh.model.getParametrization(1, curve, places.ravel())
@@ -135,7 +132,6 @@ def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
 
 
 def _in_words(face: int, cut: set[int]) -> str:
-    """Describe a face and its images about the planes across `cut` axes: its kind and where it is."""
     kind = gmsh.model.getType(2, face)
     if kind == "Plane":
         (u, v), _ = gmsh.model.getParametrizationBounds(2, face)

@@ -53,10 +53,7 @@ class Slice:
 
 
 def cut(mesh: TetMesh, station: float) -> Slice:
-    """Cut a mesh at x = `station`, mm; second-order elements as eight straight ones.
-
-    Raises `ValueError`: the plane misses the mesh.
-    """
+    """Cut at x = `station`, mm; second-order elements as eight straight ones. `ValueError`: it is outside."""
     (section,) = _cuts(mesh, [station])
     return section
 

@@ -55,10 +55,7 @@ class SurfaceMesh:
         return np.asarray((square * self.vectors).sum(axis=0) / (2 * self.volume))
 
     def patches(self, chosen: Mask, sharpest: float) -> list[Ints]:
-        """Groups of the chosen facets (n,) that are joined by edges at which they turn by less, rad.
-
-        From π on, every edge joins.
-        """
+        """Groups of facets (n,) joined by edges at which they turn by less, rad; from π on by every edge."""
         facets = np.flatnonzero(chosen)
         edges = np.sort(self.facets[facets][:, FACET_EDGES], axis=2).reshape(-1, 2)
         one, other = (side // 3 for side in twins(edges[:, 0] * len(self.points) + edges[:, 1]))

@@ -53,10 +53,7 @@ class MeshError(RuntimeError):
 
 
 def submesh(mesh: TetMesh, number: int) -> tuple[TetMesh, Ints]:
-    """The elements of a part, with the named facets that belong to them, and each node's number in the whole.
-
-    Raises `ValueError`: the mesh has no parts.
-    """
+    """A part's elements, their named facets, and the nodes' numbers in the whole. `ValueError`: no parts."""
     if mesh.part is None:
         raise ValueError("the mesh has only one part")
     tets = mesh.tets[mesh.part == number]

@@ -134,13 +134,11 @@ class _Widest(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The bar, its case and its place."""
         x, y, z = (f"{coordinate:.1f}" for coordinate in self.place)
         return f"±{self.percent:.2g} % in {self.case}, because of ({x}, {y}, {z}) mm"
 
 
 def _deciding(speeds: Sequence[float | None]) -> Sequence[float | None]:
-    """Return the speeds that decide on the mesh: the lowest, the highest and some between."""
     if len(speeds) <= MOST_SPEEDS:
         return speeds
     rising = sorted(rpm or 0.0 for rpm in speeds)
@@ -195,7 +193,6 @@ def _bars(cases: Sequence[CaseResult], fatigue: Sequence[Peak], *, all_cases: bo
 
 
 def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[Factor]:
-    """Yield the safety factors of one speed that are known before everything is judged."""
     for case in cases:
         yield Factor("yielding", case.load.name, case.min_safety_factor, case.worst.error_percent)
         for edge in case.sharp_governing:
@@ -205,7 +202,6 @@ def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[F
 
 
 def _obstacle(rod: PreparedRod, elements: float, n_passes: int) -> str:
-    """Why there is no further pass, of so many elements (0: none is wanted); empty if one is possible."""
     if rod.options.draft:
         return "this is a draft; without --draft the mesh is refined"
     if not elements:

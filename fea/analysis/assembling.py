@@ -74,10 +74,7 @@ _PIN_STEEL = MaterialTable(E_GPa=206.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=
 
 
 def drawn_assembly(study: Study) -> Assembly | None:
-    """What is separate in the rod of a study; None for a rod of one piece.
-
-    Raises `InvalidValue`: bolts and rod do not go together.
-    """
+    """What is separate in the rod; None for one piece. Raises `InvalidValue`: bolts and rod do not fit."""
     if study.assembly is not None and study.rod.cad is not None:
         table = study.assembly  # lengths of bolts that it does not give are 0
         given = (table.bolt_head_mm, table.bolt_nut_mm, table.bolt_grip_mm, table.bolt_engaged_mm)

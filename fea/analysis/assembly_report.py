@@ -77,10 +77,7 @@ _APART = 1e-3
 
 
 class Onsets:
-    """Follows the worst load cases of a rod of separate parts, as all that acts grows, until something parts.
-
-    What begins is None where it was not found.
-    """
+    """Follows the worst load cases as all loads grow, until parts separate; None where none do."""
 
     def __init__(
         self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]

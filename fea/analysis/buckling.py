@@ -67,10 +67,7 @@ class BucklingReport:
 
 
 def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
-    """Judge the rod against buckling under the load cases of one speed.
-
-    Raises `SingularMatrixError`: a factorisation broke down.
-    """
+    """Judge buckling under the cases of one speed. Raises `SingularMatrixError`: a factorisation failed."""
     cases = result.loads.cases
     columns = column_figures(rod, cases)
     pushed = cases[np.isin(cases.names, _CASES) & (compression(cases) > 0)]

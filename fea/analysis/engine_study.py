@@ -60,7 +60,6 @@ def _rod(preset: EnginePreset) -> str:
 
 
 def _of_kind(preset: EnginePreset, kind: str, given: dict[str, Any]) -> str:
-    """Return the rod of a kind, its material and its bolts."""
     own = {name.removesuffix("_mm"): float(preset.rod[name].value) for name in _BORES}
     made = rod_of_kind(kind, **own | {name: value for name, value in given.items() if value is not None})
     kept = {key(name): float(f"{getattr(made.rod, name):.6g}") for name in dimensions()}

@@ -177,10 +177,7 @@ class FilmResult:
 
 
 def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
-    """Integrate the film of the big end at a speed, rpm.
-
-    Raises `InvalidValue`: a value of [film] does not suit the bore; `FilmError`: the film was not solved.
-    """
+    """Film of the big end at a speed, rpm. Raises `InvalidValue`: [film] does not suit it; `FilmError`."""
     cycle = rod.crank_cycle(rpm)
     fine, coarse = rod.films.at(cycle)
     engine = cycle.engine

@@ -190,7 +190,6 @@ def force_reports(
 
 
 def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
-    """Say so where the pressure peaks between the angles of the table."""
     if not gas.samples.size:
         return ""
     samples = gas.pressure(gas.samples, np.asarray(speed))

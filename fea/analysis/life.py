@@ -208,13 +208,11 @@ def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> Life
 
 
 def _hours(damage: Floats) -> float | None:
-    """Hours until the damage is 1; None where there is none."""
     total = float(damage.sum())
     return 1 / total if total else None
 
 
 def _unknown(analysis: CycleAnalysis) -> Iterator[Note]:
-    """Say so of every part whose life is not judged, and why."""
     for part, material in zip(analysis.mesh.parts, analysis.materials, strict=True):
         needed = {
             "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "

@@ -60,10 +60,7 @@ def mesh_loaded(
     coarser: float = 1.0,
     movable: bool = False,
 ) -> MeshedRod:
-    """Draw and mesh a rod that is to be loaded: a study without loads is refused before.
-
-    Parameters and errors are those of `mesh_study`.
-    """
+    """Draw and mesh a rod, as `mesh_study`; a study without loads is refused before."""
     study.require_loading()
     if study.engine is not None and study.rod.length is not None:
         EngineLoading.of(study.engine, study.rod.length)
@@ -73,10 +70,7 @@ def mesh_loaded(
 def adaptive_mesh(
     study: Study, clock: Clock, wanted: Sequence[SizeField] = (), *, movable: bool = False
 ) -> MeshedRod:
-    """Draw and mesh the rod; where the mesh is refined to a tolerance, coarsely but for the wanted sizes.
-
-    Parameters and errors are those of `mesh_study`.
-    """
+    """Draw and mesh as `mesh_study`; to reach a tolerance, coarsely but for the wanted sizes."""
     if study.tolerance_percent is None or study.mesh.size_mm is not None:
         return mesh_loaded(study, clock, wanted=wanted, movable=movable)
     try:

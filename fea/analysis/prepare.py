@@ -119,10 +119,7 @@ class PreparedRod:
 
     @property
     def engine(self) -> EngineLoading:
-        """The engine that loads the rod.
-
-        Raises `InvalidValue`: forces are given instead.
-        """
+        """The engine that loads the rod. Raises `InvalidValue`: forces are given instead."""
         return _engine(self.loading, self.study.name)
 
     def crank_cycle(self, rpm: float) -> CrankCycle:
@@ -168,10 +165,7 @@ class PreparedRod:
         return equilibrium((pins or self.pins).respond(instants, cycle), self.model, instants)
 
     def displacement(self, rpm: float, angles: Floats) -> Floats:
-        """Displacement (n_nodes, 3, n) of the whole rod at crank angles (n,), rad: mm, relative to the bores.
-
-        Raises `InvalidValue`: there is no engine.
-        """
+        """Displacement (n_nodes, 3, n), mm, relative to the bores, at angles (n,), rad; for engines only."""
         return self.fields.displaced(self.equilibrium(self.crank_cycle(rpm).at(angles)))
 
     @cached_property
@@ -283,7 +277,6 @@ class PreparedRod:
 
 
 def _spread(study: Study) -> list[float]:
-    """Speeds of a study and of its duty, rpm, each once, or some of many."""
     of_duty = () if study.duty is None else study.duty.speeds
     speeds = list(dict.fromkeys(rpm for rpm in (*study.speeds(), *of_duty) if rpm is not None))
     some = np.linspace(0, len(speeds) - 1, min(len(speeds), MOST_SPANNED)).round().astype(int)
@@ -401,7 +394,6 @@ def _engine(loading: Loading, name: str = "") -> EngineLoading:
 
 
 def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
-    """The model of the pins: the one asked for, or contact, or what takes its place where it cannot be."""
     chosen = options.pressure is not None
     why = "" if chosen else contact_excluded_because(options.support, options.solver)
     if not why:

@@ -126,10 +126,7 @@ def drawn_bores(mesh: TetMesh, rod_length: float) -> tuple[DrawnBore, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class RunResult:
-    """Everything that an analysis gave at one speed.
-
-    Its fields and properties without a unit of their own are those of `fea.output.stored_run.StoredRun`, too.
-    """
+    """All results of one speed. Names without a unit are those of `fea.output.stored_run.StoredRun`, too."""
 
     study: Study  #: what was asked, with this speed alone
     summary: Summary  #: the figures, as `summary.json` holds them
@@ -221,7 +218,6 @@ def run_result(study: Study, adapted: Adapted, result: SpeedResult) -> RunResult
 
 
 def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Motion | None, str]:
-    """The modes of the cycle, where it was analysed; and why there are none."""
     envelope, cycle = summary.envelope, result.cycle
     if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
         return None, ""

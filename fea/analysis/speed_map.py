@@ -87,7 +87,6 @@ def speed_map(summaries: Sequence[Summary]) -> SpeedMap | None:
 
 
 def _row(summary: Summary) -> list[float]:
-    """Return the figures of one speed, in the order of `COLUMNS`."""
     envelope = summary.envelope
     if envelope is None or summary.rpm is None:
         raise ValueError("a map over speeds needs the cycle at each of them")

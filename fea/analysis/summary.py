@@ -96,10 +96,7 @@ def _endurance(material: Material, limit: float) -> EnduranceFigures:
 def sharp_edge_figures(
     cases: Mapping[str, CaseResult], required: float | None
 ) -> dict[str, tuple[SharpEdgeFigures, ...]]:
-    """Return the edges that matter in each load case, the worst first; one edge has one name in all cases.
-
-    The required safety factor is 1 by default.
-    """
+    """Return the edges that matter by load case, the worst first, with the same names in all cases."""
     kept = {name: case.sharp_mattering for name, case in cases.items()}
     least, names = 1.0 if required is None else required, {}
     for number, place in enumerate(worst_of_edges(kept.values())):  # A, B, …, Z, A1, B1 and so on
@@ -156,7 +153,6 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:
-    """Say which cases are known less well than the smallest factor, and which edge that may govern."""
     tolerance = rod.options.tolerance_percent or CONVERGED_PERCENT
     finer = " (--all-cases refines for them too)" if rod.study.tolerance_percent else ""
     loose = [
@@ -177,7 +173,6 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
 
 
 def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> Factor | None:
-    """Factor against fatigue between the load cases of the cycle, with the name of its place."""
     some, mesh = [case for case in cases if case.load.in_cycle], rod.mesh.whole
     regions = SurfaceRegions.of(mesh, rod.mesh.bores)
     used = usage(some, mesh, rod.materials, regions, rod.options.fatigue) if len(some) > 1 else None

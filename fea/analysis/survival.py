@@ -114,7 +114,6 @@ def factors(
 
 
 def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
-    """Return the factors of bolts, against slip along the joint, and on the load that parts it."""
     bolts, joint = assembly.bolts, assembly.joint
     found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
     if bolts.bending_fatigue_safety_factor is not None:

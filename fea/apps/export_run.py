@@ -70,10 +70,7 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
 
 
 def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str, Instants]:
-    """Return load cases by their names, if their loads are those of the run.
-
-    Raises `InvalidValue`: they are not.
-    """
+    """Return load cases by name, if their loads are those of the run. Raises `InvalidValue`: they are not."""
     again = {case.name: case for case in cases}
     remedy = "Repeat the run: fea run study.toml."
     told = run.summary.loads

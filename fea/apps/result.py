@@ -51,10 +51,7 @@ class Result(RunResult):
     """
 
     def to_pyvista(self, case: str) -> "pyvista.UnstructuredGrid":
-        """Return a load case, or the cycle's ``"envelope"``, as a PyVista grid with the VTU file's arrays.
-
-        Raises `InvalidValue`: there is no such case.
-        """
+        """Return a case, or ``"envelope"``, as a PyVista grid with the VTU's arrays; else `InvalidValue`."""
         import pyvista as pv  # noqa: PLC0415 - only who asks for a grid needs it
 
         names = [*self.cases, *(["envelope"] if self.cycle is not None else [])]
@@ -117,7 +114,6 @@ class Result(RunResult):
         return f"<{self.summary.title}: {self.summary.survival.text}{trusted}>"
 
     def _repr_html_(self) -> str:
-        """Return the head of a report for a notebook: the answer, the load cases, a picture of the worst."""
         from fea.output.report.page import head, still  # noqa: PLC0415 - only a notebook needs it
 
         worst = self.summary.worst_case

@@ -45,10 +45,7 @@ def write_runs(
     clock: Clock,
     listener: Callable[[str], None] | None = None,
 ) -> list[WrittenRun]:
-    """Solve a study on its first mesh and write the run of each speed into its place.
-
-    Parameters, results and errors are those of `fea.apps.run_study.run_study`.
-    """
+    """Solve a study and write each speed's run into its place; see `fea.apps.run_study.run_study`."""
     prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         (rpm, _, film) = places[0]
@@ -120,7 +117,6 @@ def _write_worst(
 def _write_one(
     study: Study, prepared: Adapted, critical: Mapping[str, float | None] | None, place: Place, clock: Clock
 ) -> tuple[WrittenRun, SpeedResult]:
-    """Write the run of one speed of several; return it with what was found at that speed."""
     solved = prepared.at(place.rpm)
     found = result_of(run_result(study, prepared, solved))
     if critical is not None:

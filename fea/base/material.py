@@ -204,10 +204,7 @@ def is_steel(youngs_modulus: float) -> bool:
 
 
 def size_factor(diameter: float) -> float:
-    """k_b of a round section in bending, diameter in mm (equation 6-20); 1 under axial load (6-21).
-
-    Raises `InvalidValue`: the diameter exceeds 254 mm, the largest tested.
-    """
+    """k_b of a round section, mm, in bending (6-20); 1 axially (6-21). Raises `InvalidValue`: > 254 mm."""
     require_positive("material.size_mm", diameter)
     require(diameter <= 254, "material.size_mm", diameter, "must not exceed 254 mm, the largest size tested")
     if diameter <= 51:

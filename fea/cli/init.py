@@ -72,7 +72,6 @@ def init(
 
 
 def _millimetres(name: str, text: str) -> float:
-    """Read a length with or without its unit."""
     from fea.study.quantities import quantity
 
     flag = f"--{name.replace('_', '-')}"

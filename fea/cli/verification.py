@@ -29,7 +29,6 @@ class Shown:
     quiet: Quiet = False
 
     def __post_init__(self) -> None:
-        """Refuse a report that cannot be written, before anything is computed."""
         require_target("--report", self.report, (".md",), parents=True)
 
     def write(self, command: str, write: Callable[[Path, str], object]) -> None:

@@ -68,10 +68,7 @@ class ContactSystem:
         self._factorised: tuple[Ints, Floats, Floats] | None = None
 
     def solve(self, gap: Floats, force: Floats, start: Mask | None = None) -> Contact:
-        """Solve for a gap g (n,) and resultants F (m,), from the contact area of the load before or `start`.
-
-        Raises `ContactError`: no pressure has these resultants.
-        """
+        """Solve for gap (n,) and resultants (m,) from a contact area; `ContactError`: no pressure fits."""
         before = self._active if start is None else start
         contact = None if before is None else self._primal_dual(gap, force, before)
         contact = contact or self._primal_dual(gap, force, self._R @ force > 0)
@@ -80,7 +77,6 @@ class ContactSystem:
         return contact
 
     def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> Contact | None:
-        """Change all places at once; None if that does not settle."""
         tried = set()
         for change in range(1, MOST_CHANGES + 1):
             pressure, motion = self._touching(active, gap, force)
@@ -96,7 +92,6 @@ class ContactSystem:
         return None
 
     def _exchanged(self, gap: Floats, force: Floats) -> Contact:
-        """Exchange single places, from pressures that have the resultants."""
         pressure = balanced(self._R / self._scale, force / self._scale)
         active = pressure > 0
         for change in range(MOST_CHANGES + 1, MOST_CHANGES + 1000 + 50 * len(gap)):

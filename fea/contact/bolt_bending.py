@@ -148,10 +148,7 @@ class BoltBending:
         return np.asarray(-both @ np.linalg.solve(sheared @ both, sheared @ turns))
 
     def moments(self, state: ContactState) -> Floats:
-        """Moments (n_bolts, 2, 2) on the ends of each bolt, in the order of `BoltBeam.bending`, N mm.
-
-        A bolt without force has none.
-        """
+        """Moments (n_bolts, 2, 2), N mm, in the order of `BoltBeam.bending`; zero for bolts without force."""
         moments = (self._stiffness @ (self._turns(state) + self._made)).reshape(-1, 2, 2)
         moments[state.values[self._assembled.bolts] <= 0] = 0.0
         return np.asarray(moments)

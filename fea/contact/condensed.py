@@ -23,10 +23,7 @@ _UNRESISTED = 1e-9
 
 @dataclass(frozen=True)
 class CondensedInterface:
-    """The condensed problem.
-
-    The private ones are the terms of `motions`.
-    """
+    """The condensed problem. The private ones are the terms of `motions`."""
 
     #: pins, interface: (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts
     #: and bolt forces

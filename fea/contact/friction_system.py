@@ -141,11 +141,9 @@ class BlockSearch:
         return np.asarray(way <= way.min())
 
     def _unresisted(self, trial: Trial) -> UnsettledError:
-        """Return the error of a motion of the pins or of a part that nothing resists."""
         return UnsettledError(self._slides(trial.block, trial.left) if len(self._loose) else UNSETTLED)
 
     def _slides(self, block: Block, resultants: Floats) -> str:
-        """Say which part slides away: that on which most of the resultants (m,) is left."""
         left = np.zeros(self._motions)
         left[block.motions] = resultants
         moved = np.abs(left[-len(self._loose) :] @ self._loose)
@@ -263,10 +261,7 @@ class Steps:
         self._trials = Trials()
 
     def step(self, load: Load, state: ContactState, like: ContactState | None = None) -> ContactState:
-        """Go on from a state, in smaller steps where a larger one does not settle.
-
-        `like` is a state that the end resembles, where one is known.
-        """
+        """Go on from a state, if need be in smaller steps; the end resembles the state `like`, if known."""
         if like is not None:
             with suppress(UnsettledError):
                 return self.at_once(load, state.gap, like.guess)
@@ -282,10 +277,7 @@ class Steps:
         return self._halved(load, middle, halvings - 1)
 
     def at_once(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> ContactState:
-        """Find the state under a load from gaps y_J (n_J,), beginning with a guess, in one step.
-
-        Without `rubbing` the gaps hold the slip at the end.
-        """
+        """Find the state from gaps y_J (n_J,) and a guess; without `rubbing` these hold the final slip."""
         [offsets] = self._offsets([load], [gap])
         return self._solved(load, offsets, guess, rubbing=rubbing)
 

@@ -68,10 +68,7 @@ class JournalLoads:
     def solve(
         self, bearing: Bearing, guess: JournalState, place: float, rate: float, before: Floats
     ) -> JournalState:
-        """Solve for the state at a place between steps; `rate` and `before` as of `Conditions`.
-
-        Raises `FilmError`: the iteration did not end.
-        """
+        """Solve at a place; `rate` and `before` as of `Conditions`. Raises `FilmError`: no convergence."""
         brought_up = min(1.0, 1 + place / (_RAMP * self.count))
         speed, supply = float(self._at(self.speed, place)), self.supply(bearing, place)
         return bearing.solve(
@@ -147,10 +144,7 @@ class FilmCycle:
 
     @cached_property
     def driven(self) -> float:
-        """Mean power of the journal's rotation and motion, of the bore's motion and of the inlet, N·mm/s.
-
-        It is what `dissipated` should be.
-        """
+        """Mean power of rotation, motions and inlet, N·mm/s, which `dissipated` should equal."""
         acting, step = self.acting, self.acting.period / self.acting.count
         places = np.array([state.position for state in self.states])
         power = self.friction[0] * acting.speed + (acting.load * _slope(places, step)).sum(axis=1)

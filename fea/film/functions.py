@@ -18,10 +18,7 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 @dataclass(frozen=True)
 class BoreFunctions:
-    """Products of cos nφ or sin nφ and even Legendre polynomials, with ∫ φᵢ φⱼ dA = δᵢⱼ, 1/mm.
-
-    The cosines come first: they are even about y = 0, and the sines odd.
-    """
+    """cos nφ (even about y = 0, first), sin nφ times even Legendre polynomials; ∫ φᵢ φⱼ dA = δᵢⱼ, 1/mm."""
 
     radius: float  #: mm
     width: float  #: mm

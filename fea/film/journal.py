@@ -69,8 +69,6 @@ class JournalState:
 
 
 class _Iterate(NamedTuple):
-    """An iterate of Newton's method: what `JournalState` has of it."""
-
     film: Film
     planes: Floats
     position: Floats

@@ -131,10 +131,7 @@ class Reynolds:
         )
 
     def _around(self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float) -> _Flow:
-        """Flow across the faces towards the next angle.
-
-        The share of the face that is filled is that of the cell from which the journal carries the oil.
-        """
+        """Flow to the next angle, at the filled share of the cell from which the journal carries the oil."""
         grid = self.grid
         falls, drags = grid.dz / grid.dx / (12 * self.oil.viscosity), grid.dz * speed / 2
         middle = (gap + np.roll(gap, -1, 0)) / 2
@@ -153,7 +150,6 @@ class Reynolds:
         )
 
     def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
-        """Flow across the faces towards the next z; none out of the last cells."""
         grid = self.grid
         falls = grid.dx / grid.dz / (12 * self.oil.viscosity)
         middle = (gap[:, :-1] + gap[:, 1:]) / 2

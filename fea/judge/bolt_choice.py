@@ -83,10 +83,7 @@ _PLAIN = 0.05
 
 
 def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> BoltShape:
-    """Complete what a study says of the shape of its bolts.
-
-    Raises `InvalidValue`: they do not fit the rod.
-    """
+    """Complete what a study says of its bolts' shape. Raises `InvalidValue`: they do not fit the rod."""
     thread = _thread(table, seats, assumed)
     d, (grip, engaged) = thread.diameter, _grip(table, seats, thread, assumed)
     head = _seat(table, "head", seats, thread, assumed)
@@ -170,7 +167,6 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
 
 
 def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, assumed: Assumed) -> float:
-    """Outer diameter of the seat of head or nut."""
     key, least, most = f"bolt_{what}_mm", _LEAST_SEAT * seats.hole, 2 * seats.room
     name, given = f"assembly.{key}", getattr(table, key)
     rule = (
@@ -203,10 +199,7 @@ class Tightening(NamedTuple):
 
 
 def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -> tuple[Note, ...]:
-    """Judge the end of tightening.
-
-    Raises `InvalidValue`: the bolt breaks.
-    """
+    """Judge the end of tightening. Raises `InvalidValue`: the bolt breaks."""
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
     stress = bolt.tightening_stress(turned=turned)
     _require_whole(bolt, table, stress)
@@ -304,10 +297,7 @@ class ChosenBolt:
 def choose_bolt(
     table: AssemblyTable, seats: BoltSeats, bolt_table: MaterialTable | None, clamped: Material
 ) -> ChosenBolt:
-    """Complete what a study says of its bolts: [assembly], and [material.bolt] if it is given.
-
-    Raises `InvalidValue`: the bolt does not fit the rod, or tightening breaks it.
-    """
+    """Complete [assembly] and [material.bolt]. Raises `InvalidValue`: it does not fit, or breaks."""
     assumed = Assumed()
     shape = bolt_shape(table, seats, assumed)
     strength = _strength(table, bolt_table, shape, assumed)
@@ -352,7 +342,6 @@ def choose_bolt(
 def _strength(
     table: AssemblyTable, bolt_table: MaterialTable | None, shape: BoltShape, assumed: Assumed
 ) -> BoltStrength:
-    """Strengths of [material.bolt] where it has them, else those of the property class."""
     given = None if bolt_table is None else bolt_table.resolved()
     if given is None or given.yield_MPa is None:
         if table.grade is None:
@@ -392,7 +381,6 @@ def _compliances(
 
 
 def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
-    """μ_G and μ_K: as they are given, of the lubricant, or assumed."""
     if table.bolt_lubricant is not None:
         usual = LUBRICANTS[table.bolt_lubricant]
         given = (table.thread_friction, table.head_friction)

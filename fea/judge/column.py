@@ -47,10 +47,7 @@ class Column:
 
     @property
     def johnson(self) -> float:
-        """Johnson's parabola S_y A (1 − S_y A/4P_E), N; Euler's load if it is below S_y A/2.
-
-        J. B. Johnson 1893; the parabola touches Euler's curve at S_y/2.
-        """
+        """Johnson's parabola (1893) S_y A (1 − S_y A/4P_E), N; Euler's load, touching it, below S_y A/2."""
         if self.euler < self.squash / 2:
             return self.euler
         return self.squash * (1 - self.squash / (4 * self.euler))

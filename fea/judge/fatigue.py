@@ -120,7 +120,6 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
 
 
 def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
-    """What the study does not give of the endurance of its materials."""
     known = [material for material in materials if material.endurance_limit is not None]
     if any(material.endurance_estimated for material in known):
         yield "half the ultimate strength as endurance limit"

@@ -80,10 +80,7 @@ class LifeLine:
 
 
 def require_lines(materials: Iterable[Material]) -> None:
-    """Refuse S–N lines that do not fit their material, before anything is computed.
-
-    Raises `InvalidValue` as `LifeLine.of`.
-    """
+    """Refuse S–N lines that do not fit their material. Raises `InvalidValue` as `LifeLine.of`."""
     for material in materials:
         LifeLine.of(material, np.array([surface.factor for surface in material.marin.surfaces.values()]))
 

@@ -71,10 +71,7 @@ class PressFit:
 
 
 def warmed(interference: float, diameter: float, inner: float, outer: float, warming: float) -> float:
-    """Diametral interference after warming by ΔT, mm: δ + (α_i − α_o) d ΔT; a clearance is negative.
-
-    Moduli are taken as unchanged.
-    """
+    """Diametral interference after warming by ΔT, mm: δ + (α_i − α_o) d ΔT; moduli are unchanged."""
     return interference + (inner - outer) * diameter * warming
 
 
@@ -127,10 +124,7 @@ class Expansions:
 
     @classmethod
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
-        """Look up the expansion of every material, where the temperature of [assembly] makes it count.
-
-        Raises `InvalidValue`: the expansion of a material is neither given nor known.
-        """
+        """Look up expansions if [assembly] has a temperature. Raises `InvalidValue`: one is not known."""
         if table.temperature_C is None or table.temperature_C == REFERENCE_TEMPERATURE:
             return cls(dict.fromkeys(materials, 0.0), 0.0, ())
         by_part, assumed = {}, []
@@ -189,10 +183,7 @@ def choose_fits(
     materials: Mapping[str, MaterialTable],
     expansions: Expansions,
 ) -> dict[str, ChosenFit]:
-    """Return the fits that a study's [assembly] asks for, by the inner part.
-
-    Raises `InvalidValue`: an interference is more than a part bears.
-    """
+    """Return the fits of [assembly] by inner part. Raises `InvalidValue`: too large an interference."""
     wanted = {
         BUSHING: table.bushing_interference_mm,
         SHELL: None if table.shell_thickness_mm is None else table.shell_interference_mm or 0.0,

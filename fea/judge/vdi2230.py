@@ -1,7 +1,4 @@
-"""Compliance, tightening and strength of bolts (VDI 2230-1:2015, sections 5.1.1 and 5.5, steps R3 to R9).
-
-Forces in N, lengths in mm, stresses in MPa.
-"""
+"""Bolts by VDI 2230-1:2015, sections 5.1.1 and 5.5, steps R3 to R9. Forces in N, lengths mm, stresses MPa."""
 
 import math
 from dataclasses import dataclass

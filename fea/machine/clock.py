@@ -100,7 +100,6 @@ def _line(text: str) -> None:
 
 @contextmanager
 def _explained(write: Callable[[str], None], hint: str) -> Iterator[Callable[[str], None]]:
-    """Yield what is told of each stage; one that takes minutes is written, with the hint."""
     stage, ended, changed = "starting", threading.Event(), threading.Event()
 
     def watch() -> None:

@@ -8,10 +8,7 @@ _BESIDE = ("geometry", "mesh", "loads")
 
 
 def foreign_package(error: BaseException) -> str:
-    """Return where a package of another project hides one of ours, and what to do; "" if none does.
-
-    `error` is what an import raised.
-    """
+    """Return where a foreign package hides one of ours, and the remedy; else "". `error`: the import's."""
     while isinstance(error, ImportError) and isinstance(error.__cause__, ImportError):
         error = error.__cause__
     name = (getattr(error, "name", None) or "").partition(".")[0]

@@ -23,10 +23,7 @@ _LONGEST_REASON = 200
 
 
 def guarded(job: Callable[[], int]) -> int:
-    """Return the exit code of `job`, or 7 if a memory limit ended it.
-
-    The job is the whole program.
-    """
+    """Return the exit code of `job`, or 7 if a memory limit ended it. The job is the whole program."""
     limit = memory_limit()
     if limit is None or not CAN_FORK:
         return job()

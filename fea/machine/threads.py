@@ -19,10 +19,7 @@ _VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 def limit_threads(threads: int | None) -> None:
-    """Limit OpenMP, MKL and OpenBLAS to `threads`; None leaves the environment unchanged.
-
-    Raises `InvalidValue`: not a positive number.
-    """
+    """Limit OpenMP, MKL and OpenBLAS, unless None. Raises `InvalidValue`: not a positive number."""
     if threads is None:
         return
     require(threads >= 1, "--threads", threads, "must be at least 1")

@@ -41,7 +41,6 @@ def is_earlier_run(directory: Path) -> bool:
 
 
 def _is_run(folder: Path) -> bool:
-    """Return whether a directory holds only what its summary names, pictures of that and a report."""
     files = _manifest(folder).get("files")
     if not isinstance(files, list):
         return False
@@ -54,7 +53,6 @@ def _is_file(path: Path) -> bool:
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
-    """Return the summary of a run or a search in a directory, empty where this program wrote none."""
     for name in (SUMMARY, OPTIMISED):
         try:
             summary = json.loads((folder / name).read_text(encoding="utf-8"))
@@ -178,7 +176,6 @@ def run_folder(target: Path) -> Iterator[Path]:
 
 
 def _unmake_parents(made: list[Path]) -> None:
-    """Remove the parents that a failed run created, unless they are in use by now."""
     with suppress(OSError):
         for parent in made:
             parent.rmdir()

@@ -35,10 +35,7 @@ class Step:
 def write_inp(
     path: Path, mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]
 ) -> None:
-    """Write one linear static load case; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
-
-    Parameters and errors are those of `write_deck` and `Step`.
-    """
+    """Write a linear static case for ``ccx -i NAME``, the path without ``.inp``; see `write_deck`, `Step`."""
     write_deck(path, mesh, {"material": material}, [Step("", forces, fixed)], ["static load case"])
 
 

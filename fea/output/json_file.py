@@ -84,10 +84,7 @@ def as_dict(value: Any) -> Any:
 
 
 def read_summary(folder: Path) -> Summary:
-    """Read the figures of a run.
-
-    Raises `OSError`: there is no `summary.json`; `ValueError`: it is not one that this version writes.
-    """
+    """Read a run's figures. Raises `OSError`: no `summary.json`; `ValueError`: not of this version."""
     raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     try:
         summary: Summary = _read(Summary, raw)
@@ -122,7 +119,6 @@ def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of
 
 
 def _read_either(hints: list[Any], raw: Any) -> Any:
-    """Return a value as the first of several types that has all of its keys."""
     for hint in hints:
         fields = {f.name for f in dataclasses.fields(hint)} if dataclasses.is_dataclass(hint) else None
         if fields is None or fields >= raw.keys():
@@ -131,7 +127,6 @@ def _read_either(hints: list[Any], raw: Any) -> Any:
 
 
 def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:
-    """Return the components of a vector, all rounded to the last digit of the largest."""
     plain = [_plain(item, FULL) for item in values]
     finite = [abs(item) for item in plain if isinstance(item, float | int)]
     largest = max(finite, default=0.0)
@@ -142,7 +137,6 @@ def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:
 
 
 def _indented(value: Any, indent: str) -> str:
-    """Return JSON with one key a line, and what holds no mapping on the line of its key."""
     deeper = indent + "  "
     if isinstance(value, dict) and value:
         lines = [f"{deeper}{json.dumps(key)}: {_indented(item, deeper)}" for key, item in value.items()]

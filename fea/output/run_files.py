@@ -98,7 +98,6 @@ def _case_collection(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _instants(run: RunResult) -> Iterator[RunFiles]:
-    """The fields over the cycle, worked out as they are written: they rarely fit into memory."""
     if run.instants is not None:
         instants = run.instants
         times = {f"cycle-{degrees:03g}.vtu": degrees for degrees in instants.degrees}
@@ -116,7 +115,6 @@ def _study(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _columns(run: RunResult) -> Iterator[RunFiles]:
-    """What is known at every degree of the cycle."""
     columns_of = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film}
     for name, columns in columns_of.items():
         if columns is not None:

@@ -116,10 +116,7 @@ Run = RunResult | StoredRun
 
 
 def read_run(folder: Path) -> StoredRun:
-    """Read a run of one speed that `fea run` has written.
-
-    Raises `InvalidValue`: it is not such a folder, or its files are damaged.
-    """
+    """Read a run of one speed of `fea run`. Raises `InvalidValue`: it is none, or its files are damaged."""
     _require_run(folder)
     try:
         summary = read_summary(folder)

@@ -80,10 +80,7 @@ def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
 
 
 def read_columns(path: Path) -> dict[str, Floats]:
-    """Read columns (n,) by their names; what does not apply is NaN.
-
-    Raises `OSError`, `ValueError`: there is no such file, or it is not such a table.
-    """
+    """Read columns (n,) by their names, NaN for none. Raises `OSError`; `ValueError`: not such a table."""
     head, *rows = path.read_text(encoding="utf-8").splitlines()
     names = head.split(",")
     values = [[float(cell) if cell else math.nan for cell in row.split(",")] for row in rows]

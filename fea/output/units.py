@@ -156,7 +156,6 @@ def in_rows(head: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[list
 
 
 def _split(heading: str) -> tuple[str, str, str]:
-    """Split a heading into words, what is between, and a unit; "" where it has none."""
     parts = re.fullmatch(rf"(.*?)(, |\n| |)({_UNIT})", heading, re.DOTALL)
     return (parts[1], parts[2], parts[3]) if parts and (parts[2] or not parts[1]) else (heading, "", "")
 
@@ -169,7 +168,6 @@ def _converted(numbers: str, to: _Shown, least: int) -> str:
 
 
 def _number(text: str, to: _Shown, least: int, coarser: int = 0) -> str:
-    """Return a number in another unit, to the resolution of the digits that it has."""
     mantissa, power, exponent = text.partition("e") if "e" in text else text.partition("·10")
     digits = sum(letter.isdigit() for letter in mantissa.lstrip("+-−0.,").replace("−", ""))
     value = float(mantissa.replace(",", "").replace("−", "-"))

@@ -122,10 +122,7 @@ def write_cells(
 def vtk_grid(
     nodes: Array, elements: Array, point_data: Mapping[str, Array], cell_data: Mapping[str, Array]
 ) -> Any:
-    """Return elements and results as a vtkUnstructuredGrid, which shares their memory where it can.
-
-    Parameters and errors are as for `write_vtu`.
-    """
+    """Return a vtkUnstructuredGrid, which shares memory where it can. Parameters and errors: `write_vtu`."""
     from vtkmodules.util.numpy_support import numpy_to_vtk  # noqa: PLC0415
     from vtkmodules.vtkCommonCore import vtkPoints  # noqa: PLC0415
     from vtkmodules.vtkCommonDataModel import (  # noqa: PLC0415
@@ -179,10 +176,7 @@ _FOOT = "  </Collection>\n</VTKFile>\n"
 
 
 def write_pvd(path: Path, times: Mapping[str, float]) -> None:
-    """Write a collection of files beside it, with the crank angle in degrees, or number, of each.
-
-    Raises `StorageError`: the file could not be written.
-    """
+    """Write a collection of files beside it, by crank angle, degrees, or number. Raises `StorageError`."""
     ordered = sorted(times.items(), key=lambda item: item[1])
     rows = (_row(name, time) for name, time in ordered)
     write_text(path, _HEAD + "".join(rows) + _FOOT)

@@ -154,10 +154,7 @@ class AssemblyPins(ContactPins):
         return self.assembly.sums(*self.states(case.times(factor)[None]))
 
     def states(self, instants: Instants, cycle: CrankCycle | None = None) -> list[ContactState]:
-        """States at instants: of a cycle, or each of them from the parts put together.
-
-        Parameters and errors are those of `PinModel.respond`.
-        """
+        """States at instants of a cycle, or each from the assembled state; see `PinModel.respond`."""
         if cycle is None:
             return [self._state(instant) for instant in instants]
         keys = [_key(*instant) for instant in acting(instants)]
@@ -184,7 +181,6 @@ class AssemblyPins(ContactPins):
         return self._from_rest[key]
 
     def _cycle(self, cycle: CrankCycle) -> _Cycle:
-        """A cycle with what is known of it: kept for what is spanned and the last one."""
         key = _cycle_key(cycle)
         if key not in self._cycles:
             kept = {own: known for own, known in self._cycles.items() if own in self._spanned}
@@ -207,7 +203,6 @@ def _cycle_key(cycle: CrankCycle) -> bytes:
 
 
 def _of_cell(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> tuple[BoltAxis, ...]:
-    """Bolts that the cell holds, or holds a half of."""
     cuts = [(1, Surface.SYMMETRY_Y), (2, Surface.SYMMETRY_Z)]
     return tuple(
         bolt
@@ -221,7 +216,6 @@ def _on(bolt: BoltAxis) -> float:
 
 
 def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
-    """Where the bolts of the cell sit, with the facets that they press on."""
     owner = {surface: _owner(mesh, surface, bolts) for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     halved = Surface.SYMMETRY_Z in mesh.facets
     return [
@@ -238,7 +232,6 @@ def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
 def _pulls(
     mesh: TetMesh, bolts: Sequence[BoltAxis], seated: Sequence[BoltEnds], stiffness: float
 ) -> list[BoltPull]:
-    """The bolts of the cell."""
     return [
         BoltPull.of(
             mesh,

@@ -18,10 +18,7 @@ _ON_EDGE = 1e-4
 
 
 class AssemblyStates:
-    """Sums up steps of an assembly.
-
-    `bolts` (n, 3) where the axes of the bolts of the cell meet the joint, mm.
-    """
+    """Sums up steps of an assembly. `bolts` (n, 3): where the axes of the cell's bolts meet the joint, mm."""
 
     def __init__(
         self, assembled: Assembled, friction: float, bolts: Floats, bending: BoltBending, big_radius: float

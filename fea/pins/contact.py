@@ -290,17 +290,13 @@ class ContactPins(PinModel):
 
     @cached_property
     def contact(self) -> BoreContact:
-        """The contact problem, whose compliance is computed when first asked for.
-
-        Raises `InvalidValue`: contact cannot be combined with something else that was asked for.
-        """
+        """The contact problem; computes its compliance when needed. `InvalidValue`: no such combination."""
         why = self.excluded_because
         require(not why, "analysis.pressure", CONTACT, why, "Choose another --pressure.")
         with self.structure.clock("contact"):
             return self._problem()
 
     def _problem(self) -> BoreContact:
-        """The problem of this model: a rod in parts has more in contact."""
         return BoreContact(self.structure, self.fits)
 
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
@@ -423,10 +419,7 @@ class PressurePatterns(ContactUnits):
         return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
 
     def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:
-        """Weights of which most are estimated at first: see `UnitLoads.sampled`.
-
-        Each cycle starts from the contact areas of the one whose speed is nearest.
-        """
+        """See `UnitLoads.sampled`; each cycle starts from the contact areas of the one of nearest speed."""
         near = min(list(self._areas), key=lambda speed: abs(speed - cycle.speed), default=None)
         start = None if near is None or self._areas[near].shape[1] != len(instants) else self._areas[near]
         found = EstimatedWeights(self, instants, start)
@@ -434,10 +427,7 @@ class PressurePatterns(ContactUnits):
         return found
 
     def balanced(self) -> Weights:
-        """What errors of estimated weights do not contain: see `UnitLoads.balanced`.
-
-        Pressures that differ by an error have the same resultants.
-        """
+        """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
         problem, resultants = self.contact.problem, []
         for parity in Parity:
             patterns = self._patterns[parity]

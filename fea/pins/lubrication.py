@@ -141,10 +141,7 @@ class Lubrication:
 
     @classmethod
     def of(cls, structure: Structure) -> "Lubrication":
-        """Complete what the study says.
-
-        Raises `InvalidValue`: with this clearance there is no film, or the oil hole is wider than the bore.
-        """
+        """Complete the study. Raises `InvalidValue`: no film with this clearance, or too wide an oil hole."""
         bores, table, said = structure.bores, structure.film, Assumed()
         radius, fit = bores.big_radius, structure.contact.big_end_clearance_mm
         clearance = table.radial_clearance_um
@@ -214,7 +211,6 @@ def _oil(table: assumed.FilmTable, piezoviscosity: float) -> Oil | WarmOil:
 
 
 def _asperities(roughness: float, structure: Structure, friction: float) -> Asperities:
-    """Those of steel surfaces, between the rod's material and that of the crank pin."""
     pin, rod = structure.pin_stiffness.get(CRANK_PIN, STEEL), structure.materials[0]
     yields = (1 - pin[1] ** 2) / pin[0] + (1 - rod.poissons_ratio**2) / rod.youngs_modulus
     return Asperities.of(roughness, _CROWDING, _SLOPE, 1 / yields, friction)
@@ -240,10 +236,7 @@ class Films:
         return Lubrication.of(self._structure)
 
     def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle]:
-        """The film over a crank cycle, and a coarser one.
-
-        Raises `InvalidValue`: a value of [film] does not suit the bore; `FilmError`: the film was not solved.
-        """
+        """The film of a cycle, and a coarser one. Raises `InvalidValue` (unsuitable [film]), `FilmError`."""
         rule = "must be above 0: the rotation of the crank pin carries its oil film"
         require(cycle.speed > 0, "speed.rpm", cycle.speed, rule)
         key = cycle.speed, id(cycle.gas)

@@ -1,7 +1,4 @@
-"""What a pin model is: it responds to what acts on the rod, and spans crank cycles by unit loads.
-
-The models are registered in `fea.study.pin_models`.
-"""
+"""What a pin model is: its response, and unit loads of a cycle (registry: `fea.study.pin_models`)."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -89,10 +86,7 @@ class Structure:
         return soft_parts(self.materials, self.mesh)
 
     def pins(self, pressure: str = "") -> "PinModel":
-        """Return the model of the pins, by default the one that the study asks for.
-
-        Raises `InvalidValue`: there is no such model, or a pin does not fit the rod.
-        """
+        """Return the model of the pins, by default the study's. Raises `InvalidValue`: unknown, or no fit."""
         asked = replace(self, pressure=pressure or self.pressure)
         in_parts = self.assembly is not None and pin_model(asked.pressure).in_contact
         model: PinModel = pin_model(asked.pressure, in_parts=in_parts).load().of(asked)
@@ -240,10 +234,7 @@ class PinModel(ABC):
     @classmethod
     @abstractmethod
     def of(cls, structure: Structure) -> Self:
-        """Prepare the model for a rod; what takes long waits until it is needed.
-
-        Raises `InvalidValue`: a pin does not fit the rod.
-        """
+        """Prepare the model for a rod; what takes long waits. Raises `InvalidValue`: a pin does not fit."""
 
     @abstractmethod
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Response]:

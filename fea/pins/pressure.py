@@ -43,10 +43,7 @@ class Series:
 
 @cache
 def series(arc: Arc, highest: int | None = None) -> Series:
-    """Expand the pressure of an arc.
-
-    `highest`: highest order; by default the lowest with an error below `TOLERANCE`, at most `HIGHEST`.
-    """
+    """Expand an arc's pressure: up to order `highest`, or to an error of `TOLERANCE`, at most `HIGHEST`."""
     return _enough(arc, np.cos, 1.0) if highest is None else _truncated(arc, highest, np.cos)
 
 

@@ -242,7 +242,6 @@ _sessions, _models = ExitStack(), list[_Model]()
 
 
 def _mesh_opened(drawing: _Drawing, request: MeshRequest) -> Drawn:
-    """Mesh a rod that is drawn in this process when it is first asked for."""
     if not _models:
         with ExitStack() as opening:
             log = opening.enter_context(session())
@@ -252,10 +251,7 @@ def _mesh_opened(drawing: _Drawing, request: MeshRequest) -> Drawn:
 
 
 def _cell(asked: Symmetry, smallest: Mirror) -> Mirror:
-    """The symmetry cell to solve: the smallest one unless a larger one is requested.
-
-    Raises `InvalidValue`: the rod does not have the requested symmetry.
-    """
+    """The smallest symmetry cell, or the one asked for. Raises `InvalidValue`: the rod does not have it."""
     if asked is Symmetry.AUTO:
         return smallest
     cell = Mirror(asked.value)

@@ -105,10 +105,7 @@ def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) ->
 
 
 def found_assembly(rod: RodTable, report: ImportReport) -> tuple[str, ...]:
-    """Return the joint, bolts and interfaces of a file, in words; empty where it has no cap of its own.
-
-    `report`: what was made of it.
-    """
+    """Return joint, bolts and interfaces in words; empty without a cap. `report`: of the file's reader."""
     if report.assembly or rod.cad is None:
         return report.assembly
     if not any(one.kept and one.role is Role.CAP for one in report.solids):

@@ -36,18 +36,12 @@ class EngineLoading:
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
-        """Read the engine of a study, for a rod of a length, mm.
-
-        Raises `InvalidValue`: a value of the engine breaks a rule.
-        """
+        """Read a study's engine, for a rod of `length`, mm. Raises `InvalidValue`: a value breaks a rule."""
         engine = table.engine(rod_length)
         return cls(engine, table.gas_model(engine), table)
 
     def with_gas(self, gas: str) -> "EngineLoading":
-        """Return the engine with another gas, named as in [engine].
-
-        Raises `InvalidValue`: see `EngineTable.gas_model`.
-        """
+        """Return the engine with another gas, as in [engine]. Raises as `EngineTable.gas_model`."""
         table = self.table.with_gas(gas)
         return EngineLoading(self.engine, table.gas_model(self.engine), table)
 
@@ -56,10 +50,7 @@ class EngineLoading:
         return replace(self, gas=scaled(self.gas, factor))
 
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
-        """Find the peak cases of the crank cycle.
-
-        Raises `InvalidValue`: nothing loads the rod, or no speed is given.
-        """
+        """Find the peak cases of the cycle. Raises `InvalidValue`: nothing loads the rod, or no speed."""
         if rpm is None:
             raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
         peaks = peak_cases(self.crank_cycle(rod, rpm))
@@ -108,10 +99,7 @@ class DutyLoads:
 
     @classmethod
     def of(cls, table: DutyTable, loading: EngineLoading) -> "DutyLoads":
-        """Read the gas of every entry; without any it is the engine's.
-
-        Raises `InvalidValue`: a gas needs a key of the engine that is missing, or a file that cannot be read.
-        """
+        """Read the gas of every entry, else the engine's. Raises `InvalidValue`: a missing key or file."""
         if table.gas is None:
             return cls(table, (loading,) * len(table.rpm))
         of_gas = {gas: loading.with_gas(gas) for gas in table.gas}

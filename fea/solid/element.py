@@ -29,10 +29,7 @@ class Tabulation:
 
 
 def shape_functions(n_nodes: int, points: Floats) -> tuple[Floats, Floats]:
-    """Shape functions and their derivatives at `points` (dim, n) of the reference simplex.
-
-    Their shapes are (n, n_nodes) and (n, n_nodes, dim).
-    """
+    """Shape functions (n, n_nodes) and derivatives (n, n_nodes, dim) at `points` (dim, n) of the simplex."""
     element = _ELEMENTS[n_nodes]()
     tables = [element.lbasis(points, node) for node in range(n_nodes)]
     values = np.stack([np.broadcast_to(value, points.shape[1]) for value, _ in tables], axis=1)

@@ -75,10 +75,7 @@ def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembl
 
 
 def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:
-    """Mass properties of the part of the body with x > `station`, mm, summed over its Gauss points.
-
-    Some elements must lie beyond the station.
-    """
+    """Mass properties beyond x = `station`, mm, by Gauss points; some elements must lie there."""
     far = mesh.points[mesh.tets, 0].max(axis=1) > station
     places, volumes = volume_points(TetMesh(mesh.points, mesh.tets[far]))
     mass = volumes * np.reshape(np.broadcast_to(density, len(far))[far], (-1, 1))

@@ -98,10 +98,7 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
 def iterate_saddle(
     stiffness: Operator, precondition: Operator, constraint: Constraint, f: Floats, g: Floats
 ) -> tuple[Floats, Floats]:
-    """Solve as `solve_saddle`, with A and an approximation of A⁻¹ in place of a factor.
-
-    Both operators ignore constrained displacements.
-    """
+    """As `solve_saddle`, with A and an approximate A⁻¹ as operators; they ignore constrained unknowns."""
     D, n, right = constraint.divergence, len(f), np.concatenate([f, g])
 
     def whole(both: Floats) -> Floats:
@@ -258,7 +255,6 @@ class MixedSystem:
         return self._corrected(partial(iterate_saddle, stiffness, precondition, self._constraint), f)
 
     def _free(self, operator: Operator) -> Operator:
-        """Restrict an operator to the free displacements."""
         cut = self.fixed[:, None]
         return lambda field: np.where(cut, 0.0, operator(np.where(cut, 0.0, field)))
 

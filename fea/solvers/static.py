@@ -108,10 +108,7 @@ class Model:
         return self._solver.name
 
     def handed_on(self) -> Symbolic | None:
-        """Return what a model of the moved mesh can go on with; None with an iterative solver.
-
-        This one factorises anew where it is used again.
-        """
+        """Return what a model of the moved mesh can reuse; None with an iterative solver."""
         if self._solver.name == SolverName.AMG:
             return None
         symbolic = Symbolic(self.mesh.tets, self._layout, self._solver)
@@ -160,11 +157,7 @@ class Model:
         return self._factorised.index(parity)
 
     def solve(self, loads: Sequence[Split]) -> Solution:
-        """Displacements of the cell under each load.
-
-        Raises `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the
-        factorisation broke down.
-        """
+        """Displacements of the cell by load. Raises `UnderconstrainedError`, `SingularMatrixError`."""
         return self._solution(right_hand_sides(loads), self._refined)
 
     def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
@@ -224,7 +217,6 @@ class Model:
         return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
-        """Solve with the factor in a slot; if the iterative solver stagnates, directly if that fits."""
         try:
             return self._solver.solve(slot, f)
         except StagnationError as error:

@@ -131,10 +131,7 @@ class NotchField:
 
 
 def fitted(notch: VNotch, distance: Floats, one: Floats, other: Floats) -> NotchField | None:
-    """Fit the field to the stress (n,) across the edge along both flanks, MPa; None where impossible.
-
-    `distance` (n,) is from the edge, mm.
-    """
+    """Fit to stress (n,) across the edge on both flanks, MPa, at `distance` (n,), mm; None if impossible."""
     if notch.opening < LEAST_OPENING or len(distance) < 3:
         return None
     first = notch.opens - 1, notch.slides - 1

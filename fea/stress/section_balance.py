@@ -14,10 +14,7 @@ _XX, _XY = 0, 3
 
 
 class SectionBalance:
-    """The section of a rod at x = `station`, mm, and the mass beyond it, computed on first use.
-
-    That mass is integrated over the symmetry cell.
-    """
+    """The section of a rod at x = `station`, mm, and the cell's mass beyond it, computed on first use."""
 
     def __init__(
         self, whole: TetMesh, cell: TetMesh, density: float | Floats, rod_length: float, station: float

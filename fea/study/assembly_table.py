@@ -41,10 +41,7 @@ class AssemblyTable(
     "run says what",
     optional=True,
 ):
-    """[assembly]: bolts are tightened by one of preload, torque and stretch.
-
-    What is left out is assumed (`fea.judge.bolt_choice`).
-    """
+    """[assembly]: one of preload, torque and stretch; `fea.judge.bolt_choice` assumes what is left out."""
 
     split: Split | float = key(
         '"straight"',

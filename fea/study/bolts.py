@@ -108,10 +108,7 @@ class UnifiedThread(Thread):
 
 
 def parse_thread(key: str, name: str) -> Thread:
-    """Read a designation: M9x1, M10 for the coarse pitch, 3/8-24 or 3/8 UNF.
-
-    Raises `InvalidValue`: it is none, has no standard pitch, or one that no thread has.
-    """
+    """Read M9x1, M10 (coarse), 3/8-24 or 3/8 UNF. Raises `InvalidValue`: no such thread or standard pitch."""
     remedy = 'Give diameter and pitch in mm, as "M9x1", or inches and threads per inch, as "3/8-24".'
     if inches := _UNIFIED.fullmatch(name):
         thread: Thread = _unified(key, name, *inches.groups())

@@ -156,7 +156,6 @@ def _kind(cls: Any, name: str, number: Schema) -> Schema:
 
 
 def _needs(names: Iterable[str]) -> Schema:
-    """Return that keys must be there, each with the unit in its name or in its value."""
     return {
         "allOf": [
             {"anyOf": [{"required": [key]} for key in dict.fromkeys((name, stem(name)))]} for name in names

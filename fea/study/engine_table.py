@@ -229,10 +229,7 @@ class EngineTable(
         return tuple(self.bank_angle_deg * DEG * (bank == "B") for bank in banks)
 
     def gas_model(self, engine: Engine) -> GasModel:
-        """Return the cylinder pressure.
-
-        Raises `InvalidValue`: a missing key of the model, or a trace that is not one cycle.
-        """
+        """Return the cylinder pressure. Raises `InvalidValue`: a missing key, or a trace of not one cycle."""
         gas: GasModel = NoGas()
         if self.gas in SHIPPED:
             gas = shipped_trace(self.gas)
@@ -280,10 +277,7 @@ class EngineTable(
 
 
 def located_gas(name: str, gas: str, folder: Path) -> str:
-    """Return what a key `name` calls the gas, with the path of a file made absolute.
-
-    Raises `InvalidValue`: it is neither a gas model nor a file that can be read.
-    """
+    """Return `name` of the gas, a file's path made absolute. Raises `InvalidValue`: no model or such file."""
     if not _is_file(gas):
         return gas
     if not gas.lower().endswith(SUFFIXES):

@@ -95,10 +95,7 @@ class FilmTable(
 
 
 def grade(name: str) -> tuple[float, float]:
-    """Least kinematic viscosity at 100 °C, mm²/s, and dynamic one at 150 °C, mPa·s, of an SAE grade.
-
-    Raises `InvalidValue`: there is no such grade.
-    """
+    """Least viscosity of an SAE grade: at 100 °C, mm²/s, and 150 °C, mPa·s. `InvalidValue`: unknown."""
     grades = tomllib.loads((files("fea") / "study" / "oils.toml").read_text(encoding="utf-8"))
     numbers = [each for each in grades if each.isdigit()]
     parts = _GRADE.fullmatch(name.upper().replace(" ", ""))

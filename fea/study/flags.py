@@ -72,10 +72,7 @@ class Flags:
         vars(self).update(values)
 
     def applied(self, study: Study) -> Study:
-        """Return the study with the flags on top.
-
-        Raises `InvalidValue`: a flag's value breaks a rule, or there is no such flag.
-        """
+        """Return the study with flags on top. Raises `InvalidValue`: a broken rule, or an unknown flag."""
         known, changes = overrides(), dict[str, dict[str, Any]]()
         aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
         given = {
@@ -112,10 +109,7 @@ NO_FLAGS = Flags()
 
 
 def python_flags(values: Mapping[str, Any], *, writes: bool = True) -> Flags:
-    """Return flags of Python's `run`, or of an analysis that `writes` nothing.
-
-    Raises `InvalidValue`: there is no such flag.
-    """
+    """Return flags of Python's `run`, or of an analysis that `writes` nothing. Raises `InvalidValue`."""
     known = {name: each for name, each in overrides().items() if writes or not each.declared.writes}
     for name in values:
         if name not in known and name not in {each.declared.alias for each in known.values()}:

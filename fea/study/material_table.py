@@ -38,10 +38,7 @@ def sn_line(
     cycles: tuple[float, ...] | None,
     amplitudes: tuple[float, ...] | None,
 ) -> Basquin | None:
-    """Return the line of σ_f′ (MPa) and b, or of tests: cycles to failure and amplitudes, MPa.
-
-    Raises `InvalidValue`: values are missing, out of range or given in two ways.
-    """
+    """Return σ_f′ (MPa) and b, or tests: cycles and amplitudes, MPa. Raises `InvalidValue`: ill-defined."""
     for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
         for name, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
             complete = value is not None or beside is None
@@ -232,11 +229,7 @@ class MaterialTable(Table, table="material"):
         )
 
     def basquin(self) -> Basquin | None:
-        """Return the S–N line; None where the table gives none.
-
-        Raises `InvalidValue`: it is given in part or in two ways, or is no line that falls with the number of
-        cycles.
-        """
+        """Return the S–N line, or None. Raises `InvalidValue`: incomplete, given twice, or not falling."""
         return sn_line(*(getattr(self, key) for key in SN_KEYS))
 
     def stiffness(self) -> tuple[float, float]:
@@ -272,7 +265,6 @@ class MaterialTable(Table, table="material"):
         )
 
     def _surface(self, key: str, otherwise: Finish | float) -> SurfaceFinish:
-        """How a region was made: as its key says, or otherwise as the rest of the part suggests."""
         given = getattr(self, key)
         made = otherwise if given is None else given
         name, assumed = f"material.{key}", given is None and made != self.surface

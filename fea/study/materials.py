@@ -86,10 +86,7 @@ _BY_NAME = {
 
 
 def library_material(where: str, name: str) -> LibraryMaterial:
-    """Return a material by one of its names; `where` names the key or flag in the message.
-
-    Raises `InvalidValue`: there is none of that name.
-    """
+    """Return a material by one of its names; `where` names the key. Raises `InvalidValue`: unknown name."""
     if found := _BY_NAME.get(_plain(name)):
         return found
     near = difflib.get_close_matches(_plain(name), _BY_NAME, n=3, cutoff=0.5)

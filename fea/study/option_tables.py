@@ -460,10 +460,7 @@ class OptimiseTable(
 
 
 def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
-    """Return free dimensions and their bounds, mm, from ``web_thickness_mm=3:7`` or ``…=0.1in:0.3in``.
-
-    Raises `InvalidValue`: one is not written so.
-    """
+    """Return bounds, mm, by dimension of ``web_thickness_mm=3:7`` or ``…=0.1in:0.3in``, or `InvalidValue`."""
     free: dict[str, list[float | str]] = {}
     for text in given:
         name, _, bounds = text.partition("=")
@@ -476,7 +473,6 @@ def parse_free(given: Sequence[str]) -> dict[str, tuple[float, ...]]:
 
 
 def _plain_number(text: str) -> float | str:
-    """Return a number; a text that is none may have a unit."""
     try:
         return float(text)
     except ValueError:

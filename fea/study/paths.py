@@ -9,10 +9,7 @@ _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 
 
 def located(name: str, path: str, folder: Path) -> Path:
-    """Return the absolute form of a path from a study; a relative path starts at `folder`.
-
-    Messages name its key, `name`. Raises `InvalidValue`: the path is not valid.
-    """
+    """Return the absolute path, relative to `folder`; `name` is its key. Raises `InvalidValue`: not valid."""
     remedy = "Give another path."
     require("\0" not in path, name, path, "must not contain a NUL character", remedy)
     require_text(name, path)
@@ -62,10 +59,7 @@ _MOST = 2000
 
 
 def parse_speeds(given: object) -> tuple[float, ...]:
-    """Read ``6000``, ``800,3000,6000`` or ``800:9000:200``, or numbers, as speeds, rpm.
-
-    Raises `InvalidValue`: anything else.
-    """
+    """Read ``6000``, ``800,3000,6000``, ``800:9000:200`` or numbers, as speeds, rpm; else `InvalidValue`."""
     if not isinstance(given, str):
         numbers = given if isinstance(given, list | tuple) else [given]
         return tuple(require_number("rpm", one) for one in numbers)

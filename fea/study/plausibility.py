@@ -57,7 +57,6 @@ class _Range:
         return off**2 if off <= 1 else 1 + _OUTSIDE * (off - 1)
 
     def refuses(self, values: Mapping[str, float]) -> bool:
-        """Whether the value is too far outside for any engine."""
         excess = self.excess(values)
         return abs(excess) > math.log(self.given.far) and (excess > 0 or self.given.refuses_less)
 
@@ -143,7 +142,6 @@ def _likely(
 
 
 def _conversions(key: str, value: float, *, of_file: bool) -> Iterator[tuple[float, str]]:
-    """The factors by which a value may be off, and what to say of each."""
     if of_file:
         for factor in (unit**sign for unit in _FILE_UNITS for sign in (-1, 1)):
             fits = f"{_plain(factor)} times as long, {_plain(value * factor)} mm, it would fit"

@@ -63,10 +63,7 @@ def engine_names() -> tuple[str, ...]:
 
 
 def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
-    """Return an engine by its name; `where` names the key or flag in the message.
-
-    Raises `InvalidValue`: there is no engine of that name.
-    """
+    """Return an engine by its name; `where` names the key. Raises `InvalidValue`: unknown name."""
     if name not in engine_names():
         remedy = nearest(name, engine_names())
         raise InvalidValue(where, name, "is not an engine of the library", remedy)

@@ -91,7 +91,6 @@ def _plain(written: str, unit: str) -> str:
 
 
 def _others(unit: str) -> list[str]:
-    """Return units in which a quantity is usually given, that of its key last."""
     own = _OWN.get(unit) or WRITTEN.get(unit, unit)
     return ["°F", "K", "°C"] if unit == "C" else [*OTHER_UNITS[unit], own]
 

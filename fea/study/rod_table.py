@@ -52,8 +52,6 @@ _FIELDS = {key_of(field.name): field.name for field in dataclasses.fields(Rod)} 
 
 @dataclass(frozen=True)
 class _Sources(Table, table="rod"):
-    """The keys of [rod] beside the dimensions."""
-
     preset: str | None = key(
         '"leon-2001"',
         "a published rod; other keys override its dimensions",
@@ -157,10 +155,7 @@ class RodTable:
     mesh: RodFile | None = None  #: the mesh that it comes from
 
     def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
-        """Return the table with other keys that say how its file is read.
-
-        Raises `InvalidValue`: the rod is not from a file, or a value breaks a rule.
-        """
+        """Return the table with keys for reading its file. Raises `InvalidValue`: no file, or broken rule."""
         flag, value = next(iter(changes.items()))
         rule = "says how a CAD file or a mesh is read, but the rod of this study is given by dimensions"
         name = f"--{flag.removesuffix('_mm').replace('_', '-')}"
@@ -211,10 +206,7 @@ class RodTable:
         raise InvalidValue("[rod]", "mass properties only", rule, remedy)
 
     def with_dimensions(self, changes: Mapping[str, object]) -> "RodTable":
-        """Return the table with some dimensions changed, by their keys.
-
-        Raises `InvalidValue`: there are no dimensions, or one of those given is unknown or breaks a rule.
-        """
+        """Return the table with dimensions changed by key. `InvalidValue`: unknown, or a broken rule."""
         for name in changes:
             if full_key(name, _FIELDS) not in _FIELDS:
                 raise unknown_key("[rod]", name, _FIELDS)
@@ -284,11 +276,7 @@ def dimension_of(key: str) -> str:
 
 
 def read_rod(raw: object, folder: Path) -> RodTable:
-    """Read the [rod] table; a relative path starts at `folder`.
-
-    Raises `InvalidValue`: an unknown key, a wrong type, a missing dimension, or a dimension that breaks a
-    rule.
-    """
+    """Read [rod]; paths start at `folder`. Raises `InvalidValue`: a wrong key, type or dimension."""
     given = entries_of(read_table(RodKeys, "rod", raw))
     mass = _mass(given)
     for name in ("mesh", *_FILES):
@@ -326,7 +314,6 @@ def _dimensions(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _between_bores(table: RodTable) -> RodTable:
-    """Return the table, or refuse a centre of gravity that does not lie between the bores."""
     if table.mass is not None and table.length is not None:
         rule = f"must lie between the centres of the bores, 0 to {table.length:g} mm"
         place, remedy = table.mass.center[0], "Measure it from the crank pin."

@@ -112,7 +112,6 @@ class Study:
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
     def _require_film(self) -> None:
-        """Refuse an oil film where there is no journal that turns in a bore of one piece."""
         for excluded, rule in (
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
             (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
@@ -230,10 +229,7 @@ class Study:
         return self.speed.speeds(DEFAULT_RPM if preset is None else preset.redline_rpm)
 
     def with_engine(self, name: str) -> "Study":
-        """Return the study with an engine of the library in place of its own.
-
-        Raises `InvalidValue`: there is no such engine, or forces are given instead of an engine.
-        """
+        """Return the study with a library engine. Raises `InvalidValue`: unknown, or forces are given."""
         entries = engine_preset(name, "--engine").entries()
         return replace(self, engine=EngineTable(**entries, preset=name))
 
@@ -252,10 +248,7 @@ class Study:
         return replace(self, rod=self.rod.with_dimensions(dimensions))
 
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
-        """Return the material of each part, from the table that `part_material_table` gives.
-
-        Raises `InvalidValue`: a table names a part that the rod does not have.
-        """
+        """Return the material of each part, by `part_material_table`. Raises `InvalidValue`: no such part."""
         names = list(parts)
         known = {*names, *PINS}
         if self.assembly is not None:
@@ -266,10 +259,7 @@ class Study:
         return tuple(self.part_material_table(name).material() for name in names)
 
     def part_material_table(self, part: str) -> MaterialTable:
-        """Return the table of a part's material: its own, or that of [material].
-
-        In an assembly, bushing and bearing shells without a table are of their usual materials.
-        """
+        """Return a part's table, else [material]; bushing and bearing shells have their usual materials."""
         if self.assembly is not None:
             return assembled(self.part_material, part, self.material)
         return self.part_material.get(part, self.material)
@@ -315,7 +305,6 @@ class Study:
         return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> dict[str, Any]:
-        """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
         unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
         return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
 
@@ -446,7 +435,6 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
 
 
 def _switched_on(raw: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
     asked: dict[str, Any] = dict(entry for table, entry in by_table.items() if table in raw)

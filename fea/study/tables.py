@@ -142,7 +142,6 @@ def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
 
 
 def _converted(key: str, valid: Iterable[str]) -> str:
-    """Return how a key in another unit is to be given, empty if that is not what it is."""
     for name in valid:
         own = own_unit(name)
         for unit, factor in OTHER_UNITS.get(own, {}).items():
@@ -161,10 +160,7 @@ def nearest(word: str, valid: Iterable[str]) -> str:
 
 
 def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
-    """Make the dataclass `cls` from a TOML table that messages call `where`.
-
-    Raises `InvalidValue`: not a table, an unknown or a missing key, or a value of the wrong type.
-    """
+    """Make `cls` from a TOML table called `where`. Raises `InvalidValue`: no table, a wrong key or type."""
     values = read_keys(cls, where, raw)
     for name in required(cls):
         if name not in values:

@@ -198,10 +198,7 @@ class Columns(NamedTuple):
 
 
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
-    """Choose the columns by the keys, by their names, or by what they contain.
-
-    Raises `InvalidValue`: a key names no column, or several columns may be meant.
-    """
+    """Choose columns by keys, names or content. Raises `InvalidValue`: a key names none, or several fit."""
     _require_consistent(keys)
     chosen: dict[str, str | int] = {}
     trigger = _given(table, "trigger_column", keys.trigger_column)
@@ -266,7 +263,6 @@ def _at_equal_steps(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
 
 
 def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
-    """The value of a key for columns that no key gave; nothing where their name tells it."""
     name = table.names[columns[0]]
     known = is_angle(name) if key == "angle_column" else is_pressure(name)
     if known or (len(columns) == 1 and len(table.numbers) == 2):
@@ -275,7 +271,6 @@ def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | 
 
 
 def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
-    """Columns (from 0) that a key names; none without a key."""
     if value is None:
         return []
     columns = [i for i, name in enumerate(table.names) if name and name == value]
@@ -292,7 +287,6 @@ def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
 
 
 def _angle(table: TraceTable) -> int:
-    """The column that is named as a crank angle, or the first one that turns like one."""
     turning = [i for i in table.numbers if _turns(table.column(i))]
     named = [i for i in table.numbers if is_angle(table.names[i])]
     whole = [i for i in turning if np.ptp(table.column(i)) >= _REVOLUTION]
@@ -317,7 +311,6 @@ def _turns(values: Floats) -> bool:
 
 
 def _pressure(table: TraceTable, others: set[int]) -> list[int]:
-    """The column named as a pressure, the only one left, or all where they are cycles of one engine."""
     rest = [i for i in table.numbers if i not in others]
     named = [i for i in rest if is_pressure(table.names[i])]
     candidates = named or rest

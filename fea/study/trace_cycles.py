@@ -66,7 +66,6 @@ def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int
 
 
 def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
-    """Continue the angle where it begins anew."""
     steps = np.diff(angles)
     falls = np.flatnonzero(steps < 0)
     resets = -steps[falls]
@@ -87,7 +86,6 @@ def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
 
 
 def _period(angles: Floats, largest: float, step: float, source: str) -> float:
-    """720 where the samples cover a cycle, 360 for one revolution."""
     span = float(angles[-1] - angles[0])
     if _CYCLE - span <= _STEPS * largest:
         return _CYCLE
@@ -195,7 +193,6 @@ def _axis(recording: Recording) -> float:
 
 
 def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
-    """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
     other = np.interp(
         recording.angles + _TURN, recording.angles, recording.pressures, period=recording.period
     )
@@ -216,7 +213,6 @@ def _undecided(name: str, value: str, rule: str, first: float, second: float) ->
 
 
 def _offset(tdc: float) -> float:
-    """The offset, above −360° and up to 360°, that brings an angle of the file to 360°."""
     return float(_TURN - np.mod(tdc, 2 * _TURN))
 
 

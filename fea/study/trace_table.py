@@ -71,10 +71,7 @@ class TraceTable:
 
 
 def read_trace_table(lines: Sequence[Line], source: str, remedy: str) -> TraceTable:
-    """Find the table in the lines of a file.
-
-    Raises `InvalidValue`: there is no table with two columns of numbers, or one of its lines breaks its form.
-    """
+    """Find the table in lines. Raises `InvalidValue`: none of two columns, or a line breaks its form."""
     require(bool(lines), "engine.gas", source, "contains no data", remedy)
     sample = lines[:_SAMPLE]
     form = _form([line for line in sample if not line.is_comment], source, remedy)
@@ -101,7 +98,6 @@ def _is_number(cell: str, *, comma: bool) -> bool:
 
 
 def _form(sample: Sequence[Line], source: str, remedy: str) -> Form:
-    """The form that most lines have; of several, the one with the largest part of numbers, then the most."""
     counts = [count for separator in _SEPARATORS if (count := _commonest(separator, sample)) is not None]
     rule = "contains no table with two columns of numbers"
     require(bool(counts), "engine.gas", source, rule, remedy)
@@ -114,7 +110,6 @@ def _form(sample: Sequence[Line], source: str, remedy: str) -> Form:
 
 
 def _commonest(separator: str | None, sample: Sequence[Line]) -> tuple[Form, int] | None:
-    """The commonest form of the lines with a separator, and how many have it; None without numbers."""
     forms: Counter[Form] = Counter()
     for line in sample:
         cells = cells_of(line.text, separator)
@@ -153,7 +148,6 @@ def _headings(text: str, form: Form) -> list[str] | None:
 
 
 def _require_preamble(line: Line, form: Form, source: str) -> None:
-    """Refuse a line above the first row that names columns, but not as many as there are."""
     cells = len(cells_of(line.text, form.separator))
     names = cells > 1 and (form.separator is not None or "[" in line.text or "(" in line.text)
     rule = f"names {cells} columns, but the lines below it have {form.cells}"
@@ -162,10 +156,7 @@ def _require_preamble(line: Line, form: Form, source: str) -> None:
 
 
 def read_rows(lines: Iterable[Line], form: Form, names: tuple[str, ...], source: str) -> TraceTable:
-    """Read the rows of a table.
-
-    Raises `InvalidValue`: a line does not have the form; the message names it.
-    """
+    """Read the rows of a table. Raises `InvalidValue`: a line, which it names, does not have the form."""
     rows = [line for line in lines if not line.is_comment]
     pattern, sign = (_COMMA, "comma") if form.comma else (_POINT, "point")
     values = np.empty((len(rows), len(form.numbers)))
@@ -190,10 +181,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f]")
 
 
 def read_text(path: Path, remedy: str) -> str:
-    """Read text in UTF-8, UTF-16 with a byte-order mark, or Latin-1; `remedy` says what it should hold.
-
-    Raises `InvalidValue`: the file cannot be read, is too large, or is not text.
-    """
+    """Read UTF-8, UTF-16 with a mark, or Latin-1; `remedy`: what it should hold. Raises `InvalidValue`."""
     try:
         require_size("engine.gas", path, LARGEST_TRACE)
         raw = path.read_bytes()

@@ -104,7 +104,6 @@ def read_as(
 
 
 def _doubt(exponent: Exponent) -> str:
-    """A remark on a pressure that does not rise as compression makes it."""
     if exponent.is_compression or not exponent.known:
         return ""
     return (
@@ -140,7 +139,6 @@ def _preferred(readings: list[Reading], pressures: Floats, atmosphere: float) ->
 
 
 def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
-    """Keep the reference, of readings in one unit, that the least pressure indicates."""
     if len(readings) == 1:
         return readings
     least = _level(pressures, _LEAST) * readings[0].unit.bar
@@ -199,10 +197,7 @@ _NOWHERE = Surroundings()
 
 
 def shipped_trace(name: str) -> Trace:
-    """Load a trace that comes with the program, by a name of `SHIPPED`.
-
-    Raises `InvalidValue`: there is no trace of that name.
-    """
+    """Load a trace that comes with the program. Raises `InvalidValue`: it is none of `SHIPPED`."""
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
     return parse_trace((files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8"), "").trace
 
@@ -375,7 +370,6 @@ def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | N
 def _told(
     trace: Trace, recording: Recording, reading: Reading, around: Surroundings, assumptions: list[_Assumption]
 ) -> str:
-    """What was averaged and assumed, in one line; empty where nothing was."""
     cycles = ""
     if recording.cycles > 1:
         highest = float(reading.gauge(np.array(recording.highest), around.atmosphere / BAR))

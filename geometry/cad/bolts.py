@@ -47,10 +47,7 @@ class Fastener:
         return bool(hole.beside(middle[None])[0] < _ALONG_ONE_AXIS * hole.radius)
 
     def contact(self, hole: BoltHole, level: float) -> float | None:
-        """Outer radius, mm, of its plane face at a position along a hole, if it has one wider than the hole.
-
-        Of a hexagon it is that of the inscribed circle.
-        """
+        """Outer radius, mm, of its plane face wider than the hole there; of a hexagon the inscribed one."""
         radii = []
         for points in self.planes:
             beside = hole.beside(points)
@@ -122,7 +119,6 @@ class _BoltDimensions:
         self.assumed: dict[str, None] = {}  # what neither user nor fasteners give, in words
 
     def bolt(self, hole: BoltHole, head: Seat) -> BoltAxis:
-        """Return the bolt in a hole, with what it presses on."""
         radius = self._head(hole, head)
         nut = None if self._given.engaged else self._nut(hole, head)
         if nut is not None and hole.nut is not None:

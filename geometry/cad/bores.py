@@ -72,10 +72,7 @@ def through_holes(interior: Interior, faces: Sequence[Face]) -> list[CadHole]:
 
 
 def wall_groups(faces: Sequence[Face], *, at_most: float = math.inf) -> list[list[CadHole]]:
-    """Return cylindrical walls that cover a third of a turn or more, by their axes, hollow or not.
-
-    `at_most` is the part of a turn that they cover at most.
-    """
+    """Return cylindrical walls of ⅓ turn to `at_most` turns, by their axes, hollow or not."""
     groups = [[wall for wall in _walls(axis) if _OPEN < wall.turn <= at_most] for axis in _coaxial(faces)]
     return [group for group in groups if group]
 
@@ -104,7 +101,6 @@ def _coaxial(faces: Sequence[Face]) -> list[list[Face]]:
 
 
 def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
-    """Join coaxial faces of one radius."""
     point, direction = np.array(group[0].values[:3]), np.array(group[0].values[3:6])
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     alike: list[list[Face]] = []
@@ -150,7 +146,6 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
 
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:
-    """Whether there is material outside the largest face of a wall, and none before it."""
     low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
     middle = list((low + high) / 2)
     point = np.array(gmsh.model.getValue(2, wall.faces[0], middle))
@@ -166,10 +161,7 @@ def _is_hollow(wall: CadHole, interior: Interior) -> bool:
 
 @dataclass(frozen=True)
 class Walls:
-    """Cylindrical walls of a solid.
-
-    Those of the largest radius are looked at first: of a solid with a thousand faces, all take long.
-    """
+    """Cylindrical walls of a solid, the largest radius first: of a thousand faces, all take long."""
 
     interior: Interior
     groups: tuple[list[CadHole], ...]  #: walls with the same axis, those with the largest radius first
@@ -293,12 +285,10 @@ class HalfOpenError(GeometryError):
         )
 
     def __reduce__(self) -> tuple[type["HalfOpenError"], tuple[CadHole]]:
-        """Pickle the wall, for errors that come from another process."""
         return type(self), (self.wall,)
 
 
 def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
-    """Return the openings that lead through, but not to a cylindrical hole; the largest first."""
     openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
     odd = [  # neither of a hole, nor of a chamfer or counterbore about it
         one

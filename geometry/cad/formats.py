@@ -178,7 +178,6 @@ def _unpacked(archive: zipfile.ZipFile, folder: Path) -> Iterator[Shape]:
 
 
 def _placements(objects: Mapping[str, _Object], name: str) -> Iterator[Placement]:
-    """Placements of the containers around an object, the innermost first."""
     seen = {name}
     while True:
         around = [other for other, one in objects.items() if one.kind in _CONTAINERS and name in one.members]
@@ -315,7 +314,6 @@ def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[N
 
 
 def _plain(name: str) -> str:
-    """A name on one line, without characters that cannot be printed."""
     return " ".join("".join(letter if letter.isprintable() else " " for letter in name).split())
 
 
@@ -406,7 +404,6 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
 
 
 def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
-    """Read the shapes of a FreeCAD document that are results, under the labels of their objects."""
     named, kinds = [], set()
     with shapes_of(path) as shapes:
         for shape in shapes:
@@ -425,10 +422,7 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
 
 
 def export_step(rod: Rod, path: Path) -> None:
-    """Write the whole rod as a STEP file in millimetres, inside an open session.
-
-    Raises `GeometryError`: the CAD kernel failed; `OSError`: the file cannot be written.
-    """
+    """Write the rod as STEP, mm, in an open session. Raises `GeometryError`: by the kernel; `OSError`."""
     build(rod, Mirror.NONE)
     with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending
         written = Path(folder) / "rod.step"

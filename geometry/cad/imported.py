@@ -56,10 +56,7 @@ def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
 
 
 def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[int]]:
-    """Cut every volume to a cell; return what each became.
-
-    Raises `GeometryError`: a volume lies outside the cell.
-    """
+    """Cut volumes to a cell; return what each became. Raises `GeometryError`: one lies outside the cell."""
     if not mirror.planes:
         return [[volume] for volume in volumes]
     far = 10 * length
@@ -334,7 +331,6 @@ def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]
 def _assembled(
     solids: Sequence[CadSolid], holes: Pair, assembly: Assembly, tell: Callable[[str], None]
 ) -> tuple[Solid, tuple[str, ...], list[str]]:
-    """Take out the bolts and let the other parts touch; what was read and assumed is returned in words."""
     kept = [one for one in solids if one.kept]
     small = [one for one in solids if not one.kept and one.role in (Role.BOLT, Role.OTHER)]
     small = [one for one in small if max(one.size) < _NEAR * holes[0].radius]

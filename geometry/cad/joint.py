@@ -168,10 +168,7 @@ class BoltHole(Axis):
 
 
 def bolt_holes(rod: Sequence[int], cap: Sequence[int], joint: Joint, bore: float) -> list[BoltHole]:
-    """Find them in the volumes of rod and cap; holes at larger y come first.
-
-    `bore` is the radius of the big end's bore, mm.
-    """
+    """Find them in rod and cap; holes at larger y come first. `bore`: radius of the big end's bore, mm."""
     direction = -joint.normal
     origin = joint.offset * joint.normal
     faces = recognised_faces(rod), recognised_faces(cap)
@@ -212,7 +209,6 @@ def _hole(
     origin: Floats,
     faces: tuple[Sequence[Face], Sequence[Face]],
 ) -> BoltHole | None:
-    """Join the walls in cap and rod, if both reach to about the joint plane."""
     point = near.center - ((near.center - origin) @ direction) * direction
     middle = [float((wall.center - point) @ direction) for wall in (near, far)]
     cap = middle[0] - near.width / 2, middle[0] + near.width / 2
@@ -235,7 +231,6 @@ def _hole(
 def _seat_at(
     faces: Sequence[Face], point: Floats, direction: Floats, end: float, radius: float
 ) -> Seat | None:
-    """Find the plane face around the axis at a hole's end, along a direction that leads out of the hole."""
     annuli = [seat for face in faces if face.shape == "Plane" and (seat := _annulus(face, point, direction))]
     near = [
         seat

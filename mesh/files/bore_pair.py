@@ -347,7 +347,6 @@ def _largest(pairs: Sequence[Pair]) -> Pair:
 
 
 def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:
-    """The same holes along the axis that fits their walls, with all facets that lie on them then."""
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
     holes = round_holes(surface, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
     big, small = (max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair)
@@ -387,7 +386,6 @@ def _distinct(directions: Sequence[Floats], sine: float) -> list[Floats]:
 
 
 def _walls(surface: SurfaceMesh) -> list[list[MeshHole]]:
-    """Cylindrical walls of the surface, by their directions."""
     kept: list[Floats] = []
     for guess in _directions(surface):
         closed = [hole for hole in round_holes(surface, guess, _WIDE) if hole.turn >= _HALF]
@@ -410,7 +408,6 @@ def _pin_walls(holes: Sequence[MeshHole]) -> list[MeshHole]:
 
 
 def _beside(hole: MeshHole, bore: MeshHole) -> bool:
-    """Whether a hole has another axis than a bore, and no wall in common with it."""
     if _common(hole, bore):
         return False
     turned = float(np.linalg.norm(np.cross(hole.direction, bore.direction)))

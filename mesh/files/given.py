@@ -38,8 +38,6 @@ _LEAD = 'Give the cap (cap = "cap.stl", --cap cap.stl), or cap = "assumed"; best
 
 @dataclass(frozen=True)
 class _JointFace:
-    """A joint face of a half bore."""
-
     facets: Ints
     angle: float  #: at which it lies about the bore's axis, rad
     middle: Floats  #: (3,)
@@ -49,10 +47,7 @@ class _JointFace:
 
 
 def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
-    """Close the big end by a half ring of the section at the joint; None for a rod whose bores are closed.
-
-    Raises `MeshError`: the bore has no two plane joint faces.
-    """
+    """Close the big end by a half ring; None if closed. Raises `MeshError`: no two plane joint faces."""
     wall = open_wall(rod)
     if wall is None:
         return None
@@ -145,7 +140,6 @@ def _joint_faces(surface: SurfaceMesh, wall: MeshHole, what: str) -> tuple[_Join
 
 
 def _joint_face(surface: SurfaceMesh, patch: Ints, wall: MeshHole) -> _JointFace | None:
-    """Return a patch as a joint face; None if it is none."""
     corners = surface.corners[patch]
     middle = np.average(corners.mean(axis=1), axis=0, weights=surface.areas[patch])
     angle = wall.joint_angle(corners.reshape(-1, 3), middle, _OFF)
@@ -292,7 +286,6 @@ def given_mesh(file: RodFile) -> GivenMesh:
 
 
 def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
-    """Read the rod, with its cap where it has one of its own or one is to be assumed; and what was done."""
     path, cap = file.path, file.cap
     if cap is MissingCap.REFUSED and path.suffix.lower() != ".stl":
         return mended(read_tets(path)), ()
@@ -330,7 +323,6 @@ def _joined(rod: SurfaceMesh, cap: SurfaceMesh) -> Mended:
 
 
 def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
-    """The surface of a file, and its mesh if that is one of tetrahedra."""
     if path.suffix.lower() == ".stl":
         return stl_surface(path), None
     sound = mended(read_tets(path))
@@ -375,10 +367,7 @@ def _measured(sound: Mended, unit: str, file: RodFile) -> GivenMesh:
 
 
 def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore, Bore]]:
-    """Find the bores of a mesh that a run has left in the rod's frame, and name its surfaces.
-
-    Raises `MeshError`: its bores cannot be identified.
-    """
+    """Find the bores of a run's mesh, and name its surfaces. Raises `MeshError`: it has no such bores."""
     facets = boundary_facets(mesh.tets)
     surface = SurfaceMesh(mesh.points, facets[:, :3])
     pair = find_bore_pair(surface, diameters)

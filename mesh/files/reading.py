@@ -235,10 +235,7 @@ _HEAD = b"$MeshFormat"
 
 
 def stl_surface(path: Path) -> SurfaceMesh:
-    """Read the closed surface of an STL file, in a gmsh session of its own.
-
-    Raises `MeshError`: it is not closed.
-    """
+    """Read the surface of an STL file, in a gmsh session of its own. Raises `MeshError`: it is not closed."""
     with session():
         gmsh.merge(str(path))
         gmsh.model.mesh.removeDuplicateNodes()

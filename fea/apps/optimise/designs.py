@@ -98,7 +98,6 @@ def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]
 
 
 def _of_edges(result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
-    """The structural stress at sharp edges, where it matters."""
     edges = [edge for case in result.cases.values() for edge in case.sharp_mattering]
     if not edges:
         return []
@@ -245,10 +244,7 @@ class Designs:
         return self.variables.nearest_feasible(x, sound)
 
     def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
-        """The rod on the mesh of the nearest one meshed, moved; where that cannot follow, on its own.
-
-        Also the number of the mesh, and whether it is the rod's own.
-        """
+        """The rod on the nearest mesh moved, else its own; the mesh's number, and whether it is its own."""
         if self._morphing:
             study = self.variables.study_at(x)
             base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
@@ -263,7 +259,6 @@ class Designs:
         return *self._meshed(x), True
 
     def _meshed(self, x: Floats) -> tuple[Adapted, int]:
-        """The rod on a mesh of its own, to which others may be moved, and the number of the mesh."""
         adapted = self._adapted(x, self._coarsest)
         self._meshes += 1
         self._made.append(_Made(x, self._meshes, self._coarsest, MovingRod(adapted.rod.mesh)))
@@ -295,7 +290,6 @@ class Designs:
         return design
 
     def _recorded(self, kind: str, asked: Floats) -> Design | None:
-        """Return a design that the record knows."""
         entry: JsonObject | None = None if self._record is None else self._record.next(kind, asked)
         if entry is None:
             return None

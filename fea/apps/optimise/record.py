@@ -97,7 +97,6 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
 
 
 def _lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
-    """Return the complete lines of a file, and where each ends."""
     end = 0
     for line in content.splitlines(keepends=True):
         end += len(line)

@@ -38,10 +38,7 @@ _APART = 1.15
 
 
 def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> str:
-    """Write the files into an empty folder; return why there is no picture of the rods, empty if there is.
-
-    Raises `StorageError`, `PictureError`: another one could not be written.
-    """
+    """Write the files; return why there is no picture, or "". Raises `StorageError`, `PictureError`."""
     write_text(folder / STUDY, after.study.text())
     write_text(folder / OPTIMISED, json_text(figures))
     tried = figures.history

@@ -203,7 +203,6 @@ def _lightest(designs: Designs, about: Design, reserve: float, radius: float) ->
 
 
 def _merit(design: Design) -> float:
-    """Mass of a design, more where it does not hold."""
     return design.mass_kg * (1 + _LACKING * design.lacking)
 
 

@@ -66,10 +66,7 @@ class Variables:
         return f"the {where} must be at least {self.least_wall:.4g} mm thick"
 
     def obstacles(self, x: Floats) -> dict[str, str]:
-        """Return why free dimensions cannot be a little smaller or larger, by their keys, where they cannot.
-
-        Bounds are not told: they are those of the study.
-        """
+        """Return why free dimensions cannot be a little smaller or larger, by key; bounds are left out."""
         reasons = {}
         for number, key in enumerate(self.keys):
             for step in (-_A_LITTLE, _A_LITTLE):

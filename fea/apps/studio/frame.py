@@ -131,7 +131,6 @@ def figures(rod: PreparedRod, result: SpeedResult) -> Figures:
 
 
 def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor:
-    """The smallest factor over the load cases and, where it was worked out, over the cycle."""
     worst = max((case.worst for case in result.cases.values()), key=lambda one: one.value)
     node, used = worst.node, worst.value
     if result.cycle is not None:

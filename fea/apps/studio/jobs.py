@@ -112,14 +112,12 @@ def _applied(state: State) -> Study:
 
 
 def _plain(value: Any) -> JsonObject:
-    """A dataclass as JSON has it: what is not finite is None."""
     text = json.dumps(asdict(value), default=float)
     plain: JsonObject = json.loads(text, parse_constant=lambda _: None)
     return plain
 
 
 def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
-    """Pack a frame; its mesh is known by its triangles."""
     header = {"kind": "frame", "serial": serial, "state": state, "operation": found.operation.values}
     header |= {"label": str(found.label), "pins": found.pins, "new_mesh": found.new_mesh, "figures": None}
     if found.points is None or found.values is None or found.figures is None:
@@ -143,10 +141,7 @@ def _legend(values: Array, peak: float, top: float) -> JsonObject:
 
 
 def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> JsonObject:
-    """Write a study, a solid, a report, or the table of variants into a folder.
-
-    Return the path, and the text where the page may offer a copy.
-    """
+    """Write a study, solid, report or table into a folder; return its path, and a text to offer as a copy."""
     study, suffix = _applied(state), {"study": ".toml", "table": ".csv", "step": ".step", "report": ""}[what]
     stem = "variants" if what == "table" else re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-") or "study"
     # study.toml, study-2.toml, …
@@ -171,7 +166,6 @@ def export(what: str, state: State, variants: Mapping[str, Any], folder: str, na
 
 
 def _table(variants: Mapping[str, Any]) -> str:
-    """Return a CSV of variants: their dimensions, how they run, and their answers."""
     rows = []
     for name, variant in variants.items():
         row = {"variant": name, **variant["state"]["design"], **variant["state"]["operation"]}

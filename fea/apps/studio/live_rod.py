@@ -81,10 +81,7 @@ class LiveRod:
         return triangles(self.surface)
 
     def study_at(self, design: Design, operation: Operation) -> Study:
-        """Return the study that is solved where the hand rests.
-
-        Raises `InvalidValue`: a value breaks a rule.
-        """
+        """Return the study solved for a design under the pointer. Raises `InvalidValue`: a rule is broken."""
         return live_study(applied(self.study, self._full(design), operation))
 
     def ranges(self, design: Design) -> dict[str, Range]:
@@ -173,7 +170,6 @@ class LiveRod:
         return self._last[1]
 
     def _known_enough(self, design: Design, loaded: Loaded) -> bool:
-        """Whether a design need not be solved for the interpolation to be good there."""
         between = self._anchors.at(self._scaled(design), loaded)
         return between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
 
@@ -206,7 +202,6 @@ class LiveRod:
         return ends[0], ends[1]
 
     def _moved(self, study: Study) -> MeshedRod | None:
-        """The mesh moved to a study's rod; None where it cannot follow."""
         for rod, mesh in self._meshes:
             if rod == study.rod:
                 return mesh
@@ -218,7 +213,6 @@ class LiveRod:
         return mesh
 
     def _meshed(self, design: Design, operation: Operation) -> None:
-        """Make the mesh that others are moved from."""
         study = self.study_at(design, operation)
         adapted = adapt_mesh(study, (operation.rpm,), Clock(), movable=bool(self.dimensions))
         self._mesh = adapted.rod.mesh
@@ -237,7 +231,6 @@ class LiveRod:
     def _solved(
         self, design: Design, operation: Operation, study: Study, mesh: MeshedRod, *, cycle: bool
     ) -> Iterator[tuple[PreparedRod, SpeedResult]]:
-        """Solve a design on the moved mesh: its load cases, then its cycle; it becomes an anchor."""
         rod = self._moving.prepared(study, mesh)
         result = solve_speed(rod, operation.rpm)
         yield rod, result
@@ -255,10 +248,7 @@ class LiveRod:
 
 
 def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
-    """Solve a study on a mesh of its own, refined as `fea run` does, its pins in contact where it says so.
-
-    Raises `InvalidValue`, `GeometryError`, `MeshError`, …: as `fea run`.
-    """
+    """Solve a study on a mesh of its own, refined and with pins as in `fea run`, with its errors."""
     began, operation = perf_counter(), Operation.of(study)
     adapted = adapt_mesh(study, (operation.rpm,), Clock())
     result = adapted.at(operation.rpm)

@@ -90,10 +90,7 @@ class Operation:
 
 
 def applied(study: Study, design: Mapping[str, float], operation: Operation) -> Study:
-    """Return a study with other dimensions, mm, by their keys, and another operation.
-
-    Raises `InvalidValue`: a value breaks a rule.
-    """
+    """Return a study with dimensions, mm, by key, and operation. Raises `InvalidValue`: a rule is broken."""
     study = study.with_rod(**design) if design else study
     engine = study.engine
     if engine is not None:

@@ -171,7 +171,6 @@ class Studio:
     async def _on_ask(
         self, serial: int, state: State, *, rests: bool, touched: str = "", field: str = "von_mises"
     ) -> None:
-        """A design, while it is changed or once it rests."""
         numbers = (value for value in state["operation"].values() if not isinstance(value, str))
         if not all(map(isfinite, (*state["design"].values(), *numbers))):
             raise ValueError(state)
@@ -180,15 +179,12 @@ class Studio:
         self._ask(Asked(int(serial), state, bool(rests), str(touched), str(field)))
 
     async def _on_move(self, serial: int, by: int) -> None:
-        """Undo or redo."""
         await self._change("move", serial, by=int(by))
 
     async def _on_go(self, serial: int, name: str) -> None:
-        """Return to a variant."""
         await self._change("commit", serial, state=self._session.variants[name]["state"])
 
     async def _on_keep(self, name: str, state: State | None = None) -> None:
-        """Keep the design at hand, or another, as a variant."""
         name = " ".join(str(name).split())[:_LONGEST_NAME] or f"variant {len(self._session.variants) + 1}"
         state = state or self._session.state
         await self._change("keep", name=name, state=state, answer=self._known(state))
@@ -204,7 +200,6 @@ class Studio:
             self._ask(Asked(int(serial), self._session.state))
 
     async def _on_export(self, what: str, name: str = "") -> None:
-        """Write a study, a solid, a report or the table of variants beside the session."""
         now = {"state": self._session.state, "answer": self._known(self._session.state)}
         variants = {"now": now, **self._session.variants}
         order = (jobs.export, what, variants[name or "now"]["state"], variants, str(self._folder), name)
@@ -221,7 +216,6 @@ class Studio:
             raise ValueError(what)
 
     async def _on_lighten(self) -> None:
-        """Look for the lightest rod from the design at hand, which becomes a variant."""
         state, best = self._session.state, list[JsonObject]()
 
         def tried(line: str) -> None:
@@ -247,7 +241,6 @@ class Studio:
         self._queue("lighten", lighten)
 
     async def _on_stop(self) -> None:
-        """End what the fresh process does."""
         self._jobs, self._doing = [], ""
         self._fresh.stop()
 
@@ -266,7 +259,6 @@ class Studio:
         await self._tell("session", **self._session.told())
 
     async def _show(self, answer: jobs.Answer) -> None:
-        """Send a frame, and before it its mesh where the page does not have it."""
         mesh = answer.header.get("mesh")
         if self._page is None:
             return
@@ -277,7 +269,6 @@ class Studio:
             await self._page.send(_packed(answer.header, answer.numbers))
 
     async def _answered(self, answer: jobs.Answer) -> None:
-        """Send a frame of a worker, and let variants of its design have its figures."""
         mesh, state = answer.header.get("mesh"), answer.header["state"]
         if mesh is not None:
             self._top = answer.header["field"]["limits"][-1]
@@ -295,7 +286,6 @@ class Studio:
             await self._tell("session", **self._session.told())
 
     def _known(self, state: State) -> JsonObject | None:
-        """Return what is known of a design, if the last frame is of it and not interpolated."""
         header = {} if self._last is None else self._last.header
         if header.get("state") != state or header["figures"] is None or header["label"] not in KNOWN:
             return None
@@ -309,14 +299,12 @@ class Studio:
 
     @staticmethod
     async def _drive(step: Callable[[], Awaitable[bool]], work: asyncio.Event) -> None:
-        """Take step after step; wait where there is nothing to do."""
         while True:
             work.clear()
             if not await step():
                 await work.wait()
 
     def _ask(self, asked: Asked) -> None:
-        """Let a request replace those before it."""
         self._newest = self._waiting = asked
         self._converging, self._crashes = None, 0
         if self._doing == _CONVERGE:
@@ -324,7 +312,6 @@ class Studio:
         self._live_work.set()
 
     async def _live_step(self) -> bool:
-        """Answer the newest request, or go on with what takes longer."""
         asked, self._waiting = self._waiting, None
         try:
             if not self._layout:
@@ -350,7 +337,6 @@ class Studio:
         return True
 
     async def _answer(self, asked: Asked) -> None:
-        """Give the answer that is there at once, and begin what takes longer."""
         if asked.rests:
             await self._begin(_EXACT, asked, asked.field)
             return
@@ -369,7 +355,6 @@ class Studio:
         await self._tell_ranges(asked)
 
     async def _go_on(self, asked: Asked) -> None:
-        """Solve one more anchor, or the next exact answer."""
         found = await self._live.run(jobs.step, asked.serial, asked.state, self._top)
         if isinstance(found, jobs.Answer):
             await self._answered(found)
@@ -394,7 +379,6 @@ class Studio:
         self._fresh_work.set()
 
     async def _fresh_step(self) -> bool:
-        """Do what the page ordered, or else solve the design that rests on a mesh of its own."""
         asked = self._converging
         if self._jobs:
             self._doing, job = self._jobs.pop(0)
@@ -423,17 +407,13 @@ class Studio:
 
 
 def _packed(header: Mapping[str, Any], numbers: bytes) -> bytes:
-    """One message: the length of the header, the header, padded to whole words, and the numbers."""
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 4)
     return len(text).to_bytes(4, "little") + text + numbers
 
 
 async def serve_studio(studio: Studio, access: Access, opened: Callable[[str], None]) -> None:
-    """Serve the page on this machine until this is cancelled; `opened` is told its address.
-
-    Raises `OSError`: the port is taken.
-    """
+    """Serve the page until cancelled; `opened` is told its address. Raises `OSError`: the port is taken."""
     logging.getLogger("websockets").addHandler(logging.NullHandler())
     async with serve(
         studio.meet,

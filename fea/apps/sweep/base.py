@@ -30,10 +30,7 @@ NO_EXTRAS = Extras()
 
 @dataclass(frozen=True)
 class Base:
-    """The tables of a sweep's study, with what all designs have in common, and the files that they name.
-
-    Relative paths start at `folder`.
-    """
+    """The tables of a sweep's study common to all designs, and their files; paths start at `folder`."""
 
     name: str
     raw: Mapping[str, Any]
@@ -41,20 +38,14 @@ class Base:
     files: tuple[Path, ...]
 
     def study(self, design: Mapping[str, Any], speeds: Sequence[float | None] = ()) -> Study:
-        """Return the study with the values of a design, at some speeds, rpm, in place of its own.
-
-        Raises `InvalidValue`: they break a rule of the study.
-        """
+        """Return the study with a design's values, at some speeds, rpm. `InvalidValue`: a broken rule."""
         study = study_of_tables(changed(self.raw, design), self.name, self.folder)
         study.require_plausible()
         rpm = tuple(speed for speed in speeds if speed is not None)
         return study if not rpm else replace(study, speed=SpeedTable(rpm[0] if len(rpm) == 1 else rpm))
 
     def require_presets_alone(self, keys: Mapping[str, Any]) -> None:
-        """Refuse to change a preset beside keys that would override each of them.
-
-        Raises `InvalidValue`: the study gives such keys.
-        """
+        """Refuse to change a preset beside keys that override each of them. Raises `InvalidValue`."""
         for key in keys:
             table, _, name = key.rpartition(".")
             if name != "preset":

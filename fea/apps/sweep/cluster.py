@@ -105,7 +105,6 @@ def _remote(address: str) -> Iterator[Any]:
 
 
 def _address(asked: str) -> str:
-    """Return the address of a scheduler from what was asked: itself, or in a scheduler file."""
     file = Path(asked)
     if not file.exists():
         rule = "is neither the address of a scheduler nor an existing scheduler file"
@@ -140,10 +139,7 @@ class Workers:
         self._looked, self._seen, self._threads = -float("inf"), clock(), 0
 
     def threads(self) -> int:
-        """Return how many threads there are.
-
-        Raises `ClusterError`: the scheduler is gone, or no worker of this machine stays.
-        """
+        """Return the number of threads. Raises `ClusterError`: the scheduler or the workers are gone."""
         now = self._clock()
         if now - self._looked < _LOOK:
             return self._threads
@@ -235,7 +231,6 @@ class Engine:
             future.add_done_callback(self._back.put)
 
     def _wait(self) -> list[Any]:
-        """Return the rods that have come back, after a while none."""
         futures = []
         try:
             futures.append(self._back.get(timeout=_WAIT))

@@ -18,10 +18,7 @@ Figures = dict[str, Any]
 
 
 def evaluate(study: Study, extras: Extras = NO_EXTRAS) -> dict[float | None, Figures]:
-    """Return the figures of a rod by speed, rpm (None for given forces).
-
-    Errors as `fea.apps.result.analyse`.
-    """
+    """Return the figures of a rod by speed, rpm (None: given forces). Errors as `fea.apps.result.analyse`."""
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
     shared = _critical(study, adapted)
@@ -71,7 +68,6 @@ def figures(summary: Summary) -> Figures:
 
 
 def _limits(adapted: Adapted) -> Figures:
-    """The largest speed at today's load, and the largest peak pressure at the highest speed."""
     found = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
     speed, pressure, _ = ends_of(found)
     table: Figures = {}

@@ -225,10 +225,7 @@ def table(entries: Iterable[Entry]) -> tuple[list[str], list[JsonObject]]:
 
 
 def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
-    """Write the table into a folder, each file completely or not at all.
-
-    Raises `StorageError`: the disk, a permission or the file system refuses.
-    """
+    """Write the table into a folder, each file completely or not at all. Raises `StorageError`."""
     names, rows = table(entries)
     text = io.StringIO()
     writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
@@ -246,7 +243,6 @@ def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
 
 
 def _column(values: list[Any]) -> list[Any]:
-    """Return values of one type: numbers that are whole in some rows only are floats, mixtures are text."""
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
         return [None if value is None else float(value) for value in values]

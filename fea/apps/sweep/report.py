@@ -21,10 +21,7 @@ from geometry.arrays import Floats, Ints
 
 
 def label(name: str) -> str:
-    """Return the name of a key or a column with its unit: ``web thickness (mm)``.
-
-    The table of a key is left out where it is that of the rod.
-    """
+    """Return a key or column with its unit, ``web thickness (mm)``, without the table's name if [rod]."""
     words, named_unit = named(name.removeprefix("rod."))
     words = words.replace(".", " ")
     return f"{words} ({unit(named_unit)})" if named_unit else {FACTOR: "least factor"}.get(words, words)
@@ -214,7 +211,6 @@ def _columns(swept: Swept) -> dict[str, Floats]:
 
 
 def _some(swept: Swept, most: int) -> Ints:
-    """Numbers of designs with results, evenly chosen where there are many."""
     known = np.flatnonzero(np.isfinite(swept.figures.get(FACTOR, np.full(len(swept.rows), np.nan))))
     if len(known) <= most:
         return known
@@ -222,10 +218,7 @@ def _some(swept: Swept, most: int) -> Ints:
 
 
 def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:
-    """Return (m, 2) means of x and y; None where there are too few rods for them.
-
-    `alone` says that no other key varies.
-    """
+    """Return (m, 2) means of x and y; None for too few rods. `alone`: no other key varies."""
     distinct = np.unique(x)
     if alone or (len(distinct) <= _BINS and len(distinct) < len(x)):
         return np.array([(value, y[x == value].mean()) for value in distinct])
@@ -277,10 +270,7 @@ _MOST = 1000
 
 
 def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
-    """Write the report of a sweep, and return what it tells.
-
-    Raises `StorageError`: the disk, a permission or the file system refuses.
-    """
+    """Write the report of a sweep, and return what it tells. Raises `StorageError`: it cannot be written."""
     samples = samples_of(journal.entries())
     figures = statistics(sweep, samples)
     known = np.flatnonzero(samples.complete)

@@ -124,7 +124,6 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
 
 
 def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] | None) -> None:
-    """Begin the journal, see that it is this sweep's, or add what a longer sweep has more."""
     meta, asked = journal.meta, {"schema": SCHEMA, "version": __version__, "sweep": sweep.identity}
     where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
     if not meta:

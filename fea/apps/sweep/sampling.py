@@ -250,11 +250,7 @@ _WORDS = {"true": True, "false": False}
 
 
 def read_designs(path: Path) -> list[Design]:
-    """Read designs.
-
-    Raises `InvalidValue`: the file cannot be read, a column names no key of a study, or a value is not of its
-    key's type.
-    """
+    """Read designs. Raises `InvalidValue`: an unreadable file, unknown key or value of another type."""
     name = path.name
     try:
         require_size("designs", path, _LARGEST)
@@ -283,7 +279,6 @@ def _design(where: str, kinds: dict[str, Any], row: list[str]) -> Design:
 
 
 def _value(name: str, cell: str, kind: Any) -> Any:
-    """Return a cell as the type of its key: a number where it reads as one, else true or false, else text."""
     for read in (int, float):
         try:
             number = read(cell)

@@ -37,10 +37,7 @@ class Sweep:
     extras: Extras
 
     def designs(self) -> list[Design]:
-        """Return the values of the varied keys, a design each.
-
-        Raises `InvalidValue`: there are too many, or the file cannot be read.
-        """
+        """Return the varied values by design. Raises `InvalidValue`: too many, or an unreadable file."""
         if self.sampling is None:
             return read_designs(self.file or Path())
         return designs(self.varied, self.sampling, self.samples, self.seed)
@@ -58,10 +55,7 @@ class Sweep:
 
 
 def load_sweep(path: Path) -> Sweep:
-    """Load a sweep file.
-
-    Raises `InvalidValue`: it cannot be read, is not valid TOML, has an unknown key, or a value breaks a rule.
-    """
+    """Load a sweep file. Raises `InvalidValue`: unreadable, no valid TOML, unknown key, or a broken rule."""
     name = str(path)
     require(is_file(path), "SWEEP", name, "is not an existing file", "fea sweep --help shows an example.")
     try:
@@ -165,10 +159,7 @@ def rows(sweep: Sweep) -> list[PlannedRow]:
 
 
 def study_text(sweep: Sweep, number: int) -> str:
-    """Return the study of a row as a file that ``fea run`` takes.
-
-    Raises `InvalidValue`: there is no such row, or its design breaks a rule.
-    """
+    """Return the study of a row for ``fea run``. Raises `InvalidValue`: no such row, or a broken rule."""
     planned = rows(sweep)
     require(0 <= number < len(planned), "--study", number, f"must be a row, 0 to {len(planned) - 1}")
     row = planned[number]
@@ -176,7 +167,6 @@ def study_text(sweep: Sweep, number: int) -> str:
 
 
 def _speeds(sweep: Sweep, design: Design) -> Iterator[tuple[float | None, str, str]]:
-    """Return speed, digest of the rod whatever its speed, and what is wrong, of each row of a design."""
     try:
         study = sweep.base.study(design)
         study.require_loading()

@@ -30,10 +30,7 @@ class Rod(NamedTuple):
 
 
 class Task(NamedTuple):
-    """Some rods to compute, the study that they are of, and what is asked beside.
-
-    `seconds` are those that each of them may take.
-    """
+    """Some rods, their study, and what is asked beside. `seconds`: the most that each may take."""
 
     rods: tuple[Rod, ...]
     base: Base

@@ -36,10 +36,7 @@ def require_film(path: Path) -> None:
 
 
 def drawn(film: Film, suffix: str) -> bytes:
-    """Draw an animation and return the content of its file.
-
-    Raises `PictureError`: it could not be drawn; the message says what to install.
-    """
+    """Return the content of an animation's file. Raises `PictureError`; the message says what to install."""
     with TemporaryDirectory() as scratch:
         target = Path(scratch, f"film{suffix.lower()}")
         for environment in environments():

@@ -190,7 +190,6 @@ def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
 
 
 def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
-    """Write the peak above the rod if that is closer to the hot spot and clear of the title, else below."""
     flat = frame.view.across(scene.deformed)
     x, y = flat[scene.node]
     beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]

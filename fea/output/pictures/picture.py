@@ -55,10 +55,7 @@ def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
 
 
 def try_rendering() -> None:
-    """Draw something small the way pictures are drawn.
-
-    Raises `PictureError`: this machine cannot; says what to install.
-    """
+    """Draw something small as pictures are drawn. Raises `PictureError`: it fails; says what to install."""
     with TemporaryDirectory() as folder:
         vtu = Path(folder, "trial.vtu")
         points = np.vstack([np.zeros(3), np.eye(3)])
@@ -68,10 +65,7 @@ def try_rendering() -> None:
 
 
 def draw_pictures(pictures: Sequence[Picture]) -> None:
-    """Draw pictures, all in one process: that of `ready_to_draw`, if there is one.
-
-    Raises `PictureError`: one is missing, damaged or blank; says what to install.
-    """
+    """Draw pictures in the process of `ready_to_draw`, if any. Raises `PictureError`: what to install."""
     if not pictures:
         return
     for environment in environments():

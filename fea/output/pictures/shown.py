@@ -83,10 +83,7 @@ _FIELDS = (
 
 
 def point_arrays(vtu: Path) -> list[str]:
-    """Return the names of the nodal arrays of a .vtu file, without reading the arrays.
-
-    Raises `InvalidValue`: the file is incomplete.
-    """
+    """Return the names of nodal arrays of a .vtu file, unread. Raises `InvalidValue`: it is incomplete."""
     content = vtu.read_bytes()
     rule = "is not a complete .vtu file, which must end with </VTKFile>"
     remedy = "Name a .vtu file written by fea."
@@ -111,10 +108,7 @@ def field_of(name: str) -> Field:
 
 
 def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
-    """Return the requested field, or the first that a file has.
-
-    Raises `InvalidValue`: the file has no field, or not the requested one.
-    """
+    """Return the field asked for, or the file's first. Raises `InvalidValue`: it does not have it."""
     names = available(arrays)
     rule = "has no stress, safety factor or mode shape"
     remedy = "Name the .vtu file of a load case, an envelope or mode shapes, written by fea."
@@ -154,10 +148,7 @@ def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
 
 
 def described_by(summary: Summary, vtu: Path, field: str | None = None) -> Picture:
-    """Return the picture of a result of a run: a load case, the envelope or a buckling mode.
-
-    Raises `LookupError`: the summary says nothing of this result.
-    """
+    """Return the picture of a case, envelope or buckling mode. Raises `LookupError`: not in the summary."""
     kinds = {"envelope": _envelope, "buckling": _buckling}
     return kinds.get(vtu.stem, _case)(summary, vtu, field)
 

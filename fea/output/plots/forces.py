@@ -124,10 +124,7 @@ _HIGHEST = 5.0  # upper end of the plot: larger factors are safe
 
 
 def plot_speed_map(path: Path, study: str, speeds: SpeedMap) -> None:
-    """Draw the smallest safety factors against speed, with the speeds at which they fall below 1.
-
-    Raises `PictureError`: the file could not be written.
-    """
+    """Draw the least factors against speed, and where they fall below 1. Raises `PictureError`."""
     figure = new_figure(9, 5)
     panel = figure.subplots()
     rpm = speeds.columns["rpm"]

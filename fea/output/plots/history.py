@@ -83,11 +83,9 @@ class _Panel:
         self._pen = ImageDraw.Draw(self._image)
 
     def picture(self) -> Image.Image:
-        """Return the picture with its edges smoothed."""
         return self._image.reduce(_FINER)
 
     def axes(self) -> None:
-        """Draw grid, ticks, frame and axis labels."""
         for degrees in range(0, _LAST + 1, 90):
             x = self._x(degrees)
             self._line([(x, _TOP), (x, _BOTTOM)], _GRID, 1)
@@ -124,7 +122,6 @@ class _Panel:
         self._line([(self._x(angle), self._y(value)) for angle, value in pairs], colour, 2)
 
     def name(self, number: int, label: str, colour: str) -> None:
-        """Write the name of a curve above the panel; three names per row."""
         row, column = divmod(number, 3)
         x, y = _LEFT + 330 * column, 44 + 22 * row
         self._line([(x, y), (x + 28, y)], colour, 2)
@@ -133,7 +130,6 @@ class _Panel:
     def text(
         self, place: tuple[float, float], words: str, size: int, anchor: str, colour: str = _INK
     ) -> None:
-        """Write at a place in pixels, with an anchor of Pillow."""
         at = (_FINER * place[0], _FINER * place[1])
         self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
 

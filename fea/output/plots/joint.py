@@ -30,10 +30,7 @@ _AROUND = 1.45
 
 
 def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: CycleResult | None) -> None:
-    """Draw the joint of a rod of separate parts, with the crank cycle if it was computed.
-
-    Raises `PictureError`: the file could not be written.
-    """
+    """Draw the joint of a rod in parts, with the crank cycle if computed. Raises `PictureError`."""
     states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
     worst = max(states, key=lambda name: (states[name].joint.opening, -states[name].joint.force))
     figure = new_figure(12, 7.5)
@@ -172,10 +169,7 @@ _BORES = ((Surface.SMALL_END_BORE, "small end"), (Surface.BIG_END_BORE, "big end
 
 
 def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, title: str) -> None:
-    """Draw pressure, its mean and its largest along the bore, and change of diameter for every case.
-
-    Raises `PictureError`: the file could not be written.
-    """
+    """Draw pressure along the bore and change of diameter for every case. Raises `PictureError`."""
     figure = new_figure(10, 10)
     panels = figure.subplots(2, 2, subplot_kw={"projection": "polar"})
     touched = {case: found for case, found in cases.items() if found.touch}

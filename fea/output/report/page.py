@@ -163,7 +163,6 @@ _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=T
 
 
 def _with_charts(drawn: Scene, parts: Sequence[Section]) -> JsonObject:
-    """The header of the scene; the charts only where there is a slider that moves along them."""
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"])
     charts = [chart.moving() for part in parts for chart in part.charts] if turns else []
     return {**drawn.header, "charts": charts}
@@ -181,11 +180,7 @@ _HEAD = 4096  # characters within which the mark stands
 
 
 def open_report(file: Path) -> None:
-    """Open a report.
-
-    Raises `InvalidValue`: there is no such file, or it is no report of this program; `PictureError`: there is
-    no browser.
-    """
+    """Open a report. Raises `InvalidValue`: it is none of this program; `PictureError`: no browser."""
     require(file.is_file(), "FILE", str(file), "is not a file", "Name a report.html that fea wrote.")
     with file.open(encoding="utf-8", errors="replace") as text:
         ours = _MARK in text.read(_HEAD)
@@ -197,10 +192,7 @@ def open_report(file: Path) -> None:
 
 
 def write_report(path: Path, run: Run) -> None:
-    """Write a report; the still picture is that of the folder, or is drawn, or is left out.
-
-    Raises `StorageError`: the disk, a permission or the file system refused.
-    """
+    """Write a report; its picture is the folder's, or is drawn, or left out. Raises `StorageError`."""
     with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
         units = run.study.output.units
         picture = beside.submit(copy_context().run, still, path.parent, run.summary, units)

@@ -138,7 +138,6 @@ def _described(degrees: Floats, curves: Mapping[str, Floats], unit: str) -> str:
 
 
 def _marks(places: Mapping[str, float]) -> tuple[tuple[float, int, str], ...]:
-    """Marks in rows, so that the names of neighbours do not touch."""
     ends: list[float] = []
     found = []
     for name, place in sorted(places.items(), key=lambda item: item[1]):
@@ -226,7 +225,6 @@ def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[Input
 
 
 def _in_unit(value: object, name: str) -> object:
-    """Return a number, or each of a list, in the unit that is shown in place of its own."""
     if isinstance(value, list | tuple):
         return [_in_unit(each, name) for each in value]
     if units.unit(name) == name or isinstance(value, bool) or not isinstance(value, int | float):

@@ -402,6 +402,5 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
 
 
 def _ends(forces: list[float]) -> str:
-    """The forces of a case's bolts, or one where they are the same to a tenth."""
     said = sorted({number(force, ".1f") for force in forces}, key=float)
     return said[0] if len(said) == 1 else f"{said[0]}…{said[-1]}"

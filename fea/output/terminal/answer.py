@@ -218,7 +218,6 @@ def cycle(summary: Summary) -> list[str]:
 
 
 def _edges(summary: Summary) -> Iterator[str]:
-    """The sharp edge with the smallest factor, where it does not govern, and how many there are."""
     edges = [edge for case in summary.results.values() for edge in case.sharp_edges or ()]
     if edges and _edge(summary) is None:
         worst, names = min(edges, key=lambda edge: edge.safety_factor), {edge.name for edge in edges}

@@ -127,7 +127,6 @@ def _result(summary: Summary) -> str | None:
 
 
 def _sweep_next(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
-    """Return what to look at: the map where there is one, and the worst case of all that is written."""
     folder, summary = runs[0]
     charts = [name for name in summary.shared_files or () if name.endswith(".png")]
     looks = [f"Next: look at {near(folder.parent / chart)}" for chart in charts]
@@ -269,7 +268,6 @@ def _print_tables(console: Console, *tables: Tabular | None) -> None:
 
 
 def _governing(summary: Summary) -> str:
-    """What of bolts, joint and fits governs, whose table is printed; empty if it is the rod."""
     if summary.survival.mode.endswith(("of the bolts", "of the joint")):
         return "joint"
     weakest = None if summary.governing is None else summary.governing.weakest
@@ -307,7 +305,6 @@ def _shortened(names: list[str]) -> list[str]:
 
 
 def _written(folder: Path, summary: Summary, width: int) -> list[str]:
-    """Return the folder and what to look at, in one line if they fit."""
     said = f"Written to {near(folder)}/ ({len(summary.files or ())} files)."
     both = f"{said} {_next(folder, summary)}"
     return [both] if len(both) <= width else [said, _next(folder, summary)]

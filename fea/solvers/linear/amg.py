@@ -64,10 +64,7 @@ def conjugate_gradients(
 
 
 class SmoothedAggregation(LinearSolver):
-    """Preconditioned conjugate gradients with the interface of the direct solvers.
-
-    The rigid modes are those of points (n_nodes, 3).
-    """
+    """Preconditioned conjugate gradients as a solver; the rigid modes are those of points (n_nodes, 3)."""
 
     name = "amg"
 
@@ -95,10 +92,7 @@ class SmoothedAggregation(LinearSolver):
         )
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
-        """Solve for (n, k) right-hand sides with the hierarchy in a slot.
-
-        Raises `StagnationError`: the residual did not reach `TOLERANCE`.
-        """
+        """Solve for (n, k) right-hand sides in a slot. Raises `StagnationError`: above `TOLERANCE`."""
         return np.stack([self._solved(slot, f) for f in right_hand_sides.T], axis=1)
 
     def _solved(self, slot: int, f: Floats) -> Floats:

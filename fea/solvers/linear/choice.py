@@ -78,10 +78,7 @@ def linear_solver(
 
 
 def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
-    """Return the named direct solver, or the one on this machine.
-
-    Raises `SolverUnavailableError`: the named solver is not installed.
-    """
+    """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
     named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
     choice = choice if named else direct()
     _require_packages(choice)
@@ -89,10 +86,7 @@ def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSol
 
 
 def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
-    """Factorise a matrix by `direct_solver`, to solve for (n, k) sides.
-
-    Raises `SingularMatrixError`: it is not positive definite; `SolverUnavailableError` as `direct_solver`.
-    """
+    """Factorise by `direct_solver` for (n, k) sides; `SingularMatrixError`: not positive definite."""
     solver = direct_solver(1, choice)
     solver.factorise(0, matrix)
     return partial(solver.solve, 0)
@@ -137,7 +131,6 @@ def available_bytes() -> float:
 
 
 def _free_in_group() -> float | None:
-    """Limit of a version 2 control group minus its current use."""
     group = Path("/sys/fs/cgroup")
     try:
         limit = (group / "memory.max").read_text(encoding="ascii").strip()
@@ -148,7 +141,6 @@ def _free_in_group() -> float | None:
 
 
 def _free_under_limit() -> float | None:
-    """Address space left under ``ulimit -v``."""
     if sys.platform != "linux":
         return None
     import resource  # noqa: PLC0415 - not on Windows

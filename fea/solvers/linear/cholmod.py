@@ -14,10 +14,7 @@ _SUPERNODAL = 2
 
 
 class CholmodCholesky(LinearSolver):
-    """Cholesky factors of matrices with the same sparsity, which is ordered only once.
-
-    Raises `ImportError`: cvxopt or pymetis is not installed.
-    """
+    """Cholesky factors of matrices of one sparsity. Raises `ImportError`: cvxopt or pymetis is missing."""
 
     name = "cholmod"
 
@@ -30,10 +27,7 @@ class CholmodCholesky(LinearSolver):
         self._factors: dict[int, Any] = {}
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Put the factor of `matrix` into a slot.
-
-        Raises `SingularMatrixError`: it is not positive definite.
-        """
+        """Factorise `matrix` into a slot. Raises `SingularMatrixError`: it is not positive definite."""
         from cvxopt import matrix as dense  # noqa: PLC0415
         from cvxopt import spmatrix  # noqa: PLC0415
 

@@ -72,10 +72,7 @@ class Multigrid(LinearSolver):
         self._levels: dict[int, _Levels] = {}
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Prepare to solve with `matrix`.
-
-        Raises `SingularMatrixError`: the coarse matrix is not positive definite.
-        """
+        """Prepare to solve. Raises `SingularMatrixError`: the coarse matrix is not positive definite."""
         free = (matrix.row_sums != matrix.diagonal()).reshape(-1, 3)
         held = ~free[self._vertices]
         solve = self._factorise(self._coarse.constrained(held.ravel()))
@@ -83,10 +80,7 @@ class Multigrid(LinearSolver):
         self._levels[slot] = _Levels(matrix, transfer, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
-        """Solve for (n, k) right-hand sides.
-
-        Raises `StagnationError`: the residual did not reach `TOLERANCE`.
-        """
+        """Solve for (n, k) right-hand sides. Raises `StagnationError`: the residual exceeds `TOLERANCE`."""
         levels = self._levels[slot]
         return conjugate_gradients(
             levels.matrix.__matmul__,

@@ -120,7 +120,6 @@ class _Handle:
         return np.asarray(pivots)
 
     def __del__(self) -> None:
-        """Release MKL's memory."""
         if hasattr(self, "_last") and not sys.is_finalizing():
             self(_RELEASE, 0, np.zeros(1))
 
@@ -155,11 +154,7 @@ class Pardiso(LinearSolver):
         self._sum: dict[int, Operator] = {}  # of slots whose factor has a Schur block
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
-        """Put the Cholesky factor of `matrix` into a slot (0…slots − 1).
-
-        Raises `SingularMatrixError`: it is not positive definite; `MemoryError`: MKL could not allocate the
-        factor.
-        """
+        """Factorise into a slot (0…slots − 1). Raises `SingularMatrixError`; `MemoryError`: by MKL."""
         upper = matrix.upper
         if self._by_nodes is None:
             parts = (upper.data, upper.indptr, upper.indices)
