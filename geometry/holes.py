@@ -98,10 +98,7 @@ def pin_wall(walls: Sequence[Hole]) -> Hole:
 
 
 def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Iterator[tuple[Hole, Hole]]:
-    """Pairs of parallel holes that may be the bores, big end first, in the order of the holes.
-
-    Diameters that are given must be met to a relative tolerance.
-    """
+    """Pairs of parallel holes that may be the bores, big end first; given diameters must be met."""
     radii = [None if diameter is None else diameter / 2 for diameter in diameters]
     for one, other in combinations(holes, 2):
         if one.parallel(other) and one.apart(other) > max(one.radius, other.radius):

@@ -75,10 +75,7 @@ def usual_units(number: float) -> Iterator[str]:
 
 
 def plausible_unit(length: float, unit: str) -> str:
-    """Return the unit with which a distance of bores is that of a rod; the one it was read with if none is.
-
-    The distance, mm, is the one with `unit`, of `DECLARED`.
-    """
+    """Unit in which the bores' distance, mm as read with `unit`, is a rod's; else `unit`."""
     if _ACCEPTED[0] <= length <= _ACCEPTED[1]:
         return unit
     return next(usual_units(length / DECLARED[unit]), unit)

@@ -24,10 +24,7 @@ _ABOVE, _SHELLS = (ROD, UPPER_SHELL), (UPPER_SHELL, LOWER_SHELL)
 
 
 def parted(rod: Rod, bodies: dict[str, int], assembly: Assembly, bolts: Sequence[BoltAxis]) -> dict[str, int]:
-    """Divide the drawn bodies of a rod given by dimensions, or of a cell of it.
-
-    The borders of the seats of `bolts`, those of the whole rod, become edges of the faces that they press on.
-    """
+    """Divide the bodies of a rod or its cell; borders of the seats of all `bolts` become edges."""
     normal = None if assembly.split is None else assembly.normal
     radius = rod.big_end_bore / 2 + assembly.shell if assembly.shell else None
     borders = [disk for bolt in bolts for disk in seat_disks(bolt)]

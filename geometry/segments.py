@@ -94,10 +94,7 @@ class Arc:
         return Arc(_turn(self.center, angle), self.radius, self.begin + angle, self.sweep)
 
     def height(self, x: Floats) -> Floats:
-        """Return the ordinates at `x`, −∞ beyond the ends, of a piece that runs towards +x.
-
-        Such a piece lies above its centre when it turns clockwise, else below.
-        """
+        """Ordinates at `x` of a piece towards +x, −∞ beyond its ends; above its centre if clockwise."""
         across = np.clip(x - self.center[0], -self.radius, self.radius)
         y = self.center[1] - math.copysign(1, self.sweep) * half_chord(self.radius, across)
         return np.where(_within(x, self.start[0], self.end[0]), y, -np.inf)
@@ -166,10 +163,7 @@ class Circle:
 
 
 def fitted_circle(places: Floats) -> Circle | None:
-    """Least-squares circle through places (n, 2), mm; None for a straight line.
-
-    Source: Kåsa (1976), IEEE Transactions on Instrumentation and Measurement 25(1), 8-14.
-    """
+    """Least-squares circle (Kåsa 1976) through places (n, 2), mm; None for a straight line."""
     middle = places.mean(axis=0)
     off = places - middle
     table = np.column_stack([2 * off, np.ones(len(off))])

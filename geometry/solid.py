@@ -207,10 +207,7 @@ def check_contacts(
     interfaces: Sequence[Interface],
     named: Mapping[Surface, tuple[int, ...]],
 ) -> None:
-    """Compare the faces between parts and under bolts with the areas that the dimensions give.
-
-    Raises `GeometryError`: faces are missing, or their area is off by more than `TOLERANCE`.
-    """
+    """Compare contact faces with the dimensions' areas. Raises `GeometryError`: off by over `TOLERANCE`."""
     drawn = {surface: [*named.get(surface, ())] for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     for interface in interfaces:
         drawn.setdefault(interface.sides[0], []).extend(interface.faces)

@@ -320,11 +320,7 @@ NOT_THERE = {errno.ENOSYS, errno.EINVAL}  # the kernel or the file system does n
 
 
 def exchange(one: Path, other: Path) -> bool:
-    """Exchange two existing paths on one file system.
-
-    Returns False if the system cannot do this in one step; then nothing has changed. Raises `OSError`: the
-    system supports it, but refused.
-    """
+    """Exchange two paths; False, with nothing changed, if the system cannot. Raises `OSError`: it refused."""
     if sys.platform != "linux":
         return False
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)  # since glibc 2.28

@@ -53,10 +53,7 @@ class NoGas(GasModel):
 
 @dataclass(frozen=True)
 class Boyle(GasModel):
-    """Isothermal compression and expansion in every revolution: p V = const, atmospheric at BDC.
-
-    It has no combustion and repeats every revolution (the gas force of Columba 2022).
-    """
+    """Isothermal p V = const, atmospheric at BDC, every revolution; no combustion (Columba 2022)."""
 
     engine: Engine  #: gives the volume over the crank angle
     compression_ratio: float  #: largest over smallest volume

@@ -105,11 +105,7 @@ class MovableMesh:
     anchors: Anchors  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
-        """Return the mesh on the solid of the open model, with its quality.
-
-        None where that solid has other faces and edges than the mesh's own, or elements would lose their
-        shape.
-        """
+        """Return the mesh on the open solid, with its quality; None for other faces, or bad elements."""
         if topology() != self.anchors.topology:
             return None
         mesh, straightened = mended(snapped(replace(self.mesh, points=self._points())))

@@ -99,11 +99,7 @@ def faces_behind(mesh: TetMesh) -> dict[Surface, tuple[Ints, Ints]]:
 
 
 def outward(mesh: TetMesh) -> TetMesh:
-    """Return the mesh with every facet oriented outwards from the element behind it.
-
-    Raises `MeshError`: a facet bounds no element or two elements: the surface of a damaged solid may fold
-    onto itself.
-    """
+    """Return the mesh with facets oriented outwards. Raises `MeshError`: one bounds no or two elements."""
     even, oriented = _even(element_faces(mesh.tets)), {}
     for surface, (face, count) in faces_behind(mesh).items():
         facets = mesh.facets[surface]

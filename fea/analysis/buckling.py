@@ -27,10 +27,7 @@ _STATIONS = 121
 
 
 def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
-    """Return sections from pin to pin, and the smallest section between the bores.
-
-    `rod`: dimensions; None for an imported solid, for which the mesh is cut.
-    """
+    """Sections from pin to pin, and the smallest between the bores; the mesh is cut where `rod` is None."""
     places = np.linspace(0.0, bores.rod_length, _STATIONS)
     if rod is None:
         least = slices.least_section(mesh, *bores.between)

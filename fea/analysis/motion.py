@@ -41,10 +41,7 @@ class Modes:
 
 
 def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
-    """Find as few fields as give the stress of a cycle to a tolerance.
-
-    `units` (n_nodes, 6, n_units) unit stresses; `weights` (n_units, n_instants).
-    """
+    """Find the fewest fields for a stress: `units` (n_nodes, 6, n_units), `weights` (n_units, n_instants)."""
     flat = np.asarray(units, np.float32).reshape(-1, units.shape[2])
     values, vectors = np.linalg.eigh((flat.T @ flat).astype(float))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
@@ -62,10 +59,7 @@ def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
 def _enough(
     units: Reals, weights: Floats, loads: Floats, courses: Floats, tolerance: float
 ) -> tuple[int, float]:
-    """The smallest number of fields with an error within the tolerance, and that error.
-
-    It is found by bisection over some of the nodes, and confirmed at all of them.
-    """
+    """The smallest number of fields within the tolerance, by bisection over some nodes, and its error."""
     counts = [*(count for count in _COUNTS if count < len(courses)), len(courses)]
 
     def error(number: int, nodes: Reals) -> float:

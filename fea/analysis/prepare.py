@@ -178,10 +178,7 @@ class PreparedRod:
 
     @property
     def cycle(self) -> CycleAnalysis:
-        """Unit solutions that span crank cycles, as exactly as the study asks for: solved when first needed.
-
-        A duty sums damage, which grows with a high power of stress, and takes them all.
-        """
+        """Unit solutions of crank cycles, solved when first needed; a duty, which sums damage, takes all."""
         exact = self.options.cycle_accuracy is CycleAccuracy.EXACT or self.duty is not None
         return self.full_cycle if exact or "full_cycle" in self.__dict__ else self.certified_cycle
 

@@ -253,10 +253,7 @@ def case_figures(
     governing: Governing | None = None,
     sharp_edges: tuple[SharpEdgeFigures, ...] = (),
 ) -> CaseFigures:
-    """Return the extremes of a load case, over the nodes away from singular places.
-
-    A case is judged by itself, or where another one is `governing` by whether it could govern as well.
-    """
+    """Return a case's extremes away from singular places, judged alone or beside a `governing` case."""
     length, tolerance = rod.mesh.bores.rod_length, rod.options.tolerance_percent or CONVERGED_PERCENT
     if governing is None or rod.options.all_cases:
         verdict = case.verdict(tolerance)

@@ -213,10 +213,7 @@ def size_factor(diameter: float) -> float:
 
 
 def reliability_factor(percent: float) -> float:
-    """k_e = 1 − 0.08 z of the reliability in per cent (equation 6-29).
-
-    Raises `InvalidValue`: the reliability is below 50, which would raise the strength, or not below 100.
-    """
+    """k_e = 1 − 0.08 z (equation 6-29). Raises `InvalidValue`: per cent below 50, or 100 and above."""
     require(50 <= percent < 100, "material.reliability_percent", percent, "must be at least 50 and below 100")
     return 1 - SCATTER * NormalDist().inv_cdf(percent / 100)
 

@@ -26,10 +26,7 @@ OF_COURSE = Exact(violation=1e-4, direction=1e-3)
 
 
 class FrictionCycle:
-    """A crank cycle of an assembled rod, whose increments are solved when they are first needed.
-
-    The loads at the increments divide the cycle evenly; the first follows the last.
-    """
+    """A crank cycle of an assembled rod in even increments, solved when first needed."""
 
     def __init__(self, assembled: Assembled, loads: Sequence[Load]) -> None:
         self._assembled = assembled

@@ -303,10 +303,7 @@ class Trial:
 
     @cached_property
     def violations(self) -> tuple[Floats, Floats, Floats]:
-        """By how much pins, normal contact and friction are violated, MPa; 0 where the guess is right.
-
-        Nothing is said of friction where all slip is given.
-        """
+        """Violation, MPa, of pins, normal contact and friction (unless all slip is given); 0 where right."""
         guess, stiff = self.guess, self.block.effects.stiff[self.block.places.normal]
         pins = np.where(
             guess.touching, -self.solution.pressure, -self.solution.pin_gap / self.block.effects.soft

@@ -189,10 +189,7 @@ class Reynolds:
         return flows[0], flows[1]
 
     def _entries(self, around: Floats, along: Floats) -> Floats:
-        """Entries (5, n_angle, n_width) from derivatives (2, …) of the flows to the next angle and z.
-
-        They are those by the value of the cell before the face, and of that behind it.
-        """
+        """Entries (5, n_angle, n_width) of flows' derivatives (2, …) by the cells on both sides of a face."""
         entries = np.zeros((5, *self.grid.shape))
         entries[0] = around[0] - np.roll(around[1], 1, 0) + along[0]
         entries[0, :, 1:] -= along[1, :, :-1]

@@ -67,10 +67,7 @@ class Column:
 def column(
     plane: Plane, stations: tuple[Section, ...], least: Section, youngs_modulus: float, yield_strength: float
 ) -> Column:
-    """Compute the critical loads in a plane; cached, as they do not depend on the speed.
-
-    The sections follow each other from one pin centre to the other; `least` is that of least area.
-    """
+    """Critical loads in a plane, cached, from sections between the pin centres and the `least` of them."""
     x = np.array([section.x for section in stations])
     inertia = np.array([plane.inertia(section) for section in stations])
     slenderness = plane.length_factor * float(x[-1] - x[0]) / plane.gyration(least)

@@ -76,11 +76,7 @@ def warmed(interference: float, diameter: float, inner: float, outer: float, war
 
 
 def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note, ...]:
-    """Judge an interference before it is solved, which the study gives by a key; that of the fit is warmed.
-
-    Raises `InvalidValue`: one of the parts would yield through its whole wall: the pressure of an elastic
-    model cannot arise.
-    """
+    """Judge a study's interference, warmed. Raises `InvalidValue`: a part would yield through its wall."""
     pressure, inner, outer = fit.pressure, fit.inner, fit.outer
     # Pressures that make a whole ring yield (Tresca): from outside S_y (1 − r/R), from inside S_y ln(R/r).
     collapsing = inner.material.yield_strength * (1 - inner.inner / inner.outer)

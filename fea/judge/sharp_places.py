@@ -73,10 +73,7 @@ class SharpPlace:
         return max(FINE * self.shorter, _FINEST * self.thickness)
 
     def fillet(self, required: float) -> float | None:
-        """Smallest fillet radius, mm, whose peak has this safety factor; None where none is small enough.
-
-        No fillet helps where the structural stress is too high already.
-        """
+        """Least fillet radius, mm, with this safety factor at its peak; None where none is small enough."""
         if self.notch is None or self.safety_factor < required:
             return None
         return self.notch.radius(self.yield_strength / required / self.plane)

@@ -59,10 +59,7 @@ _PATIENCE = 150.0
 
 @contextmanager
 def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | None]:
-    """Show on stderr the current stage, or without a terminal what each pass over the mesh brought.
-
-    Yields the listener for a `Clock`. `hint` says what would make a stage shorter that takes minutes.
-    """
+    """Yield a `Clock` listener that shows stages on stderr; `hint`: what shortens one that takes minutes."""
     if silent:
         yield None
         return

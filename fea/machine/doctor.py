@@ -45,10 +45,7 @@ def examine() -> list[Finding]:
 
 
 def _tried(code: str) -> str | None:
-    """None if `code` runs in a new interpreter, else the last line of its error message.
-
-    Temporary files that it may leave after an interrupt are in a directory that is removed with the call.
-    """
+    """None if `code` runs in a new interpreter and temporary folder, else the last line of its error."""
     try:
         with TemporaryDirectory() as scratch, fresh({"TMPDIR": scratch}, messages=True) as process:
             process.run(exec, code, seconds=120)

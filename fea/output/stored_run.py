@@ -55,10 +55,7 @@ class ResultFiles(Mapping[str, FileFields]):
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A run of one speed on disk: its fields and properties are as of a `RunResult`.
-
-    Everything read later raises `InvalidValue` for files that are missing or damaged.
-    """
+    """A stored run with the names of `RunResult`; late reading of damaged files raises `InvalidValue`."""
 
     folder: Path
     study: Study

@@ -68,10 +68,7 @@ def some_speeds(rpm: Sequence[str]) -> str:
 
 
 def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:
-    """Write columns over the cycle by name, (n,) or one number for all rows; units as the names say.
-
-    Raises `ValueError`: the lengths differ; `StorageError`: the file could not be written.
-    """
+    """Write columns (n,), or numbers for all rows, by name. `ValueError`: lengths differ; `StorageError`."""
     every = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, float)) for column in columns.values()))
     values = np.stack(every, axis=1) + 0.0  # without negative zeros; what does not apply, NaN, is blank
     row = ",".join(["%.7g"] * values.shape[1]) + "\n"

@@ -133,10 +133,7 @@ class Weights(NamedTuple):
 
 
 class JointBounds(NamedTuple):
-    """Unit loads of either parity whose deviations are bounded jointly instead of each by itself.
-
-    The bound is close if they are orthogonal states of equal energy.
-    """
+    """Unit loads of either parity bounded jointly: closely if they are orthogonal, of equal energy."""
 
     even: slice
     odd: slice

@@ -84,10 +84,7 @@ def _read(file: RodFile) -> GivenMesh:
 
 
 def meshed_rod(mesh: TetMesh, bores: tuple[Bore, Bore], parts: Sequence[str]) -> MeshedRod:
-    """Return a mesh that is there already as a rod that is solved as a whole.
-
-    `bores`: of the big and the small end; `parts`: names of the parts, in the order of their numbers.
-    """
+    """Return a finished mesh as a whole rod; `bores` of big and small end, `parts` by their numbers."""
     whole = unmirrored(mesh)
     volumes = [enclosed_volume(mesh)]
     if mesh.part is not None:

@@ -55,10 +55,7 @@ def sn_line(
 
 
 def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
-    """Fit Basquin's line to specimens that broke, the logarithm of life being dependent (ASTM E739).
-
-    Raises `InvalidValue`: there are fewer than two amplitudes, or life does not fall as they rise.
-    """
+    """Fit Basquin's line to broken specimens (ASTM E739). `InvalidValue`: too few, or not falling."""
     for name, values in zip(_TESTS, (cycles, amplitudes), strict=True):
         for value in values:
             require_positive(f"material.{name}", value)

@@ -416,10 +416,7 @@ class OptimiseTable(
     "ignore it",
     optional=True,
 ):
-    """[optimise]: free dimensions with their bounds, required safety factors and the least wall.
-
-    Factors that are not given are those of `analysis.min_safety`, or 1.
-    """
+    """[optimise]: free dimensions and bounds, least wall, factors (default: `analysis.min_safety`, or 1)."""
 
     free: dict[str, tuple[float, ...]] = key(
         "{ web_thickness_mm = [3.0, 7.0], big_end_ring_mm = [6.0, 12.0] }",

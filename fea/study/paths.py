@@ -43,11 +43,7 @@ def is_file(path: Path) -> bool:
 
 
 def require_size(name: str, path: Path, largest: int) -> None:
-    """Refuse a path that is not a regular file, or a file larger than `largest` bytes, before reading it.
-
-    Raises `InvalidValue`: it is too large, or a device or a pipe, which may never end; `OSError`: it does not
-    exist.
-    """
+    """Refuse a file that is not regular or above `largest` bytes (`InvalidValue`), or missing (`OSError`)."""
     size = path.stat().st_size
     require(path.is_file(), name, str(path), "is not a regular file", "Name a file.")
     rule = f"is {size / 2**20:.1f} MiB large; at most {largest / 2**20:g} MiB are read"

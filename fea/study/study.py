@@ -148,11 +148,7 @@ class Study:
             assembly.require_dimensions(self.rod.dimensions)
 
     def require_loading(self) -> None:
-        """Refuse a study in which nothing loads the rod, or nothing balances the load.
-
-        Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
-        balances.
-        """
+        """Refuse a study with no engine or force, or a transverse force that nothing balances."""
         if self.forces is None:
             self.require_engine()
         elif self.analysis.support is not choices.Support.CLAMPED:
@@ -162,10 +158,7 @@ class Study:
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
 
     def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
-        """Return the values that lie outside of the ranges of engines, the gravest first.
-
-        `measured`: lengths of the rod by their keys, such as "rod.length_mm", if it is from a file.
-        """
+        """Values outside engines' ranges, the gravest first; `measured`: a file's lengths by key."""
         lengths = dict(measured or {}) if self.rod.from_file else {}
         tables: dict[str, Any] = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
         for name in TABLES.keys() - {"rod", "material"}:
@@ -182,10 +175,7 @@ class Study:
         return tuple(finding.note for finding in self.unusual(measured))
 
     def require_plausible(self, measured: Mapping[str, float] | None = None) -> None:
-        """Refuse values far outside of the ranges of engines, unless the study insists on them.
-
-        Raises `InvalidValue`: a value is so far outside that it must be in another unit than its key says.
-        """
+        """Refuse values so far outside engines' ranges that their unit must be wrong, unless insisted on."""
         refused = [finding for finding in self.unusual(measured) if finding.refused]
         if refused and not self.analysis.unusual:
             value = float(f"{refused[0].value:.4g}")

@@ -234,10 +234,7 @@ class Smoothed(NamedTuple):
 
 
 def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> Smoothed:
-    """Smooth pressures (n,) over increasing angles (n,) of one cycle by a moving average.
-
-    Most samples are `step` degrees apart; a `width` of None is decided by the noise.
-    """
+    """Moving average of one cycle (n,) at `step` degrees; the noise decides a `width` of None."""
     if width:
         return _averaged(angles, pressures, width)
     plain = Smoothed(pressures, 0.0, 0.0)

@@ -203,11 +203,7 @@ def shipped_trace(name: str) -> Trace:
 
 
 def read_trace(path: Path, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE) -> Imported:
-    """Read a user's trace as far as the keys say how, and decide the rest.
-
-    Raises `InvalidValue`: the file cannot be read or contains no cycle; the message names file, line, value
-    and rule.
-    """
+    """Read a user's trace by its keys, and decide the rest. Raises `InvalidValue` with file and line."""
     return parse_trace(read_text(path, _REMEDY), path.name, keys, around)
 
 

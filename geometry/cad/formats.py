@@ -81,11 +81,7 @@ class _Object:
 
 @contextmanager
 def shapes_of(path: Path) -> Iterator[list[Shape]]:
-    """Unpack the shapes that are results: bodies, and what no other shape is made from.
-
-    Raises `GeometryError`: the archive is damaged, holds no description, or unpacks to more than
-    `MOST_SHAPES`.
-    """
+    """Unpack the result shapes. Raises `GeometryError`: damaged, undescribed, or above `MOST_SHAPES`."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             with zipfile.ZipFile(path) as archive:

@@ -46,10 +46,7 @@ class Joint:
 
 
 def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
-    """Find the joint of a rod and a cap (volume tags, without shells) at a bore of some radius, mm.
-
-    Raises `GeometryError`: they share no face, or the faces are no joint through the bore.
-    """
+    """Find the joint of rod and cap at a bore's radius, mm. Raises `GeometryError`: there is none."""
     faces = sorted(boundary(rod) & boundary(cap))
     if not faces:
         gap = min(gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0] for a in rod for b in cap)
@@ -98,10 +95,7 @@ _CAP_OFF = 0.05
 
 
 def assumed_cap(faces: Sequence[Face], wall: CadHole) -> int:
-    """Draw a half ring of the section at the joint, which closes a wall open on one side; its volume tag.
-
-    Raises `GeometryError`: the rod has no two plane faces at the open ends of the wall.
-    """
+    """Draw a half ring that closes a wall; its volume tag. Raises `GeometryError`: no two plane faces."""
     planes = [(face, edge_points(face.tag)) for face in faces if face.shape == "Plane"]
     angles = [(face, wall.joint_angle(at, at.mean(axis=0), _CAP_OFF)) for face, at in planes]
     joints = [(face, angle) for face, angle in angles if angle is not None]

@@ -14,10 +14,7 @@ from geometry.segments import fitted_circle
 
 
 class Interior:
-    """The inside of volumes of the open model.
-
-    The kernel takes milliseconds to tell, so it is asked only for volumes whose bounding box holds the point.
-    """
+    """The inside of volumes; the kernel is asked only for those whose bounding box holds the point."""
 
     def __init__(self, volumes: Sequence[int]) -> None:
         self._volumes = tuple(volumes)
@@ -75,10 +72,7 @@ def recognised_faces(volumes: Sequence[int]) -> list[Face]:
 
 
 def _fitted_cylinder(points: Floats, normals: Floats) -> tuple[float, ...] | None:
-    """Axis point (3), direction (3) and radius of a cylinder through points with unit normals (n, 3).
-
-    It is a circle normal to the mean axis; None where the points do not lie on a cylinder.
-    """
+    """Axis point (3), direction (3), radius of a cylinder through points with normals (n, 3), or None."""
     size, axes = np.linalg.eigh(normals.T @ normals / len(normals))
     if size[0] > _ALONG**2 or size[1] < _SPREAD**2:
         return None

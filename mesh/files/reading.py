@@ -45,10 +45,7 @@ def tets_of_model() -> TetFile:
 
 
 def filled(surface: SurfaceMesh) -> TetFile:
-    """Mesh the volume inside a surface with straight-sided ten-node tetrahedra, in a gmsh session of its own.
-
-    Raises `MeshError`: the surface cuts itself, or gmsh cannot mesh its inside.
-    """
+    """Fill a surface with straight ten-node tetrahedra. Raises `MeshError`: it cuts itself, or gmsh fails."""
     used, local = np.unique(surface.facets, return_inverse=True)
     with session():
         try:

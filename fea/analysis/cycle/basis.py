@@ -233,7 +233,6 @@ class SmallBasis(Basis):
         return _States(degrees, _joined(degrees, own, *more), np.nan)
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
-        """Grow until the error over a cycle is small enough."""
         every, largest = states.every, self._largest(states.every)
         stress, error = _RUBBED if self.loads.path_dependent else _PRESSED, np.inf
         while error > ACCURACY * largest:

@@ -93,10 +93,7 @@ class Judges:
 
 
 def critical_places(found: Envelope, whole: MirroredMesh, counts: Mask, error: float) -> dict[str, Ints]:
-    """Nodes of the cell whose factors may be the smallest, by the criterion.
-
-    `counts` (n_nodes,) nodes of the whole rod that count; `error` of the stress, MPa.
-    """
+    """Nodes of the cell with the smallest factors; `counts` (n_nodes,) of the whole rod, `error` in MPa."""
     factors = {
         "yielding": 1 / np.maximum(found.usage, _TINY),
         "tiring": found.fatigue_factor,

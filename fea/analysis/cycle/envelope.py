@@ -95,11 +95,7 @@ def envelope(
     criterion: Fatigue,
     regions: SurfaceRegions,
 ) -> Envelope:
-    """Take the extremes over the instants of a cycle.
-
-    `weights`: of the even and the odd unit loads, (n_units, n_instants); `angles` (n_instants,) crank angles,
-    rad.
-    """
+    """Extremes for `weights` of even and odd loads (n_units, n_instants) at `angles` (n_instants,), rad."""
     order = np.argsort(angles)
     along, angles = path(weights.at(order), units.joint), angles[order]
     reached = extremes(units.parts, along, units.sides)
@@ -146,7 +142,6 @@ def _judged(
     *,
     surface: Floats | float = 1.0,
 ) -> Envelope:
-    """Return the envelope of one part."""
     usage, angle = reach.von_mises / material.yield_strength, angles[reach.instant]
     return Envelope(
         von_mises=reach.von_mises,

@@ -125,10 +125,7 @@ class SpeedSearch:
         return self._analysis.loads.sampled(cycle.at(self._degrees), cycle)
 
     def _in_sectors(self, cycle: EstimatedCycle) -> list[Reals]:
-        """Upper bound (n_rows, n_sectors) of the von Mises stress of every row of each part.
-
-        Where weights are estimated, it is that of the estimates.
-        """
+        """Bound (n_rows, n_sectors) of the von Mises stress of each part, or of its estimate."""
         weights, joint = cycle.degrees.weights, self._analysis.units.joint
         above = int(np.clip(np.searchsorted(self._anchors, cycle.rpm), 1, max(len(self._anchors) - 1, 1)))
         if len(self._anchors) == 1:
@@ -150,7 +147,6 @@ class SpeedSearch:
         return [one + other for one, other in zip(straight, strayed, strict=True)]
 
     def _worst(self, cycle: EstimatedCycle, at_peaks: list[Floats], mode: Mode) -> Place:
-        """The place of the smallest factor."""
         error, bounds = np.maximum.reduceat(cycle.degrees.error, self._starts), []
         for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
             away: Floats | float = 0.0

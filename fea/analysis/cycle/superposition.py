@@ -150,10 +150,7 @@ class CycleAnalysis:
         return self.basis.weights(cycle.at(angles), cycle)
 
     def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
-        """Compute the cycle at one speed.
-
-        `cases`: the peak cases at that speed, directly solved: the envelope includes them.
-        """
+        """Compute the cycle at one speed; its envelope includes the solved peak `cases`."""
         degrees = cycle.degrees.crank_angle
         peaks = [case for case in cases if case.load.in_cycle]
         of_peaks = joined([case.load for case in peaks])
@@ -236,10 +233,7 @@ class CycleAnalysis:
     def _made_exact(
         self, basis: SmallBasis, cycle: CrankCycle, instants: Instants, found: Envelope, counts: Mask
     ) -> tuple[Ints, bool]:
-        """Let a small basis grow until the smallest factors are exact.
-
-        Returns the nodes of the cell whose extremes are exact now, and False if that took all instants.
-        """
+        """Grow a small basis; the nodes whose extremes are exact, and False if that took all instants."""
         whole = self.mesh.mirrored
         places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
         judges = Judges(self.materials, self.fatigue, self.regions)

@@ -102,7 +102,6 @@ class _Solved(NamedTuple):
     states: list[AssemblyState]
 
     def histories(self, rows: Sequence[Ints]) -> list[Floats]:
-        """Stress (n, 6, n_instants) of some rows of each part."""
         return [part.stress(self.weights, some) for part, some in zip(self.parts, rows, strict=True)]
 
 
@@ -167,7 +166,6 @@ class AssembledStates(States):
         return found | {Mode.BUCKLING: self.buckling(cycle)}
 
     def _worst(self, solved: _Solved, angles: Floats) -> dict[Mode, Worst]:
-        """Return the least factors at instants."""
         rows = [closest(usage_of(part, solved.weights)) for part in solved.parts]
         places = [*zip(solved.parts, rows, solved.histories(rows), strict=True)]
         return worst(places, angles.tolist()) | self._of_parts(solved.states, angles.tolist())
@@ -190,7 +188,6 @@ class AssembledStates(States):
         return _Solved(parts, weights, states)
 
     def _of_parts(self, states: Sequence[AssemblyState], angles: Sequence[float]) -> dict[Mode, Worst]:
-        """Return the factors of bolts, joint and fits."""
         assembling = self._rod.assembling
         if assembling is None:
             raise ValueError("a rod of one piece has no bolts")
@@ -220,10 +217,7 @@ class AssembledStates(States):
 
 
 def _lost(left: float, before: float, face: FaceState) -> float:
-    """Share that loads have taken of a pressure; beyond 1, the share of the area that has opened.
-
-    Infinite where there was none: nothing holds such parts together.
-    """
+    """Share of a pressure lost; beyond 1, of the area opened; infinite where there was no pressure."""
     if before <= 0:
         return math.inf
     return 1 - left / before if left > 0 else 1 + face.open_share

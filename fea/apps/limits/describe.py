@@ -132,7 +132,6 @@ def _largest(reached: Reached | None, bars: Bars, operation: Operation) -> Large
 def _sentences(
     found: Found, speed: Largest | None, pressure: Largest | None, closed: Largest | None
 ) -> Iterator[str]:
-    """Yield the answer in words."""
     operation, load = found.operation, "today's load" if found.operation.full_load is None else "full load"
     load = load if operation.burns else "inertia alone"
     if found.spent is not None:
@@ -189,7 +188,6 @@ def _of_life(found: Found, load: str) -> Iterator[str]:
 
 
 def _notes(found: Found) -> Iterator[Note]:
-    """Yield what is assumed of the gas, and what is left out."""
     rod, operation = found.rod, found.operation
     table = operation.loading.table
     if operation.burns and isinstance(operation.loading.gas, Otto):

@@ -156,7 +156,6 @@ def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float
 
 
 def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
-    """The end of the speeds at full load around that of the study, or below it."""
     operation = explorer.operation
     ends_ = (min(operation.idle, rpm), operation.fastest)
     edges, safe = explorer.edges(of_rays, Line("load", lambda at: (at, operation.today(at)), ends_))
@@ -168,7 +167,6 @@ def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
 
 
 def _pressure(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
-    """The end of the highest peak pressures that are safe at a speed."""
     operation = explorer.operation
     ends_ = (operation.peak(rpm, LEAST_CHARGE), MOST_PEAK)
     line = Line(f"{rpm} rpm", lambda at: (rpm, operation.scale(rpm, at)), ends_)

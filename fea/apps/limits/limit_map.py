@@ -180,10 +180,7 @@ def _crossing(usage: Mapping[float, float]) -> _Crossing | None:
 
 
 class Explorer:
-    """Finds limits.
-
-    `axes`: those of the rays; `required`: the safety factor; `show` tells of progress.
-    """
+    """Finds limits. `axes`: those of the rays; `required`: the safety factor; `show` tells of progress."""
 
     def __init__(
         self,
@@ -299,7 +296,6 @@ class Explorer:
         return self._mapped(np.array(angles), [dict(self._limits_on(angle)) for angle in angles])
 
     def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
-        """Yield the limits of a ray by mode, between its states."""
         most = furthest(self.operation, self._axes, angle)
         for mode in Mode:
             edge = self._on(angle, mode)
@@ -378,12 +374,10 @@ class Explorer:
             self._known.clear()
 
     def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode]:
-        """The level of the least factor at a point, and its mode."""
         state = self.state(point, operation) or {Mode.YIELD: _NO_STATE}
         return min((self._level(worst), mode) for mode, worst in ending(state).items())
 
     def _limit(self, point: Point, slope: float, operation: Operation | None = None) -> Limit:
-        """Return the limit by the least factor at a point."""
         of, (_, mode) = operation or self.operation, self._least(point, operation)
         worst = (self.state(point, operation) or {Mode.YIELD: _NO_STATE})[mode]
         return Limit(mode, *point, of.peak(*point), worst, slope)

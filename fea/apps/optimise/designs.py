@@ -55,10 +55,7 @@ class Limit:
 
     @property
     def margin(self) -> float:
-        """Share of what the rod may bear that is left, at most 1; negative where it does not hold.
-
-        It is linear in the stress, and so the smoothest figure for a search.
-        """
+        """Share of what the rod may bear that is left, at most 1; linear in the stress, so smooth."""
         return 1 - self.required / self.low
 
 
@@ -165,10 +162,7 @@ class Design:
 
 @dataclass
 class _Made:
-    """A mesh that others are moved from: of which rod, its number, the error bar that is enough, percent.
-
-    That of a design known from an interrupted search is made once another is moved from it.
-    """
+    """A mesh that others are moved from; that of a resumed search's design is made when first needed."""
 
     x: Floats
     number: int

@@ -203,10 +203,7 @@ _USUALLY = 7
 def progress(
     show: Callable[..., None], most: int, dimensions: int, clock: Callable[[], float] = time.monotonic
 ) -> Callable[[Design, int, int], None]:
-    """Return a listener of `Designs` that shows a progress line, for a search of at most so many meshes.
-
-    After the first design it says what the search will cost, by the time that this one took.
-    """
+    """Return a listener of `Designs` for a progress line, with the cost predicted after the first design."""
     lightest, begin, last = inf, clock(), 0.0
 
     def listener(design: Design, count: int, now: int) -> None:

@@ -251,10 +251,7 @@ def _round(
 
 
 def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, radius: float) -> Floats:
-    """The lightest design (n,) near another by a model of mass and logarithms of stresses (1 + k,).
-
-    A linear programme, unless a rule of the dimensions forbids its solution.
-    """
+    """The lightest design (n,) near another: a linear programme, unless a rule forbids its solution."""
     low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
     limits = len(figures) - 1
     programme = linprog(

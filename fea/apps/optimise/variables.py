@@ -94,11 +94,7 @@ class Variables:
 
 
 def variables(study: Study) -> Variables:
-    """Return the free dimensions of a study.
-
-    Raises `InvalidValue`: the rod has no dimensions, does not have one of those that are free, or has a value
-    outside the bounds or below the least wall.
-    """
+    """Return a study's free dimensions. Raises `InvalidValue`: there are none, or one is out of bounds."""
     rod, table = study.rod.solid(), study.optimise
     asked = {} if table is None else table.free
     usual = (*_USUAL, *(_USUAL_OF_I if rod.has_pockets else ()))

@@ -139,11 +139,7 @@ class LiveRod:
         return replace(frame, figures=between.figures, points=points, values=values, seconds=seconds)
 
     def exact(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Iterator[Frame]:
-        """Solve a design: first its load cases with all checks, then its fatigue over the cycle.
-
-        Raises `InvalidValue`, `GeometryError`, `MeshError`: the design breaks a rule, or cannot be drawn or
-        meshed.
-        """
+        """Solve a design, then its fatigue. Raises `InvalidValue`, `GeometryError`, `MeshError`."""
         began, design = perf_counter(), self._full(design)
         study = self.study_at(design, operation)
         mesh = self._moved(study)

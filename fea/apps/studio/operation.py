@@ -58,11 +58,7 @@ class Operation:
         return {key: value for key, value in own.items() if value is not None}
 
     def changed(self, values: Mapping[str, Any]) -> "Operation":
-        """Return it with other `values`.
-
-        With another material of the library, figures that are those of the material before are left out.
-        Raises `InvalidValue`: a value is unknown, of the wrong type or breaks a rule.
-        """
+        """Return it with `values`; another material drops the former one's figures. Raises `InvalidValue`."""
         before = self.values
         for key in values:
             if key not in _TYPES:
@@ -206,10 +202,7 @@ def fault(study: Study, design: Mapping[str, float]) -> str:
 
 
 def feasible(study: Study, design: Mapping[str, float], name: str, value: float) -> Range:
-    """Return how far a dimension goes from a design that can be drawn: as far as no rule is broken.
-
-    Where rods can be drawn again beyond a rule, the range ends at the first.
-    """
+    """Return how far a dimension can go from a drawable design until the first rule is broken."""
     ends, reasons = [], []
     for share in (_LEAST, _MOST):
         far = share * value

@@ -454,11 +454,7 @@ def studio_page(title: str) -> tuple[str, str]:
 def run_studio(
     study: Study, folder: Path, port: int, opened: Callable[[str], None], model: str = MODEL
 ) -> None:
-    """Serve the page of a study until an interrupt; `opened` is told its address.
-
-    Raises `OccupiedError`, `StorageError`: the session cannot be kept in the folder; `OSError`: the port is
-    taken.
-    """
+    """Serve a study's page until an interrupt. Raises `OccupiedError`, `StorageError`, `OSError` (port)."""
     page, policy = studio_page(study.name)
     said = f"the studio has ended; the same command resumes its session in {near(folder)}"
     first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed

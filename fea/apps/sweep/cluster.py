@@ -179,10 +179,7 @@ _SHARES = 4
 
 
 class Engine:
-    """Gives the pending rods of a journal to a Dask client; the only writer of the journal.
-
-    `task` returns the task of some rods by their digests; `compute` replaces the analysis in tests.
-    """
+    """Gives pending rods to a Dask client, as the journal's only writer; `compute` replaces the analysis."""
 
     def __init__(
         self,

@@ -70,11 +70,7 @@ class Entry:
 
 
 class Journal:
-    """The journal in a file, created where it is missing; the caller lets no one else write to it.
-
-    Raises `InvalidValue`: the file is not a journal; `StorageError`: the disk, a permission or the file
-    system refuses.
-    """
+    """The journal in a file, with one writer. Raises `InvalidValue`: it is no journal; `StorageError`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -288,10 +284,7 @@ class Progress:
         return f"{share}, {pace}, {duration((self.total - self.done) / rate)} left"
 
     def shown_by(self, show: Callable[..., None]) -> Callable[[int, int, float], None]:
-        """Return a listener that counts rods that came back and shows a line; arguments as of `Engine.run`.
-
-        After the first ones it says what the sweep will cost.
-        """
+        """Return a listener of `Engine.run` that shows a progress line, and the cost after the first rods."""
 
         def listener(count: int, threads: int, seconds: float) -> None:
             first = count > 0 and self.done == 0

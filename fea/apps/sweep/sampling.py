@@ -95,10 +95,7 @@ Variation = Choice | Span
 
 
 def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
-    """Read what a key varies over, from the TOML parser; `kind` is the annotated type of the key.
-
-    Raises `InvalidValue`: it is none of the forms, a bound is missing, or the bounds are upside down.
-    """
+    """Read what a key of type `kind` varies over. Raises `InvalidValue`: no such form, or wrong bounds."""
     if isinstance(raw, list):
         require(len(raw) > 0, name, [], "must contain at least one value", _FORMS)
         values = tuple(checked(name, value, kind) for value in raw)

@@ -166,10 +166,7 @@ def _sensitivity(samples: Samples, sampling: Sampling | None, figure: str) -> Se
 
 
 def regression(X: Floats, y: Floats) -> tuple[Floats | None, float | None]:
-    """Standardised coefficients (k,) of a linear regression of y (n,) on X (n, k), and its R².
-
-    None where there are fewer than twice as many points as coefficients.
-    """
+    """Standardised coefficients (k,) of y (n,) on X (n, k), and R²; None where n < 2 k."""
     count, keys = X.shape
     if count < 2 * (keys + 1):
         return None, None

@@ -78,11 +78,7 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
 
 
 def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) -> Done:
-    """Return the result of a job from this thread's process; a new one is started where there is none.
-
-    Raises `CrashError`, `OvertimeError`: see `IsolatedProcess.run`; `seconds` include the start of the
-    process.
-    """
+    """Return a job's result from this thread's process. Raises `CrashError`, `OvertimeError`."""
     import cloudpickle  # noqa: PLC0415 - comes with the extra
 
     process: IsolatedProcess | None = getattr(_of_thread, "process", None)

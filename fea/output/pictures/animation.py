@@ -24,11 +24,7 @@ TIMEOUT = 600.0  # seconds; 72 frames take about ten
 
 
 def require_film(path: Path) -> None:
-    """Refuse an animation that cannot be written, before anything is computed.
-
-    Raises `InvalidValue`: the suffix is not known, or the directory does not exist; `PictureError`: an MP4
-    file is requested, but its encoder is not installed.
-    """
+    """Refuse an animation. Raises `InvalidValue`: its suffix or folder; `PictureError`: no encoder."""
     require_target("--animate", path, SUFFIXES)
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
         remedy = "Install it (pip install imageio-ffmpeg), or write a .gif file."

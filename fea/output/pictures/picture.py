@@ -29,21 +29,14 @@ def take_pictures(folder: Path, summary: Summary, results: Sequence[str]) -> lis
 
 
 def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
-    """Draw one result file, titled by the summary beside it if there is one; return `png`.
-
-    Raises `InvalidValue`: there is no such file, or it is not that of a run, or has not the field;
-    `PictureError`: see `draw_pictures`.
-    """
+    """Draw a file as `png`, titled by its summary. Raises `InvalidValue`: no such field; `PictureError`."""
     require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote.")
     draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
     return png
 
 
 def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
-    """Draw a rod and its elements as ``<name>-rod.png`` in `folder`, which is made; return the file.
-
-    Raises `PictureError`: see `draw_pictures`; `StorageError`: the folder cannot be made.
-    """
+    """Draw a rod's elements as ``<name>-rod.png`` in `folder`. Raises `PictureError`, `StorageError`."""
     png = folder / f"{name}-rod.png"
     title = f"{name}: {len(mesh.points)} nodes, {len(mesh.tets)} elements"
     with TemporaryDirectory() as scratch:

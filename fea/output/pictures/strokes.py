@@ -190,10 +190,7 @@ def photograph(plotter: Any) -> Image.Image:
 
 
 def finish(plotter: Any, share: float) -> Image.Image:
-    """Render a plotter of `canvas`, whose upper `share` shows a rod below a title, and return the picture.
-
-    Raises `RuntimeError`: the picture is blank: some OpenGL libraries fail without an error.
-    """
+    """Render a `canvas` plotter, the rod in its upper `share`. Raises `RuntimeError`: a blank picture."""
     image = photograph(plotter)
     require_rod(np.asarray(image)[int(0.1 * share * SIZE[1]) : int(share * SIZE[1])])
     return image

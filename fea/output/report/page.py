@@ -202,10 +202,7 @@ def write_report(path: Path, run: Run) -> None:
 
 
 def still(folder: Path, summary: Summary, drawn_in: UnitSystem = UnitSystem.SI) -> bytes | None:
-    """The picture of the worst load case in a run's folder: the one there, or a new one; or None.
-
-    `drawn_in` are the units of the one there, which stands if these are shown.
-    """
+    """The picture of the worst case in a folder, in units `drawn_in`, or a new one, or None."""
     result = f"{summary.worst_case}.vtu"
     there = folder / picture_name(result)
     if there.is_file() and drawn_in is system():

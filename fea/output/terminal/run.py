@@ -176,10 +176,7 @@ _NARROWER: tuple[tuple[int, bool, frozenset[str]], ...] = (
 def print_runs(
     runs: Sequence[tuple[Path, Summary]], console: Console | None = None, *, verbose: bool = False
 ) -> None:
-    """Print finished runs, each with its directory, on standard output or another console.
-
-    At most `prose.MOST_LINES` lines follow the table, or with `verbose` all that there is to say.
-    """
+    """Print runs and their folders: at most `prose.MOST_LINES` after the table, unless `verbose`."""
     console = console or prose.terminal()
     if len(runs) == 1:
         _print_run(console, *runs[0], verbose=verbose)
@@ -188,10 +185,7 @@ def print_runs(
 
 
 def case_table(summary: Summary, console: Console) -> Table:
-    """Return the load cases of one speed with what they do to the rod; the worst one is bold.
-
-    Where the console is narrow columns stand closer, then some are left out: no figure is cut.
-    """
+    """Return the load cases of one speed, the worst bold; a narrow console shows fewer columns."""
     tables, endless = [_table(summary, *layout) for layout in _NARROWER], Console(width=_ENDLESS)
     return next((one for one in tables if endless.measure(one).maximum <= console.width), tables[-1])
 

@@ -35,10 +35,7 @@ class Preconditioner(Protocol):
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
-    """Resolve `AUTO`: a direct solver while its factors fit into memory, multigrid beyond.
-
-    Raises `MemoryError`: not even multigrid fits; the message gives the prediction and what would fit.
-    """
+    """Resolve `AUTO`: direct while factors fit into memory, else multigrid; `MemoryError` beyond that."""
     if choice is not SolverName.AUTO:
         return choice
     free = SHARE * available_bytes()
@@ -64,10 +61,7 @@ def direct() -> SolverName:
 def linear_solver(
     choice: SolverName, mesh: TetMesh, material: Material | Materials, slots: int
 ) -> LinearSolver:
-    """Return a solver for stiffness matrices of a mesh, with three degrees of freedom per node.
-
-    Raises `SolverUnavailableError`: the named solver is not installed; `MemoryError` as `chosen`.
-    """
+    """Return a solver for a mesh's stiffness. `SolverUnavailableError`: not installed; `MemoryError`."""
     choice = chosen(choice, mesh.points.size, slots)
     if choice is not SolverName.AMG:
         return direct_solver(slots, choice)

@@ -78,10 +78,7 @@ class _Handle:
         right_hand_sides: Floats | None = None,
         solution: Floats | None = None,
     ) -> None:
-        """Run a phase for the matrix with these values, with right-hand sides and solution (n, k).
-
-        A Schur complement (k, k) takes the place of the solution.
-        """
+        """Run a phase with (n, k) sides and solution; a Schur complement (k, k) replaces the latter."""
         status, nothing, rows = ctypes.c_int32(0), np.zeros((1, 1)), len(self)
         sides = nothing if right_hand_sides is None else right_hand_sides
         self._library.pardiso(
