@@ -28,12 +28,9 @@ if TYPE_CHECKING:
     from geometry.solid import Solid
 
 
-def force_columns(
-    engine: Engine, rod: MassProperties, gas: GasModel, rpm: float, angles: Floats | None = None
-) -> dict[str, npt.ArrayLike]:
-    """Kinematics and forces of one cylinder at a speed over angles (n,), rad; every degree by default."""
-    angles = cycle_angles() if angles is None else angles
-    return columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm)
+def force_columns(engine: Engine, rod: MassProperties, gas: GasModel, rpm: float) -> dict[str, npt.ArrayLike]:
+    """Kinematics and forces of one cylinder at a speed, rpm, at every degree."""
+    return columns(cycle(engine, rod, gas, rpm * RPM, cycle_angles()), rpm)
 
 
 def columns(c: EngineInstants, rpm: float) -> dict[str, npt.ArrayLike]:

@@ -7,11 +7,10 @@ integrals (`fea.solid.assembly` and its neighbours): the tests hold them to thes
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from skfem import BilinearForm, LinearForm
-from skfem.helpers import ddot, div, dot, eye, grad, sym_grad, trace
+from skfem.helpers import ddot, div, dot, sym_grad
 
 from fea.base.material import Material, Materials
 from geometry.arrays import Floats
@@ -52,22 +51,6 @@ def thermal_strain(material: Material | Materials, expansion: float, rise: Field
     """∫ σ(α ΔT I) : ε(v) dV = ∫ (3 λ + 2 μ) α ΔT ∇·v dV, N, of a temperature rise ΔT(x), K."""
     lam, mu = _lame(material)
     return LinearForm(lambda v, w: (3 * lam + 2 * mu) * expansion * rise(w.x) * div(v))
-
-
-def geometric_stiffness(material: Material | Materials) -> BilinearForm:
-    """∫ ∇u σ₀ : ∇v dV, N/mm, with the initial stress σ₀ = σ(u₀) of an earlier displacement u₀.
-
-    Zienkiewicz & Taylor, The Finite Element Method for Solid and Structural Mechanics, on initial stress. To
-    be assembled with ``initial=u₀``, (n_dofs,) mm.
-    """
-    lam, mu = _lame(material)
-
-    def form(u: Floats, v: Floats, w: Any) -> Any:
-        strain = sym_grad(w.initial)
-        stress = lam * eye(trace(strain), 3) + 2 * mu * strain
-        return ddot(np.einsum("ij...,jk...->ik...", grad(u), stress), grad(v))
-
-    return BilinearForm(form)
 
 
 def _lame(material: Material | Materials) -> tuple[Floats, Floats]:

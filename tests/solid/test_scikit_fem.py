@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 from skfem import BilinearForm, MeshTet, MeshTet2
-from skfem.helpers import dot
+from skfem.helpers import ddot, dot, eye, grad, sym_grad, trace
 from strap import LENGTH, strap
 from strap_load import tilted_load
 from studies import plain_study
@@ -121,7 +121,7 @@ def test_two_edges_between_the_same_vertices_are_refused():
     (first, *_), middle = np.nonzero(mesh.tets == mesh.tets.max()), len(mesh.points)
     tets = mesh.tets.copy()
     tets[first[0]][tets[first[0]] == tets.max()] = middle  # one element has a node of its own amid an edge
-    with pytest.raises(ValueError, match="one edge a pair"):
+    with pytest.raises(ValueError, match="one edge per pair"):
         to_skfem(TetMesh(np.vstack([mesh.points, mesh.points[-1:]]), tets))
 
 
@@ -184,7 +184,15 @@ def test_geometric_stiffness(mesh, materials):
     u = np.random.default_rng(0).standard_normal(mesh.points.shape) * 1e-3
     (found,) = GeometricStiffness(mesh, materials)(u[..., None])
     bases = basis(mesh, GEOMETRIC_DEGREE[mesh.order])
-    expected = forms.geometric_stiffness(materials).assemble(bases, initial=u.ravel())
+    constants = materials.of(slice(None))
+    lam, mu = (np.reshape(value, (-1, 1)) for value in (constants.lame_lambda, constants.shear_modulus))
+
+    def form(u, v, w):  # ∫ ∇u σ₀ : ∇v dV with σ₀ = σ(u₀)
+        strain = sym_grad(w.initial)
+        stress = lam * eye(trace(strain), 3) + 2 * mu * strain
+        return ddot(np.einsum("ij...,jk...->ik...", grad(u), stress), grad(v))
+
+    expected = BilinearForm(form).assemble(bases, initial=u.ravel())
     close(sparse.kron(found, np.eye(3)), expected)
 
 

@@ -215,7 +215,8 @@ class SuperposedStates(States):
             self.follow()
         coarse = np.append(np.arange(0, 720, _COARSE) * DEG, gas_peak(cycle))
         angles = np.union1d(coarse, self._decided)
-        weights, pairs = self._analysis.weights(cycle, angles), self._pairs()
+        weights = self._analysis.weights(cycle, angles)
+        pairs = [(part, rows) for part, rows in zip(self._parts, self._followed, strict=True) if rows.size]
         histories = [part.stress(weights, rows) for part, rows in pairs]
         usage = [judged(part, own, rows) for (part, rows), own in zip(pairs, histories, strict=True)]
         some = [(part, rows[closest(own)]) for (part, rows), own in zip(pairs, usage, strict=True)]
@@ -224,10 +225,6 @@ class SuperposedStates(States):
         if more.size:
             weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
         return [(part, rows, part.stress(weights, rows)) for part, rows in some], [*angles, *more]
-
-    def _pairs(self) -> list[tuple[PartRows, Ints]]:
-        every = zip(self._parts, self._followed, strict=True)
-        return [(part, rows) for part, rows in every if rows.size]
 
 
 def gas_peak(cycle: CrankCycle) -> float:

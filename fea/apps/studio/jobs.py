@@ -14,7 +14,6 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
-from fea.analysis.result import Array
 from fea.apps.studio.frame import BUCKLING, FATIGUE, YIELDING, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
@@ -130,14 +129,10 @@ def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
         _Inside.mesh = (found.base, zlib.crc32(packed), packed)
     header["figures"] = _plain(found.figures) | {"governs": found.figures.governs, "failed": failed}
     peak = max(case.peak_MPa for case in found.figures.cases)
-    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": _legend(found.values, peak, top)}
+    legend = case_fields({VON_MISES: found.values}, top if _KEEPS_LEGEND * top <= peak <= top else peak)[0]
+    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": legend}
     numbers = found.points.astype("<f4").tobytes() + found.values.astype("<f4").tobytes()
     return Answer(header, numbers, _Inside.mesh[2])
-
-
-def _legend(values: Array, peak: float, top: float) -> JsonObject:
-    kept = top if _KEEPS_LEGEND * top <= peak <= top else peak
-    return case_fields({VON_MISES: values}, kept)[0]
 
 
 def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> JsonObject:

@@ -75,19 +75,15 @@ def samples_of(entries: Iterable[Entry]) -> Samples:
     names = [name for name in figures if name in {MASS, "factor", *factors}]
     values = {name: np.array([_worst(group, name) for group in groups]) for name in names}
     keys = tuple(dict.fromkeys(key for group in groups for key in group[0].design))
-    return Samples(
-        keys, tuple(group[0].design for group in groups), tuple(_shown(group) for group in groups), values
-    )
+    worst = [min(group, key=lambda entry: entry.figures.get("factor", np.inf)) for group in groups]
+    shown = tuple(entry.number for entry in worst)
+    return Samples(keys, tuple(group[0].design for group in groups), shown, values)
 
 
 def _worst(group: Sequence[Entry], name: str) -> float:
     if any(entry.state is not State.DONE or not entry.figures.get("trusted", True) for entry in group):
         return np.nan
     return float(np.min([entry.figures.get(name, np.nan) for entry in group]))
-
-
-def _shown(group: Sequence[Entry]) -> int:
-    return min(group, key=lambda entry: entry.figures.get("factor", np.inf)).number
 
 
 def pareto_front(mass: Floats, factor: Floats) -> Ints:
