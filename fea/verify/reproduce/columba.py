@@ -7,14 +7,14 @@ the negative of the torque on the crank.
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.base.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
-from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, column, records
+from fea.verify.reproduce.printed import Column, column
+from fea.verify.reproduce.published import Formula, PublishedStudy
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import center_acceleration, cycle
@@ -94,15 +94,6 @@ COMPRESSION_RATIO = 1 + 2 * R / CLEARANCE
 INERTIA_PRINTED = 0.001308541  # kg·m²
 INERTIA = 939740.05e-9  # kg·m², Izz
 
-_CAUSE = (
-    "gas force with the wrong sign; friction of a fixed sign; "
-    "I = √(Ixx² + Iyy² + Izz²), with transposed digits, instead of Izz = 9.3974e-4 kg·m²"
-)
-_CAUSE_NO_GAS = _CAUSE.partition("; ")[2]
-_AT = "3200 rpm"
-
-_table = partial(Table.of, SOURCE)
-
 
 def engine(friction: float = FRICTION) -> Engine:
     """Return the printed engine: three cylinders at 240°."""
@@ -153,115 +144,55 @@ def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping
     }
 
 
-def tables() -> list[Table]:
-    """All tables."""
-    shaking = "columba2022_shaking_3200rpm"
-    return [
-        _motion(),
-        _force_vector(),
-        _table(
-            "forces",
-            "bearing and pin forces at 3200 rpm",
-            [_force("columba2022_forces_3200rpm", name) for name in ("F12x", "F12y", "F43x")],
-            "At 0° the worksheet adds gas and inertia force, 1326 + 1188 N, although they oppose each other.",
-        ),
-        _table(
-            "shaking",
-            "shaking forces at 3200 rpm",
-            [
-                *(_force(shaking, component, gas=False) for component in ("F12x", "F12y", "F14y")),
-                _force(shaking, "F43y", suffix="_with_gas_N"),
-            ],
-        ),
-        _torque(),
-        _working_model(),
-    ]
+def _worksheet(name: str, *, gas: bool = True) -> Formula:
+    unit = N_M if name == "T12" else 1.0
+    return lambda cells, rpm: getattr(as_published(rpm, cells.degrees, gas=gas), name) / unit
 
 
-_MOTION: dict[str, tuple[str, str, Callable[[Kinematics], Floats]]] = {
-    "rod_deg": ("rod angle", "°", lambda k: -k.rod_angle / DEG),
-    "piston_position_m": ("piston position", "m", lambda k: k.piston_position / M),
-    "piston_velocity_m_s": ("piston velocity", "m/s", lambda k: k.piston_velocity / M_S),
-    "rod_angular_velocity_rad_s": ("rod angular velocity", "rad/s", lambda k: -k.rod_rate),
-    "piston_acceleration_m_s2": ("piston acceleration", "m/s²", lambda k: k.piston_acceleration / M_S2),
-    "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²", lambda k: -k.rod_acceleration),
-    "gas_force_N": ("gas force", "N", lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA),
-    "rod_cg_acceleration_m_s2": (
-        "acceleration of the rod's centre of gravity",
-        "m/s²",
-        lambda k: np.hypot(*center_acceleration(engine(), rod(), k)) / M_S2,
+def _correct(name: str, *, gas: bool = True) -> Formula:
+    return lambda cells, rpm: corrected(rpm, cells.degrees, gas=gas)[name]
+
+
+def _of_motion(figure: Callable[[Kinematics], Floats]) -> Formula:
+    return lambda cells, rpm: figure(kinematics(engine(), cells.theta, rpm * RPM))
+
+
+def _row_above(cells: Column, rpm: int) -> Floats:
+    return np.roll(as_published(rpm, cells.degrees).T12 / N_M, 1)
+
+
+def _largest_difference(_: int) -> float:
+    """Of the piston positions of independent software, mm."""
+    position = column("columba2022_working_model", "piston_x_mm")
+    exact = kinematics(engine(), position.theta, 0.0).piston_position
+    return float(np.abs(position.values - exact).max())
+
+
+_NAMES = [field.name for field in fields(Reactions)]
+_FORMULAS: dict[str, Formula] = {
+    "rod angle": _of_motion(lambda k: -k.rod_angle / DEG),
+    "piston position, mm": _of_motion(lambda k: k.piston_position),
+    "piston position": _of_motion(lambda k: k.piston_position / M),
+    "piston velocity": _of_motion(lambda k: k.piston_velocity / M_S),
+    "rod angular velocity": _of_motion(lambda k: -k.rod_rate),
+    "piston acceleration": _of_motion(lambda k: k.piston_acceleration / M_S2),
+    "rod angular acceleration": _of_motion(lambda k: -k.rod_acceleration),
+    "gas force": _of_motion(lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA),
+    "acceleration of the centre of gravity": _of_motion(
+        lambda k: np.hypot(*center_acceleration(engine(), rod(), k)) / M_S2
     ),
+    **{name: _correct(name) for name in _NAMES},
+    **{f"{name} without gas": _correct(name, gas=False) for name in _NAMES},
+    **{f"worksheet {name}": _worksheet(name) for name in _NAMES},
+    **{f"worksheet {name} without gas": _worksheet(name, gas=False) for name in _NAMES},
+    "worksheet T12 of the row above": _row_above,
 }
-
-
-def _motion() -> Table:
-    quantities = []
-    for title, (name, unit, figure) in _MOTION.items():
-        cells = column("columba2022_kinematics_3200rpm", title)
-        exact = figure(kinematics(engine(), cells.theta, 3200 * RPM))
-        quantities.append(Quantity(name, unit, cells, exact, exact, where=_AT))
-    return _table(
-        "kinematics",
-        "motion and gas force at 3200 rpm",
-        quantities,
-        "The figures are exact and free of misprints; the rod angle has the opposite sign to ours.",
-        "Table 6 of the thesis omits the sign of the speed; table 7 labels accelerations °/s and rad/s.",
-        "The gas force is Boyle's law in every revolution: no combustion, repeated every 360°.",
-        f"A chamber height of {CLEARANCE:.3f} mm means a compression ratio of {COMPRESSION_RATIO:.1f}.",
-    )
-
-
-def _force_vector() -> Table:
-    """The eight unknowns at 30° and 3200 rpm."""
-    at, quantities = np.array([30.0]), []
-    published, right = as_published(3200, at), corrected(3200, at)
-    for record in records("columba2022_forces_30deg_3200rpm"):
-        name, _, unit = record["component"].partition("_")
-        figure = getattr(published, name) / (N_M if name == "T12" else 1.0)
-        shown = {"Nm": "N·m"}.get(unit, unit)
-        quantities.append(
-            Quantity(name, shown, cell(record["value"], "30"), figure, right[name], _CAUSE, _AT)
-        )
-    return _table("vector at 30°", "the eight unknowns at 3200 rpm", quantities)
-
-
-def _force(table: str, component: str, *, gas: bool = True, suffix: str = "_N") -> Quantity:
-    cells = column(table, component + suffix)
-    published = getattr(as_published(3200, cells.degrees, gas=gas), component)
-    right = corrected(3200, cells.degrees, gas=gas)[component]
-    name = component if gas else f"{component} without gas"
-    return Quantity(name, "N", cells, published, right, _CAUSE if gas else _CAUSE_NO_GAS, _AT)
-
-
-def _torque() -> Table:
-    quantities = []
-    for rpm in SPEEDS:
-        cells = column("columba2022_torque", f"T12_{rpm}rpm_Nm")
-        at = cells.degrees
-        published, right = as_published(rpm, at).T12 / N_M, corrected(rpm, at)["T12"]
-        late = {
-            f"{at[i]:g}": Slip(f"the figure of {at[i - 1]:g}° (one row too low)", float(published[i - 1]))
-            for i in (4, 5, 6, 7)
-            if rpm == 3200
-        }
-        quantities.append(
-            Quantity("driving torque", "N·m", cells, published, right, _CAUSE, f"{rpm} rpm", late)
-        )
-    return _table(
-        "torque",
-        "driving torque",
-        quantities,
-        "At 3200 rpm the figure of 120° is printed again at 160°, so that 200°–280° are one row too low.",
-    )
-
-
-def _working_model() -> Table:
-    angle, position = (column("columba2022_working_model", title) for title in ("rod_deg", "piston_x_mm"))
-    exact = kinematics(engine(), angle.theta, 0.0)
-    beta, x = -exact.rod_angle / DEG, exact.piston_position
-    return _table(
-        "Working Model",
-        "rod angle and piston position of independent software",
-        [Quantity("rod angle", "°", angle, beta, beta), Quantity("piston position", "mm", position, x, x)],
-        f"Largest difference {np.abs(position.values - x).max():.1e} mm.",
-    )
+STUDY = PublishedStudy(
+    SOURCE,
+    _FORMULAS,
+    {
+        "clearance": lambda _: CLEARANCE,
+        "compression_ratio": lambda _: COMPRESSION_RATIO,
+        "largest_difference": _largest_difference,
+    },
+)

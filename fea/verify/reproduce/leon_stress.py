@@ -18,18 +18,14 @@ from fea.judge.case_result import CaseResult
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.pin_models import PRESCRIBED
 from fea.study.study import load_study
-from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records, wrong_digit
+from fea.verify.reproduce.printed import column, records
+from fea.verify.reproduce.published import Fact, Formula
 from geometry.arrays import Floats
 
-SOURCE = "leon-2001"
-SPEEDS = (800.0, 3000.0, 6000.0)  # rpm
+SPEEDS = (800, 3000, 6000)  # rpm
 STRENGTH = 620.4  # MPa, of the stress model
 # Peaks at this size are within a few per cent of mesh-converged ones; the figures differ by factors.
 SIZE = 6.5  # mm
-
-_DRAWING = Slip("no drawing is published; our rod has the printed length, mass, A and I")
-_SIDEWAYS = "the wall force on the piston was applied to the clamped rod and bends it as a cantilever"
-_CIRCULAR = "σ₃ was computed from the von Mises stress, so that the check is circular"
 
 Extreme = Callable[[SpeedResult], float]
 
@@ -38,13 +34,20 @@ def _largest(field: Callable[[CaseResult], Floats]) -> Extreme:
     return lambda result: max(float(field(case).max()) for case in result.cases.values())
 
 
-_largest_von_mises = _largest(lambda case: case.von_mises)
-_largest_principal = _largest(lambda case: case.principal[:, 0])
-_largest_displacement = _largest(lambda case: np.linalg.norm(case.displacement, axis=1))
+_von_mises = _largest(lambda case: case.von_mises)
+_displacement = _largest(lambda case: np.linalg.norm(case.displacement, axis=1))
 
 
 def _least_safety(result: SpeedResult) -> float:
     return min(float(case.safety_factor.min()) for case in result.cases.values())
+
+
+_EXTREMES: dict[str, Extreme] = {
+    "largest von Mises": _von_mises,
+    "largest principal stress": _largest(lambda case: case.principal[:, 0]),
+    "largest displacement": _displacement,
+    "least safety factor": _least_safety,
+}
 
 
 @cache
@@ -63,100 +66,12 @@ def _as_published(*, bonded: bool = False, axial_only: bool = False) -> SpeedRes
 
 
 @cache
-def _corrected() -> dict[float, SpeedResult]:
+def _corrected() -> dict[int, SpeedResult]:
     """Our rod in balance with its own inertia, by speed, under prescribed pressure."""
     study = load_study("leon-2001")
     pressed = dataclasses.replace(study.analysis, pressure=PRESCRIBED)
     rod = prepare(dataclasses.replace(study, mesh=MeshTable(size_mm=SIZE), analysis=pressed))
     return {rpm: solve_speed(rod, rpm) for rpm in SPEEDS}
-
-
-def tables() -> list[Table]:
-    """Tables 21 (stresses), 22 (safety factors) and 23 (displacements), and the column check."""
-    return [_stresses(), _safety(), _displacements(), _column()]
-
-
-def _stresses() -> Table:
-    printed = records("leon2001_table21_stresses_6000rpm")
-    quantities = []
-    for step, record in enumerate(printed, start=1):
-        s1, s2, s3 = (float(record[f"s{axis}_MPa"]) for axis in (1, 2, 3))
-        formed = math.sqrt(((s1 - s2) ** 2 + (s2 - s3) ** 2 + (s3 - s1) ** 2) / 2)
-        text, slip = record["von_mises_MPa"], Slip("a principal stress was rounded", is_rounding=True)
-        if float(text) < 0:
-            slip = Slip("a von Mises stress cannot be negative: the lowest legend value was copied")
-        name, where = "von Mises of σ₁, σ₂, σ₃", f"step {step}"
-        quantities.append(Quantity(name, "MPa", cell(text), formed, formed, _CIRCULAR, where, {"": slip}))
-    first = printed[0]
-    quantities += _extreme("largest von Mises", "MPa", first["von_mises_MPa"], _largest_von_mises)
-    quantities += _extreme("largest principal stress", "MPa", first["s1_MPa"], _largest_principal)
-    bent, axial = _largest_von_mises(_as_published()), _largest_von_mises(_as_published(axial_only=True))
-    alike, sound = _as_published(bonded=True), _corrected()[6000.0]
-    return Table.of(
-        SOURCE,
-        "21",
-        "stresses of the finite-element model",
-        quantities,
-        f"On a rod with the printed length, mass, A and I, the published conditions give {bent:.0f} MPa and "
-        f"{_largest_displacement(_as_published()):.1f} mm, the axial force alone {axial:.0f} MPa: the "
-        "transverse force causes most of both.",
-        "That force acts between piston and wall; the pin transmits only what the rod's inertia needs.",
-        f"Spread over the whole bore (--pressure bonded), the pin force gives "
-        f"{_largest_von_mises(alike):.0f} MPa and {_largest_displacement(alike):.1f} mm: how the pin is "
-        "modelled does not explain the difference.",
-        f"In equilibrium with its inertia at 6000 rpm, the same rod has {_largest_von_mises(sound):.0f} MPa, "
-        f"{_largest_displacement(sound):.2f} mm and a safety factor of {_least_safety(sound):.2f}.",
-        "The thesis has less than our rod, which suggests a shank stiffer in bending than its A and I.",
-        "σ₃ was computed from von Mises, so the table's check is circular; its last row is impossible.",
-    )
-
-
-def _safety() -> Table:
-    printed = records("leon2001_table22_safety_6000rpm")
-    least = _extreme("least safety factor", "1", printed[0]["safety_factor"], _least_safety)
-    factors = [record["safety_factor"] for record in printed]
-    return Table.of(SOURCE, "22", "safety factors of the finite-element model", [*_ratios(factors), *least])
-
-
-def _displacements() -> Table:
-    printed = records("leon2001_table23_displacement_safety")
-    top = Slip("3 was added by hand to the legend of the plot, which ends at 2.245 mm")
-    text = printed[0]["displacement_mm"]
-    largest = _extreme("largest displacement", "mm", text, _largest_displacement, slip=top)
-    return Table.of(
-        SOURCE,
-        "23",
-        "displacements of the finite-element model",
-        [*_ratios([record["safety_factor"] for record in printed]), *largest],
-        "The legend has steps of .187 mm and ends at 2.245 mm: 3 was added by hand, a step is missing.",
-    )
-
-
-def _ratios(factors: list[str]) -> list[Quantity]:
-    """Printed safety factors against those of the printed stresses of table 22."""
-    stresses = [float(record["von_mises_MPa"]) for record in records("leon2001_table22_safety_6000rpm")]
-    negative = {"": Slip("computed from a negative von Mises stress")}
-    return [
-        Quantity(
-            *("safety factor", "1", cell(text), STRENGTH / stress, STRENGTH / stress),
-            where=f"step {step}",
-            slips=negative if stress < 0 else {},
-        )
-        for step, (text, stress) in enumerate(zip(factors, stresses, strict=True), start=1)
-    ]
-
-
-def _extreme(name: str, unit: str, text: str, of: Extreme, *, slip: Slip = _DRAWING) -> list[Quantity]:
-    """The printed extreme against ours with the published conditions, and ours in equilibrium by speed."""
-    sound = {rpm: of(result) for rpm, result in _corrected().items()}
-    ours = of(_as_published())
-    return [
-        Quantity(name, unit, cell(text), ours, sound[6000.0], _SIDEWAYS, "6000 rpm", {"": slip}),
-        *(
-            Quantity(name, unit, cell(""), math.nan, sound[rpm], "not printed", f"{rpm:g} rpm")
-            for rpm in SPEEDS[:-1]
-        ),
-    ]
 
 
 # The rod as a column, by Euler as printed and by Johnson as its slenderness requires.
@@ -173,34 +88,53 @@ def johnson(slenderness: float, strength: float = YIELD) -> float:
     return AREA * strength * (1 - strength * slenderness**2 / (4 * math.pi**2 * E))
 
 
-def _column() -> Table:
-    euler, load = math.pi**2 * E * AREA / 37.44**2, johnson(SLENDERNESS)
-    cause = "Euler's formula was used, although KL/r is below C_c and Johnson's formula governs"
-    both: dict[str, tuple[float, float, str]] = {
-        "radius of gyration": (_GYRATION / 10, _GYRATION / 10, ""),
-        "slenderness KL/r": (LENGTH / _RADIUS_PRINTED, SLENDERNESS, "r = .3766 cm instead of .3763"),
-        "transition slenderness Cc": (_TRANSITION, _TRANSITION, ""),
-        "critical load": (euler, load, cause),
-        "allowable load N = 6": (euler / 6, load / 6, cause),
-        "allowable load N = 4": (euler / 4, load / 4, cause),
-    }
-    slips = {"radius of gyration": {"": wrong_digit("0.3766", _GYRATION / 10)}}
-    depth = math.sqrt(12 * SECOND_MOMENT / AREA)
-    width = AREA / depth
-    weak, strongest = LENGTH / (width / math.sqrt(12)), johnson(SLENDERNESS, STRENGTH)
-    return Table.of(
-        SOURCE,
-        "column",
-        "the rod as a column",
-        [
-            Quantity(name, r["unit"], cell(r["value"]), *both[name], slips=slips.get(name, {}))
-            for r in records("leon2001_column")
-            for name in (r["quantity"],)
-        ],
-        f"KL/r = {SLENDERNESS:.1f} is far below C_c = {_TRANSITION:.0f}: Johnson's formula governs.",
-        f"It gives {load / 1e3:.1f} kN with the printed yield, {strongest / 1e3:.1f} kN with that of the "
-        "stress model.",
-        "The load of table 17, 45.9 kN, exceeds the former and both printed allowables (21.6 and 32.4 kN).",
-        f"A and I are those of a rectangle of {width:.2f} × {depth:.2f} mm about its strong axis.",
-        f"About the weak axis, KL/r = {weak:.1f}.",
-    )
+def _equivalent(*_: object) -> Floats:
+    """The von Mises stress of the principal stresses of table 21."""
+    printed = records("leon2001_table21_stresses_6000rpm")
+    s1, s2, s3 = np.array([[float(row[f"s{axis}_MPa"]) for row in printed] for axis in (1, 2, 3)])
+    return np.asarray(np.sqrt(((s1 - s2) ** 2 + (s2 - s3) ** 2 + (s3 - s1) ** 2) / 2))
+
+
+def _extreme(of: Extreme, *, clamped: bool) -> Formula:
+    """Of our rod with the published conditions, or in equilibrium."""
+    return lambda _, rpm: of(_as_published()) if clamped else of(_corrected()[rpm])
+
+
+_EULER, _JOHNSON = math.pi**2 * E * AREA / 37.44**2, johnson(SLENDERNESS)
+FORMULAS: dict[str, Formula] = {
+    "von Mises of the principal stresses": _equivalent,
+    "strength over the stresses of table 22": lambda *_: (
+        STRENGTH / column("leon2001_table22_safety_6000rpm", "von_mises_MPa").values
+    ),
+    **{name: _extreme(of, clamped=False) for name, of in _EXTREMES.items()},
+    **{f"{name}, clamped": _extreme(of, clamped=True) for name, of in _EXTREMES.items()},
+    "radius of gyration": lambda *_: _GYRATION / 10,
+    "slenderness, r = 3.766 mm": lambda *_: LENGTH / _RADIUS_PRINTED,
+    "slenderness": lambda *_: SLENDERNESS,
+    "transition slenderness": lambda *_: _TRANSITION,
+    "Euler's load": lambda *_: _EULER,
+    "Euler's load / 6": lambda *_: _EULER / 6,
+    "Euler's load / 4": lambda *_: _EULER / 4,
+    "Johnson's load": lambda *_: _JOHNSON,
+    "Johnson's load / 6": lambda *_: _JOHNSON / 6,
+    "Johnson's load / 4": lambda *_: _JOHNSON / 4,
+}
+_DEPTH = math.sqrt(12 * SECOND_MOMENT / AREA)  # of a rectangle with the printed area and second moment, mm
+_WIDTH = AREA / _DEPTH
+FACTS: dict[str, Fact] = {
+    "bent": lambda _: _von_mises(_as_published()),
+    "moved": lambda _: _displacement(_as_published()),
+    "axial": lambda _: _von_mises(_as_published(axial_only=True)),
+    "spread": lambda _: _von_mises(_as_published(bonded=True)),
+    "spread_moved": lambda _: _displacement(_as_published(bonded=True)),
+    "balanced": lambda _: _von_mises(_corrected()[6000]),
+    "balanced_moved": lambda _: _displacement(_corrected()[6000]),
+    "balanced_safety": lambda _: _least_safety(_corrected()[6000]),
+    "slenderness": lambda _: SLENDERNESS,
+    "transition": lambda _: _TRANSITION,
+    "column_kN": lambda _: _JOHNSON / 1e3,
+    "strongest_kN": lambda _: johnson(SLENDERNESS, STRENGTH) / 1e3,
+    "width": lambda _: _WIDTH,
+    "depth": lambda _: _DEPTH,
+    "weak": lambda _: LENGTH / (_WIDTH / math.sqrt(12)),
+}

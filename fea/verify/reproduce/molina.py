@@ -1,12 +1,11 @@
 """Molina et al. 2024: kinematics of a 2000 cc engine, printed as figures in the text."""
 
-from functools import partial
-
 import numpy as np
 import numpy.typing as npt
 
 from fea.base.units import DEG, M_S2, RPM
-from fea.verify.reproduce.printed import Quantity, Slip, Table, cell, records
+from fea.verify.reproduce.printed import Column, column
+from fea.verify.reproduce.published import Formula, PublishedStudy
 from geometry.arrays import Floats
 from loads.engine import Engine
 from loads.slider_crank import Kinematics, kinematics
@@ -19,13 +18,6 @@ LAMBDA = R / L
 _ENGINE = Engine(crank_radius=R, rod_length=L, bore=BORE, piston_mass=1e-3, cylinders=4)
 _CM = 10.0  # mm
 _FINE = np.linspace(0, 360, 36_001)
-
-_table = partial(Table.of, SOURCE)
-
-
-def tables() -> list[Table]:
-    """Displacement, velocity, acceleration, regression."""
-    return [_displacement(), _velocity(), _acceleration(), _regression()]
 
 
 def motion(rpm: float, crank_degrees: npt.ArrayLike) -> Kinematics:
@@ -44,85 +36,6 @@ def two_term_acceleration(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
     return np.asarray((rpm * RPM) ** 2 * R * (np.cos(theta) + LAMBDA * np.cos(2 * theta)), dtype=np.float64)
 
 
-def _displacement() -> Table:
-    both = [(record, travel(_at(record))) for record in _records("displacement")]
-    quantities = [_quantity(record, exact, exact) for record, exact in both]
-    return _table("displacement", "piston displacement", quantities)
-
-
-def _velocity() -> Table:
-    """The printed formula, with its missing bracket, at the dead centres and at the printed peaks."""
-
-    def two_term(record: dict[str, str]) -> float:
-        theta = _at(record) * DEG
-        wave = float(np.sin(theta) + LAMBDA / 2 * np.sin(2 * theta))
-        return float(record["rpm"]) * RPM * R * wave / _CM
-
-    quantities = []
-    for record in _records("velocity"):
-        exact = -motion(float(record["rpm"]), _at(record)).piston_velocity / _CM
-        quantities.append(_quantity(record, two_term(record), exact))
-    for record in _records("largest velocity"):
-        at, speed = _at(record), -motion(float(record["rpm"]), _FINE).piston_velocity / _CM
-        cause = f"ωr, the velocity at {at:g}°; the peak is at {_FINE[speed.argmax()] + at - 90:.1f}°"
-        cause += "; printed as m/s" if record["rpm"] == "800" else ""
-        quantities.append(_quantity(record, two_term(record), speed.max(), cause))
-    return _table(
-        "velocity",
-        "piston velocity",
-        quantities,
-        "The printed formula lacks a bracket: V = ω r (sin θ + (λ/2) sin 2θ).",
-        "The true peak is before 90°, not at 90°.",
-        "In the text the peak angles of velocity and acceleration are swapped, and so are TDC and BDC.",
-    )
-
-
-def _acceleration() -> Table:
-    tdc, bdc = _records("acceleration")
-    (peak,), (difference,) = _records("largest acceleration"), _records("difference of the dead centres")
-    printed, printed_bdc = (float(two_term_acceleration(780, at)) / M_S2 for at in (0, 180))
-    exact, exact_bdc = (-float(motion(780, at).piston_acceleration) / M_S2 for at in (0, 180))
-    wave = two_term_acceleration(780, _FINE) / M_S2
-    turned = Slip("the value of TDC with its sign changed", -printed)
-    apart = Slip("neither the printed nor the computed accelerations differ by this")
-    return _table(
-        "acceleration",
-        "piston acceleration at 780 rpm",
-        [
-            _quantity(tdc, printed, exact),
-            _quantity(bdc, printed_bdc, exact_bdc, slip=turned),
-            _quantity(peak, printed, exact, slip=_stray_peak(float(peak["value"]))),
-            _quantity(difference, printed + printed_bdc, exact + exact_bdc, slip=apart),
-        ],
-        f"The most negative value is {wave.min():.0f} m/s² at {_FINE[wave.argmin()]:.0f}°, not at BDC.",
-    )
-
-
-def _stray_peak(printed: float) -> Slip:
-    """Explain the printed peak by the speed that it would belong to: a = ω² r (1 + λ)."""
-    rpm = float(np.sqrt(printed * M_S2 / (R * (1 + LAMBDA)))) / RPM
-    slow, fast = (float(two_term_acceleration(n, 0)) / M_S2 for n in (780, 800))
-    return Slip(
-        f"matches neither 780 rpm ({slow:.1f}) nor 800 rpm ({fast:.1f}): ω²r(1 + λ) has this value at "
-        f"{rpm:.0f} rpm"
-    )
-
-
-def _regression() -> Table:
-    """Least-squares fit a + b θ² to the displacement every 10° over 0–720°."""
-    degrees = np.arange(0.0, 721.0, 10.0)
-    rounded, _ = fit(degrees, np.round(travel(degrees), 2))
-    exact, quality = fit(degrees, travel(degrees))
-    cause = f"fitted to displacements rounded to .01 mm; R² = {quality:.4f}, so that it explains nothing"
-    quantities = [
-        _quantity(_records(f"regression {name}")[0], rounded[i], exact[i], cause)
-        for i, name in enumerate(("intercept", "coefficient"))
-    ]
-    unprinted = Quantity("R²", "1", cell(""), quality, quality, "not printed; the fit explains nothing")
-    remark = f"R² = {quality:.4f}: a parabola over two revolutions of a periodic motion explains nothing."
-    return _table("regression", "regression of the displacement on θ²", [*quantities, unprinted], remark)
-
-
 def fit(degrees: Floats, displacement: Floats) -> tuple[tuple[float, float], float]:
     """Coefficients (a, b) of a + b θ², θ in degrees, and R² of the fit."""
     design = np.stack([np.ones_like(degrees), degrees**2], axis=1)
@@ -132,30 +45,62 @@ def fit(degrees: Floats, displacement: Floats) -> tuple[tuple[float, float], flo
     return (float(coefficients[0]), float(coefficients[1])), quality
 
 
-def _records(quantity: str) -> list[dict[str, str]]:
-    return [record for record in records("molina2024_figures") if record["quantity"] == quantity]
+def _two_term_velocity(cells: Column, rpm: int) -> Floats:
+    """The printed formula, with its missing bracket."""
+    wave = np.sin(cells.theta) + LAMBDA / 2 * np.sin(2 * cells.theta)
+    return np.asarray(rpm * RPM * R * wave / _CM)
 
 
-def _at(record: dict[str, str]) -> float:
-    return float(record["crank_deg"])
+def _velocity(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
+    return -motion(rpm, crank_degrees).piston_velocity / _CM
 
 
-def _quantity(
-    record: dict[str, str],
-    as_published: npt.ArrayLike,
-    corrected: npt.ArrayLike,
-    cause: str = "",
-    *,
-    slip: Slip | None = None,
-) -> Quantity:
-    key = record["crank_deg"]
-    return Quantity(
-        record["quantity"],
-        record["unit"],
-        cell(record["value"], key),
-        as_published,
-        corrected,
-        cause,
-        where=f"{record['rpm']} rpm" if record["rpm"] else "",
-        slips={key: slip} if slip else {},
-    )
+def _acceleration(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
+    return -motion(rpm, crank_degrees).piston_acceleration / M_S2
+
+
+def _two_terms(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
+    return two_term_acceleration(rpm, crank_degrees) / M_S2
+
+
+def _speed_of_peak(_: int) -> float:
+    """The speed to which the printed largest acceleration would belong, rpm: a = ω² r (1 + λ)."""
+    (printed,) = column("molina2024_figures", "value", content={"quantity": "largest acceleration"}).values
+    return float(np.sqrt(printed * M_S2 / (R * (1 + LAMBDA)))) / RPM
+
+
+_DEGREES = np.arange(0.0, 721.0, 10.0)
+(_ROUNDED, _), (_EXACT, _QUALITY) = (
+    fit(_DEGREES, displacement) for displacement in (np.round(travel(_DEGREES), 2), travel(_DEGREES))
+)
+_FORMULAS: dict[str, Formula] = {
+    "displacement": lambda cells, _: travel(cells.degrees),
+    "two-term velocity": _two_term_velocity,
+    "velocity": lambda cells, rpm: _velocity(rpm, cells.degrees),
+    "largest velocity": lambda _, rpm: _velocity(rpm, _FINE).max(),
+    "two-term acceleration": lambda cells, rpm: _two_terms(rpm, cells.degrees),
+    "two-term acceleration at TDC, reversed": lambda _, rpm: -_two_terms(rpm, 0),
+    "acceleration": lambda cells, rpm: _acceleration(rpm, cells.degrees),
+    "two-term sum of the dead centres": lambda _, rpm: _two_terms(rpm, [0, 180]).sum(),
+    "sum of the dead centres": lambda _, rpm: _acceleration(rpm, [0, 180]).sum(),
+    "intercept of rounded displacements": lambda *_: _ROUNDED[0],
+    "intercept": lambda *_: _EXACT[0],
+    "coefficient of rounded displacements": lambda *_: _ROUNDED[1],
+    "coefficient": lambda *_: _EXACT[1],
+    "regression": lambda cells, _: _EXACT[0] + _EXACT[1] * cells.degrees**2,
+    "R²": lambda *_: _QUALITY,
+}
+STUDY = PublishedStudy(
+    SOURCE,
+    _FORMULAS,
+    {
+        "fastest": lambda rpm: _FINE[_velocity(rpm, _FINE).argmax()],
+        "fastest_again": lambda rpm: _FINE[_velocity(rpm, _FINE).argmax()] + 360,
+        "slow_peak": lambda _: float(_two_terms(780, 0)),
+        "fast_peak": lambda _: float(_two_terms(800, 0)),
+        "speed_of_peak": _speed_of_peak,
+        "most_negative": lambda _: _two_terms(780, _FINE).min(),
+        "most_negative_at": lambda _: _FINE[_two_terms(780, _FINE).argmin()],
+        "quality": lambda _: _QUALITY,
+    },
+)

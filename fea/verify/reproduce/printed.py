@@ -9,14 +9,14 @@ text because the number of printed digits matters.
 import csv
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from importlib.resources import files
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.base.units import DEG
 from geometry.arrays import Floats
@@ -35,6 +35,11 @@ class Column(tuple[Cell, ...]):
 
     __slots__ = ()
 
+    @classmethod
+    def at(cls, degrees: Floats) -> "Column":
+        """Return cells with nothing in them at crank angles."""
+        return cls(Cell(str(angle), "", 1.0) for angle in degrees.tolist())
+
     @property
     def degrees(self) -> Floats:
         """Crank angles."""
@@ -51,21 +56,21 @@ class Column(tuple[Cell, ...]):
         return np.array([float(cell.text) for cell in self])
 
 
-def cell(text: str, key: str = "") -> Column:
-    """Return a single printed figure; an empty text stands for one that is not printed."""
-    return Column([Cell(key, text, 10.0 ** -decimals(text))])
-
-
 def records(name: str) -> list[dict[str, str]]:
     """Rows of a published table as printed, by the name of the file without its ending."""
     text = (files("fea") / "verify" / "published" / f"{name}.csv").read_text(encoding="utf-8")
     return list(csv.DictReader(text.splitlines()))
 
 
-def column(name: str, title: str) -> Column:
-    """Return a column of a published table; a single 0 gets the finest digit of its column."""
-    rows = records(name)
-    key = next(iter(rows[0]))
+def column(
+    name: str, title: str, key: str | None = None, content: Mapping[str, str] = MappingProxyType({})
+) -> Column:
+    """Return a column of a published table; a single 0 gets the finest digit of its column.
+
+    `key`: the column that names the cells, by default the first; `content`: of other columns of the rows.
+    """
+    rows = [row for row in records(name) if all(row[of] == text for of, text in content.items())]
+    key = next(iter(rows[0])) if key is None else key
     texts = [(row[key], row[title]) for row in rows if row[title]]
     finest = max(decimals(text) for _, text in texts)
     return Column(Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts)
@@ -175,42 +180,6 @@ class PrintedFigure:
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """Printed cells of one quantity, with what they should be and why; see `PrintedFigure`.
-
-    `as_published` and `corrected` have a figure a cell, and `cause` says why these two differ. `where` comes
-    before the crank angle, such as ``6000 rpm``; `slips` are the errors of cells by their keys.
-    """
-
-    name: str
-    unit: str
-    cells: Column
-    as_published: npt.ArrayLike
-    corrected: npt.ArrayLike
-    cause: str = ""
-    where: str = ""
-    slips: Mapping[str, Slip] = field(default_factory=dict)
-
-    def figures(self, source: str, table: str) -> Iterator[PrintedFigure]:
-        """Yield the figures cell by cell."""
-        both = (np.broadcast_to(of, len(self.cells)).tolist() for of in (self.as_published, self.corrected))
-        for cell, as_published, corrected in zip(self.cells, *both, strict=True):
-            yield PrintedFigure(
-                source=source,
-                table=table,
-                quantity=self.name,
-                at=", ".join(filter(None, [self.where, cell.key and f"{cell.key}°"])),
-                unit=self.unit,
-                published=float(cell.text) if cell.text else None,
-                digit=cell.digit,
-                as_published=as_published,
-                corrected=corrected,
-                formula_cause=self.cause,
-                slip=self.slips.get(cell.key),
-            )
-
-
-@dataclass(frozen=True)
 class Table:
     """A printed table compared cell by cell: its study, number and content, and in words what is wrong."""
 
@@ -219,12 +188,6 @@ class Table:
     title: str
     figures: tuple[PrintedFigure, ...]
     remarks: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, source: str, name: str, title: str, quantities: Iterable[Quantity], *remarks: str) -> "Table":
-        """Compare the quantities of a printed table."""
-        figures = (figure for quantity in quantities for figure in quantity.figures(source, name))
-        return cls(source, name, title, tuple(figures), remarks)
 
     @property
     def wrong_of_each_quantity(self) -> list[PrintedFigure]:

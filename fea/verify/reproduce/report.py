@@ -1,7 +1,6 @@
 """The reproduction on the terminal and as a Markdown report: tables, misprints, counts."""
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,122 +13,48 @@ from fea.output.terminal.prose import print_lines, terminal
 from fea.study.traces import shipped_trace
 from fea.verify.layout import Line, markdown, print_table, write_document
 from fea.verify.reproduce import columba, leon, molina
-from fea.verify.reproduce.printed import PrintedFigure, Status, Table, column, misprinted, summarise
-from geometry.arrays import Floats
+from fea.verify.reproduce.printed import Column, PrintedFigure, Status, Table, misprinted, summarise
+from fea.verify.reproduce.published import PublishedStudy, Quantity
 from geometry.errors import require
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
-Exact = Callable[[Floats], Floats]
-
 _PRINTED = {"marker": "o", "markersize": 3.5, "linestyle": "none", "color": "#c0392b"}
-_CORRECT = {"color": "#1f4e79", "linewidth": 1.6}
 
 
-def _label(axes: "Axes", title: str, quantity: str, last: int) -> None:
-    axes.set_title(title, fontsize=10)
-    axes.set_xlabel("crank angle, °")
-    axes.set_ylabel(quantity)
-    axes.set_xlim(0, last)
-    axes.set_xticks(range(0, last + 1, last // 4))
-    axes.axhline(0, color="0.6", linewidth=0.7)
-    axes.grid(alpha=0.3)
-
-
-def _against(axes: "Axes", name: str, title: str, exact: Exact, scale: float = 1.0) -> None:
-    """Draw printed cells as dots over the exact curve."""
-    cells = column(name, title)
-    last = 720 if cells.degrees.max() > 360 else 360
-    fine = np.linspace(0, last, 721)
-    axes.plot(fine, exact(fine) * scale, label="corrected", **_CORRECT)  # type: ignore[arg-type]
-    axes.plot(cells.degrees, cells.values * scale, label="published", **_PRINTED)  # type: ignore[arg-type]
-    axes.set_xlim(0, last)
-
-
-def _leon() -> "Figure":
-    motion, forces = partial(leon.exact_motion, 6000), partial(leon.exact_forces, 6000)
-    top, table_13 = 1e3 * (leon.L + leon.R), "leon2001_table13_forces_6000rpm"
-    # Table, column, heading, unit, exact curve at 6000 rpm, and its factor.
-    curves: tuple[tuple[str, str, str, str, Exact, float], ...] = (
-        ("leon2001_table1_piston_position", "position_cm", "Table 1: piston position from TDC", "cm",
-         lambda x: (top - motion(x).piston_position) / 10, 1.0),
-        ("leon2001_table3_piston_velocity_6000rpm", "velocity_m_s", "Table 3: piston velocity", "m/s",
-         lambda x: -motion(x).piston_velocity / 1e3, 1.0),
-        ("leon2001_table4_piston_acceleration_6000rpm", "acceleration_m_s2", "Table 4: piston acceleration",
-         "km/s²", lambda x: -motion(x).piston_acceleration / 1e3, 1e-3),
-        (table_13, "F_resultant_N", "Table 13: resultant on the pin", "kN",
-         lambda x: -leon.along_cylinder(forces(x)), 1e-3),
-        (table_13, "F_normal_N", "Table 13: normal force", "kN", lambda x: forces(x).wall, 1e-3),
-        (table_13, "F_rod_N", "Table 13: rod force (compression positive; printed unsigned)", "kN",
-         lambda x: -forces(x).pin_axial, 1e-3),
-    )  # fmt: skip
-    figure = new_figure(10, 10)
-    axes = figure.subplots(3, 2).ravel()
-    for panel, (table, title, heading, unit, exact, scale) in zip(axes, curves, strict=True):
-        _against(panel, table, title, exact, scale)
-        _label(panel, heading, unit, int(panel.get_xlim()[1]))
-    axes[0].legend(frameon=False)
-    figure.suptitle("León 2001, 6000 rpm, bore 76 mm: published and corrected figures")
+def _draw(study: PublishedStudy) -> "Figure":
+    """Draw printed cells as dots over the exact curve and, where it is given, that of the printed formula."""
+    drawing = study.data["drawing"]
+    panels, columns = drawing["panel"], drawing["columns"]
+    figure = new_figure(*drawing["inches"])
+    grid = figure.subplots(-(-len(panels) // columns), columns).ravel()
+    for axes, panel in zip(grid, panels, strict=True):
+        quantity, last, scale = Quantity(**panel["quantity"]), panel["last"], panel.get("scale", 1.0)
+        (rpm,) = quantity.rpm
+        fine = Column.at(np.linspace(0, last, 721))
+        exact = scale * study.evaluate(quantity.corrected, fine, rpm)
+        axes.plot(fine.degrees, exact, label="corrected", color="#1f4e79", linewidth=1.6)
+        if quantity.cells:
+            cells = study.printed(quantity, rpm)
+            axes.plot(cells.degrees, scale * cells.values, label="published", **_PRINTED)
+        if quantity.published:
+            formula = study.evaluate(quantity.published, fine, rpm)
+            axes.plot(fine.degrees, scale * formula, color="#c0392b", linewidth=0.8, label="as published")
+        axes.set_title(study.text(quantity.name, rpm), fontsize=10)
+        axes.set(xlabel="crank angle, °", ylabel=quantity.unit, xlim=(0, last))
+        axes.set_xticks(range(0, last + 1, last // 4))
+        axes.axhline(0, color="0.6", linewidth=0.7)
+        axes.grid(alpha=0.3)
+    grid[0].legend(frameon=False, fontsize=8)
+    figure.suptitle(drawing["title"])
     return figure
 
 
-def _columba() -> "Figure":
-    figure = new_figure(12, 3.8)
-    axes = figure.subplots(1, 3)
-    for panel, rpm in zip(axes, columba.SPEEDS, strict=True):
-
-        def torque(x: Floats, rpm: int = rpm) -> Floats:
-            return columba.corrected(rpm, x)["T12"]
-
-        _against(panel, "columba2022_torque", f"T12_{rpm}rpm_Nm", torque)
-        fine = np.linspace(0, 360, 361)
-        worksheet = columba.as_published(rpm, fine).T12 / 1e3
-        panel.plot(fine, worksheet, color="#c0392b", linewidth=0.8, label="as published")
-        _label(panel, f"{rpm} rpm", "driving torque T12, N·m", 360)
-    axes[0].legend(frameon=False, fontsize=8)
-    figure.suptitle("Columba 2022: gas sign, friction and moment of inertia corrected")
-    return figure
-
-
-def _molina() -> "Figure":
-    figure = new_figure(11, 3.8)
-    left, right = figure.subplots(1, 2)
-    fine = np.linspace(0, 720, 1441)
-    left.plot(fine, -molina.motion(780, fine).piston_acceleration / 1e3, label="exact", **_CORRECT)
-    left.plot([0, 180], [380, -380], label="published", **_PRINTED)
-    left.plot(fine, molina.two_term_acceleration(780, fine) / 1e3, color="0.4", ls="--", label="two terms")
-    _label(left, "piston acceleration at 780 rpm", "m/s²", 720)
-    left.legend(frameon=False, fontsize=8)
-    samples = np.arange(0.0, 721.0, 10.0)
-    (a, b), quality = molina.fit(samples, np.round(molina.travel(samples), 2))
-    right.plot(samples, molina.travel(samples), label="displacement", **_CORRECT)
-    right.plot(fine, a + b * fine**2, color="#c0392b", label=f"published regression, R² = {quality:.4f}")
-    _label(right, "displacement and its regression on θ²", "mm", 720)
-    right.set_ylim(top=1.2 * right.get_ylim()[1])
-    right.legend(frameon=False, fontsize=8, ncols=2, loc="upper center")
-    return figure
-
-
-_DRAWINGS: dict[str, tuple[Callable[[], "Figure"], str]] = {
-    leon.SOURCE: (_leon, "León 2001 at 6000 rpm: tables 1, 3, 4 and 13"),
-    columba.SOURCE: (_columba, "Columba 2022: driving torque of one cylinder at three speeds"),
-    molina.SOURCE: (_molina, "Molina 2024: acceleration at 780 rpm; displacement and its regression"),
-}
-
-
-SOURCES: dict[str, Callable[[], list[Table]]] = {
-    study.SOURCE: study.tables for study in (leon, columba, molina)
-}
-_STUDIES = {
-    "leon-2001": "León 2001: finite-element analysis of a connecting rod (UNAM)",
-    "columba-2022": "Columba 2022: dynamic forces, Suzuki Forsa 1 (ESPE Latacunga)",
-    "molina-2024": "Molina et al. 2024: kinematics of a 2000 cc engine",
-}
+SOURCES: dict[str, PublishedStudy] = {study.STUDY.source: study.STUDY for study in (leon, columba, molina)}
 
 
 def reproduce(source: str) -> list[Table]:
@@ -140,7 +65,7 @@ def reproduce(source: str) -> list[Table]:
     require(
         source == "all" or source in SOURCES, "SOURCE", source, f"must be one of {', '.join(SOURCES)}, all"
     )
-    return [table for name in SOURCES if source in ("all", name) for table in SOURCES[name]()]
+    return [table for name in SOURCES if source in ("all", name) for table in SOURCES[name].tables()]
 
 
 _WORD = 13  # length of the longest word in a table's name
@@ -212,11 +137,11 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
     parts += [f"**{summarise(tables)}**", _READING]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
-        make, caption = _DRAWINGS[source]
         plot = path.with_name(f"{path.stem}-{source}.png")
-        make().savefig(plot, dpi=110)
+        _draw(SOURCES[source]).savefig(plot, dpi=110)
+        described = SOURCES[source].data
         remarks = [f"- *{table.name}*: {remark}" for table in study for remark in table.remarks]
-        parts += [f"## {_STUDIES[source]}", _counts(study), f"![{caption}]({plot.name})"]
+        parts += [f"## {described['title']}", _counts(study), f"![{described['caption']}]({plot.name})"]
         parts += ["### What is wrong with the tables", "\n".join(remarks)]
         parts += ["### Errors in single cells", *_misprints(study)]
         parts += ["### The largest error of each quantity", _largest(study)]
