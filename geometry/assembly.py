@@ -13,10 +13,7 @@ from geometry.surfaces import Mirror
 
 @dataclass(frozen=True, kw_only=True)
 class BoltSeat:
-    """Where each of the two cap bolts presses on cap and rod: by a nut, or a thread from the grip's end on.
-
-    For a rod from a file, lengths of 0 are taken from there.
-    """
+    """Where bolts press: by a nut, or a thread from the grip's end on; lengths of 0 are a file's."""
 
     head_diameter: float  #: outer diameter of the seat under the head, mm
     grip: float  #: distance from the head's seat to the nut's, or to the first thread that engages, mm

@@ -35,10 +35,7 @@ class Prism:
 
 @dataclass(frozen=True)
 class Revolution:
-    """An outline in r and z, r ≥ 0, turned about the z axis by a quarter from y = 0 to x = 0.
-
-    The end faces are `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_X`.
-    """
+    """An outline in r ≥ 0 and z, turned by a quarter from `Surface.SYMMETRY_Y` to `Surface.SYMMETRY_X`."""
 
     #: A closed chain; a straight side on the axis sweeps no surface, and its name is not used
     sides: tuple[Side, ...]

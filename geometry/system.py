@@ -1,7 +1,4 @@
-"""What differs between operating systems: signals, limits of a process, locks, exchanged directories.
-
-It stands with the geometry because gmsh's session needs it.
-"""
+"""What differs between operating systems; it stands with the geometry because gmsh's session needs it."""
 
 import atexit
 import ctypes
@@ -187,10 +184,7 @@ def _clean() -> None:
 
 @contextmanager
 def broken_pipes_raise() -> Iterator[None]:
-    """Let writing to a process that has ended raise `BrokenPipeError`, even if SIGPIPE would end this one.
-
-    gmsh, in a thread other than the main one, leaves it so.
-    """
+    """Let writing to an ended process raise `BrokenPipeError`, even if gmsh left SIGPIPE to end this one."""
     if sys.platform == "win32" or sys.platform == "darwin":  # macOS has no `sigtimedwait`
         yield
         return

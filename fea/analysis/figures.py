@@ -1,7 +1,4 @@
-"""The figures of a run, as `summary.json` holds them: names carry the unit.
-
-A field that is None is written as ``null``; one declared as `WhereKnown` is left out then.
-"""
+"""The figures of `summary.json`, units in names; None is ``null``, or left out where `WhereKnown`."""
 
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields

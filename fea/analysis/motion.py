@@ -283,11 +283,7 @@ class Known(NamedTuple):
 
 
 def agreeing(moving: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
-    """Compare a motion with directly solved instants.
-
-    Returns the motion as it is, or without displacement where that differs; or None, and why, where the
-    stress does.
-    """
+    """Check a motion by solved instants: as it is, without displacement, or None and why (stress differs)."""
     stress, moved = 0.0, 0.0
     for case in cases:
         apart = von_mises(moving.stress(case.angle)) - case.von_mises[moving.nodes]

@@ -14,11 +14,7 @@ from geometry.errors import require
 
 @dataclass(frozen=True)
 class FilmGrid:
-    """Cells of equal size; the first is centred on the angle 0.
-
-    Fields have the shape (n_angle, n_width). `halved`: the cells cover z ≥ 0 only, and z = 0 is a plane of
-    symmetry.
-    """
+    """Equal cells (n_angle, n_width), the first at angle 0; `halved`: z ≥ 0 only, mirrored at z = 0."""
 
     radius: float  #: mm
     width: float  #: of the whole bearing, mm

@@ -90,10 +90,7 @@ def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> t
 
 
 def works(model: Model, facets: BoreFacets, even: Floats, odd: Floats) -> Floats:
-    """Work (n, n) in the whole body of forces of both parities, (n_own, n_nodes, 3), on what they cause.
-
-    There are at least as many even ones as odd ones.
-    """
+    """Work (n, n) in the body of forces of both parities, (n_own, n_nodes, 3); even ones are not fewer."""
     if not facets.cut_y:
         every = np.concatenate([even, odd])
         u = model.solve([Split(forces, None) for forces in every]).displacement[Parity.SYMMETRIC]

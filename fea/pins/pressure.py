@@ -1,7 +1,4 @@
-"""Pins that press on their bores: a cosine or a uniform pressure over an arc about their force.
-
-The unit loads of a cycle are the harmonics cos nφ and sin nφ of the pressure.
-"""
+"""Pins that press by a cosine or uniformly over an arc; unit loads are harmonics cos nφ and sin nφ."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence

@@ -125,10 +125,7 @@ _DEGREE = 4  # of x · (∂x/∂ξ × ∂x/∂η) on a curved facet
 
 
 def enclosed_volume(mesh: TetMesh) -> float:
-    """Volume inside the named facets, mm³, by the divergence theorem: ∫ x · n dA / 3.
-
-    It equals the volume of the elements only if these fill the boundary, once each.
-    """
+    """Volume inside facets, mm³, ∫ x · n dA / 3: that of the elements if facets fill the boundary once."""
     total = 0.0
     for nodes in mesh.facets.values():
         table = tabulate(nodes.shape[1], _DEGREE)

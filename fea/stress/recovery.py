@@ -361,10 +361,7 @@ class _Piece:
 
 
 class PartRecovery:
-    """Recovers the stress of each part from its own elements.
-
-    Interfaces of parts are not surfaces of known traction; else planes and surfaces are as for `Recovery`.
-    """
+    """Recovers each part's stress from its own elements; interfaces are no surfaces of known traction."""
 
     def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
         self._n_points = len(mesh.points)

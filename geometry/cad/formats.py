@@ -1,7 +1,4 @@
-"""Read the solids of a CAD file into the open gmsh session.
-
-A FreeCAD document is a zip archive of an XML description and of Open CASCADE's BREP files.
-"""
+"""Read the solids of CAD files into gmsh; a FreeCAD document is a zip of XML and BREP files."""
 
 import errno
 import math

@@ -144,10 +144,7 @@ class MeshHole(RoundHole):
 
 
 def round_holes(surface: SurfaceMesh, direction: Floats, tolerance: float) -> list[MeshHole]:
-    """Find the concave cylindrical walls along a unit vector, the largest radius first.
-
-    Their vertices are off the cylinder by at most `tolerance`, over its radius.
-    """
+    """Find concave cylindrical walls along a unit vector, the largest first, `tolerance` over the radius."""
     across = basis_across(direction)
     flat = _Plan(surface.corners @ across.T, surface.normals @ across.T, surface.areas)
     side = np.abs(surface.normals @ direction) < _LEAN

@@ -35,10 +35,7 @@ _SECTORS = 24
 
 
 class PartRows:
-    """The nodes of a part, then their images across y = 0: rows, with their stresses and bounds on them.
-
-    Nodes near a singular place are left out.
-    """
+    """A part's nodes, then their images across y = 0, as rows with stresses; singular places left out."""
 
     def __init__(self, analysis: CycleAnalysis, number: int) -> None:
         own, self._sides = analysis.units.parts[number], analysis.units.sides

@@ -220,10 +220,7 @@ CONFIDENCE = 0.95
 
 
 class Probability(Figures):
-    """P(factor < 1): the share of `rods` whose factor is below 1, and its interval of `CONFIDENCE`.
-
-    `missing` rods have no factor: the interval allows for any of theirs.
-    """
+    """P(factor < 1): of `rods`, with its interval of `CONFIDENCE`, which allows for `missing` rods."""
 
     name: str
     below: int

@@ -20,11 +20,7 @@ USUAL = np.array([-0.25, 0.4, 0.88])
 
 @dataclass(frozen=True)
 class View:
-    """A direction to look from, without perspective.
-
-    Unit vectors: from the rod to the eye, and across the picture; the x axis of the rod points to the right
-    as far as possible.
-    """
+    """A parallel view: unit vectors to the eye and across; the rod's x points to the right if possible."""
 
     towards: Floats
     right: Floats
@@ -234,10 +230,7 @@ def write(
     centred: bool = False,
     ground: float = 0.0,
 ) -> None:
-    """Write at a place given as fractions of the active frame's width and height.
-
-    `size` is in pixels; `ground` is the opacity of the background of the text, 0 to 1.
-    """
+    """Write at fractions of the frame; `size` in pixels, `ground` the background's opacity, 0 to 1."""
     actor = plotter.add_text(text, position=place, viewport=True, color=INK, font="arial")
     actor.prop.font_size = OVERSAMPLED * size
     if centred:

@@ -1,7 +1,4 @@
-"""Plot the stress against crank angle at the worst places of a rod.
-
-It is drawn with Pillow, because loading matplotlib takes more than a tenth of the time of the whole run.
-"""
+"""Plot stress over crank angle at the worst places, with Pillow: matplotlib takes long to load."""
 
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec

@@ -1,7 +1,4 @@
-"""The sections of a report, in the order of the page: each has a template, and is left out where it is empty.
-
-A further result is a further section of `sections`.
-"""
+"""The sections of a report in their order, each with a template; empty ones are left out."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
