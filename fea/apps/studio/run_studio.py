@@ -451,12 +451,14 @@ def studio_page(title: str) -> tuple[str, str]:
     return page, policy(style, script).replace("connect-src 'none'", "connect-src {socket}")
 
 
-def run_studio(study: Study, folder: Path, port: int, opened: Callable[[str], None]) -> None:
+def run_studio(
+    study: Study, folder: Path, port: int, opened: Callable[[str], None], model: str = MODEL
+) -> None:
     """Serve a study's page until an interrupt. Raises `OccupiedError`, `StorageError`, `OSError` (port)."""
     page, policy = studio_page(study.name)
     said = f"the studio has ended; the same command resumes its session in {near(folder)}"
     first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed
     with saying(said), session(study, first, folder) as kept:
-        live, fresh = Worker(open_live, study, MODEL), Worker(open_worker, study, MODEL)
+        live, fresh = Worker(open_live, study, model), Worker(open_worker, study, model)
         served = Studio(kept, folder, live, fresh)
         asyncio.run(serve_studio(served, Access(port, page, policy), opened))
