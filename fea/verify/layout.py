@@ -1,6 +1,7 @@
 """What the reports of the verification commands share: Markdown, tables on the terminal."""
 
 from collections.abc import Collection, Iterable, Sequence
+from importlib.resources import files
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
@@ -14,6 +15,11 @@ def write_document(path: Path, parts: Iterable[str]) -> None:
     """Write the parts of a Markdown document, separated by empty lines; raises `StorageError`."""
     make_directory(path.parent)
     write_text(path, "\n\n".join(part.strip() for part in parts) + "\n")
+
+
+def reading(name: str) -> str:
+    """Return how a report is to be read: a text that the package holds."""
+    return (files("fea") / "verify" / "reading" / f"{name}.md").read_text(encoding="utf-8")
 
 
 def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
-from fea.verify.layout import Line, markdown, print_table, write_document
+from fea.verify.layout import Line, markdown, print_table, reading, write_document
 from geometry.errors import require
 
 if TYPE_CHECKING:
@@ -78,16 +78,6 @@ def _verdict(rows: Sequence[BenchmarkRow]) -> str:
 
 # Element sizes relative to the one at which a case must meet its tolerances.
 _COARSER = (2.8, 2.0, 1.4)
-_READING = """\
-Every problem is solved with the elements, the assembly, the solver and the stress recovery of `fea run`, on
-geometry and meshes made by the same code as those of a rod. *Error* is relative to the target. *Seconds* is
-the time of the whole case: drawing, meshing, solving and stress recovery.
-"""
-_PLOT = """\
-Errors decrease with the number of degrees of freedom until they reach the accuracy of the target itself: a
-target with three digits is accurate to 0.1 to 1 %, and the chart for the plate to 0.5 %. Errors at single
-nodes scatter, because the meshes are irregular and not nested.
-"""
 
 
 def write_report(
@@ -99,7 +89,8 @@ def write_report(
     """
     header = ("case", "quantity", "unit", "target", "computed", "error %", "limit %", "dofs", "seconds", "")
     table = markdown(header, map(_cells, rows), "lllrrrrrr")
-    parts = ["# Benchmark problems", f"Made by `{command}`.", f"**{_verdict(rows)}**", _READING, table]
+    parts = ["# Benchmark problems", f"Made by `{command}`.", f"**{_verdict(rows)}**"]
+    parts += [reading("verify"), table]
     converging: list[BenchmarkRow] = []
     for case, of_case in _by_case(rows):
         if case.converges:
@@ -108,7 +99,8 @@ def write_report(
             converging += [row for factor in _COARSER for row in case.rows(factor)] + of_case
     if converging:
         plot = path.with_name(f"{path.stem}-convergence.png")
-        parts += ["## Convergence", _PLOT, f"![error against degrees of freedom]({plot.name})"]
+        image = f"![error against degrees of freedom]({plot.name})"
+        parts += ["## Convergence", reading("verify-convergence"), image]
     parts.append("## Sources, and reasons for the tolerances")
     for case, of_case in _by_case(rows):
         parts += [f"### {case.name}", f"{case.title}. Target: {case.source}.", _reasons(of_case)]

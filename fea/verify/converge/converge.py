@@ -24,7 +24,7 @@ from fea.verify.converge.measurement import (
     rod_reference,
 )
 from fea.verify.converge.series import FLOOR, GOAL, EqualError, advice, equal_error, equal_time, pareto
-from fea.verify.layout import Line, markdown, print_table, write_document
+from fea.verify.layout import Line, markdown, print_table, reading, write_document
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
@@ -171,28 +171,6 @@ def print_comparison(rows: Sequence[ConvergenceRow], advised: Sequence[str]) -> 
     print_table(header, lines, words=("tool",), end=advised, longest=_TOOL)
 
 
-_READING = f"""\
-*Seconds* is the time of the whole run, from drawing the solid to the recovered stress, in a separate process
-with the libraries already loaded. *Memory* is the peak memory of that process. *fea* recovers the stress on
-the boundary from surface strain and known traction; *fea, mean* averages over elements; *fea, whole* does not
-use mirror planes; *fea --tolerance* refines the mesh where its error bars require it. The time of a
-computation that takes less than {LONG:g} s is the median of {RUNS} runs. CalculiX solves the same meshes as
-*fea* (for the rod: *fea, whole*) with the same number of threads; drawing, meshing and loads are counted for
-both programs.
-
-Errors are signed. They are relative to the exact value or, for the rod, to a Richardson extrapolation of
-meshes whose elements all shrink in proportion and are by far the smallest at the peak; none of these meshes
-is among those compared. An error in parentheses is smaller than the uncertainty of the reference, so that its
-value is not meaningful. In the plot a yellow band joins the computations that are fastest for their error.
-"""
-_AGAINST = """\
-For each program the fastest of its series counts. The error of a mesh is here the largest error of that and
-all finer meshes, so that a mesh that is right by accident does not count; the error of the finest mesh counts
-as at least the previous one reduced at twice the theoretical rate. Between meshes, times are interpolated
-logarithmically in time and error. "> x" is the time of CalculiX's slowest mesh if it did not reach the error.
-"""
-
-
 def write_report(path: Path, comparison: Comparison, command: str) -> None:
     """Write the report, which the `command` makes, with its plot next to it."""
     plot = path.with_suffix(".png")
@@ -201,7 +179,7 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
         "# Error against run time",
         f"Made by `{command}`.",
         "\n".join(f"- {line}" for line in advised),
-        _READING,
+        reading("converge").format(LONG=LONG, RUNS=RUNS),
         f"![error against total seconds]({plot.name})",
         *_against(comparison),
         *(part for problem in PROBLEMS for part in _section(problem, comparison)),
@@ -231,7 +209,7 @@ def _against(comparison: Comparison) -> list[str]:
     errors = ("fea error %", "CalculiX error %", "CalculiX / fea")
     return [
         "## Against CalculiX",
-        _AGAINST,
+        reading("converge-calculix"),
         markdown(("problem", "within %", *seconds, f"{GOAL:g} or more"), equal, "lrrrrr"),
         markdown(("problem", "after s", *errors), timed, "lrrrr"),
     ]

@@ -11,7 +11,7 @@ from fea.base.units import DEG, RPM
 from fea.output.plots.figure import new_figure
 from fea.output.terminal.prose import print_lines, terminal
 from fea.study.traces import shipped_trace
-from fea.verify.layout import Line, markdown, print_table, write_document
+from fea.verify.layout import Line, markdown, print_table, reading, write_document
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.printed import Column, PrintedFigure, Status, Table, misprinted, summarise
 from fea.verify.reproduce.published import PublishedStudy, Quantity
@@ -119,22 +119,10 @@ def _what(figure: PrintedFigure) -> str:
     return figure.slip.text
 
 
-_READING = """\
-**Published** is the figure as printed. **As published** is the printed formula, including the error made in
-evaluating it, applied to the printed intermediate figures: it shows where the figure comes from.
-**Corrected** is the correct figure: exact kinematics and Newton–Euler dynamics in closed form.
-
-A printed cell *agrees* if it is within one unit of its last digit of *as published* (some tables are
-truncated, not rounded). It is *explained* if a known error or rounding of that single cell reproduces it, and
-*named* if it is known to be wrong but cannot be derived from the source. *Wrong* counts the printed cells
-that differ from the corrected figure by more than one unit of their last digit.
-"""
-
-
 def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
     """Write the report of the `tables`, which the `command` makes, with its plots next to it."""
     parts = ["# Published figures against computed ones", f"Made by `{command}`."]
-    parts += [f"**{summarise(tables)}**", _READING]
+    parts += [f"**{summarise(tables)}**", reading("reproduce")]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
         plot = path.with_name(f"{path.stem}-{source}.png")
@@ -146,7 +134,7 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
         parts += ["### Errors in single cells", *_misprints(study)]
         parts += ["### The largest error of each quantity", _largest(study)]
         if source == leon.SOURCE:
-            parts += ["### Effect of the bore", _SENSITIVITY, _sensitivity()]
+            parts += ["### Effect of the bore", reading("reproduce-bore"), _sensitivity()]
     write_document(path, parts)
 
 
@@ -199,10 +187,6 @@ def _largest(tables: Sequence[Table]) -> str:
 
 # As printed, from the two litres of the engine, and from the piston area of table 7; mm.
 _BORES = (76.0, 82.3, 87.0)
-_SENSITIVITY = """\
-The bore is printed as 76 mm; two litres need 82.3 mm, and table 7 was computed with 87 mm.
-Corrected peak axial force at the worse end (tension positive) and peak wall force, in kN:
-"""
 
 
 def _sensitivity() -> str:

@@ -4,11 +4,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from fea.output.plots.figure import new_figure
-from fea.verify.layout import markdown, print_table, write_document
+from fea.verify.layout import markdown, print_table, reading, write_document
 from fea.verify.stability import materials, runs, shapes
 from fea.verify.stability.outcome import ExtremeRow, Verdict
 from geometry.errors import require
@@ -17,22 +16,12 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-CASES: MappingProxyType[str, Callable[[], Iterable[ExtremeRow]]] = MappingProxyType(
-    {
-        "contrast": materials.contrast,
-        "liner": materials.liner,
-        "slender": shapes.slender,
-        "ring": shapes.ring,
-        "grading": shapes.grading,
-        "slivers": shapes.slivers,
-        "bending": shapes.bending,
-        "incompressible": materials.incompressible,
-        "membrane": materials.membrane,
-        "scaling": materials.scaling,
-        "engines": runs.engines,
-        "rods": runs.rods,
-    }
+_IN_ORDER = (
+    *(materials.contrast, materials.liner, shapes.slender, shapes.ring, shapes.grading, shapes.slivers),
+    *(shapes.bending, materials.incompressible, materials.membrane, materials.scaling),
+    *(runs.engines, runs.rods),
 )
+CASES: dict[str, Callable[[], Iterable[ExtremeRow]]] = {case.__name__: case for case in _IN_ORDER}
 
 
 def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None = None) -> list[ExtremeRow]:
@@ -73,28 +62,6 @@ def counts(rows: Sequence[ExtremeRow]) -> str:
     return f"{len(rows)} extreme cases: {each}."
 
 
-_READING = """\
-*Right*: the result is within its tolerance of the exact answer. *Marked*: `fea run` reports a problem,
-whether or not the result is right: either a check fails, so that the result is written with `trusted: false`
-and the exit code is 5, or the peak is called *not converged*, with its error bar. The last column says
-which. *Refused*: an error message instead of a result. *Wrong*: the result is wrong and nothing reports it;
-this must never happen. For a peak that is *not converged*, the error bar may be smaller than the error, as in
-the thinnest rings.
-
-*Backward error* is ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖) in maximum norms: it stays at the level of rounding in every
-case, so that it proves nothing on its own. *Condition* is the condition number of the stiffness after Jacobi
-scaling, estimated with a probe that is solved together with the loads; above 4.5·10¹² rounding may change the
-displacement by a thousandth, and every run checks this. *Energy error* is |uᵀKu − uᵀf| / uᵀf: it grows with
-the condition number and detects a solution that has lost digits. *Error* is the error of the result relative
-to the exact answer.
-
-Displacement elements are not suitable for nearly incompressible materials: first-order elements lock, and the
-mean stress of both orders oscillates. Above ν = 0.4 a run with second-order elements therefore uses a
-separate pressure field in such parts (p2/p1, Taylor–Hood elements), whose errors do not depend on ν; the rows
-of p2 above 0.4 show the errors that this avoids. A run with p1 is marked above ν = 0.4.
-"""
-
-
 def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
     """Write the report, which the `command` makes, with its plot next to it; raises `StorageError`."""
     plot = path.with_suffix(".png")
@@ -103,7 +70,7 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
         "# Ill-conditioned and extreme cases",
         f"Made by `{command}`.",
         f"**{counts(rows)}**",
-        _READING,
+        reading("stability"),
         f"![error against the extreme parameter]({plot.name})",
         markdown((*_HEADER, "noticed by"), lines, "lrrrrr"),
     ]
