@@ -21,6 +21,7 @@ class InvalidValue(ValueError):  # noqa: N818 - named for what it says
         super().__init__(f"{what}." + (f" {remedy}" if remedy else ""))
 
     def __reduce__(self) -> tuple[type["InvalidValue"], tuple[object, ...]]:
+        """Pickle the arguments, for errors that come from another process."""
         return type(self), (self.name, self.value, self.rule, self.remedy, self.example)
 
 

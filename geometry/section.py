@@ -197,6 +197,7 @@ class HeightField:
                 short *= 4
 
     def _crossing(self, center: float, side: int, radius: float) -> float:
+        """Return x where a circle about a bore crosses the outline, by bisection."""
         big, small = self.outline.fillets
         begin = big.start[0] if side > 0 else small.end[0]  # on the ring, inside the circle
         low, high = abs(begin - center), radius
@@ -238,6 +239,7 @@ def _mirrored_body(volume: float, center: float, squares: tuple[float, float, fl
 
 
 def _nodes(seams: Floats) -> tuple[Floats, Floats]:
+    """Return nodes and weights (…, n − 1, nodes) of a quadrature between seams (…, n)."""
     low, span = seams[..., :-1, None], np.diff(seams)[..., None]
     return low + span * _SHARES, span * _SHARE_WEIGHTS
 

@@ -163,7 +163,10 @@ class Circle:
 
 
 def fitted_circle(places: Floats) -> Circle | None:
-    """Least-squares circle (Kåsa 1976) through places (n, 2), mm; None for a straight line."""
+    """Least-squares circle through places (n, 2), mm; None for a straight line.
+
+    Source: Kåsa (1976), IEEE Transactions on Instrumentation and Measurement 25(1), 8-14.
+    """
     middle = places.mean(axis=0)
     off = places - middle
     table = np.column_stack([2 * off, np.ones(len(off))])

@@ -81,7 +81,10 @@ class Watch:
 
 
 class PathLock:
-    """The lock of a path, by a name for all processes of a session, freed with the process."""
+    """The lock of a file or directory, by a name that all processes of a session of Windows know.
+
+    The system frees it when the process ends. Windows would give a thread a lock twice, hence the names.
+    """
 
     def __init__(self, path: Path) -> None:
         name = str(path.resolve()).casefold()

@@ -1,4 +1,8 @@
-"""Ideal cycles: gauge pressure, MPa, over rad from TDC, firing TDC at 2π, one cycle every 4π."""
+"""Cylinder pressure over the crank angle: ideal cycles.
+
+Pressures are gauge (against an open crankcase), MPa; crank angles rad from TDC, firing TDC at 2π,
+one cycle every 4π.
+"""
 
 import math
 from dataclasses import dataclass, replace

@@ -68,7 +68,10 @@ class SurfaceMesh:
 
 
 def apart(surface: SurfaceMesh) -> SurfaceMesh:
-    """Give bodies that share sides own nodes there: of four facets, those join through material."""
+    """Give bodies that have sides in common nodes of their own.
+
+    Of the four facets at such a side, those belong together that are next to each other through material.
+    """
     sides = surface.facets[:, _SIDES].reshape(-1, 2)
     _, which, uses = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(which.ravel(), kind="stable")

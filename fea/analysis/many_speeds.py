@@ -111,6 +111,7 @@ class SpeedSweep:
         return replace(summary, critical_speeds_rpm=self.critical)
 
     def _envelope(self, worst: Worst) -> CycleFigures:
+        """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
         cycle, fatigue, multiaxial = self._rod.cycle, worst.fatigue, _crossland(worst)
         place, angle = worst.yielding.figures.at_mm, worst.yielding.crank_angle
         case, peak = min(

@@ -41,7 +41,10 @@ class Modes:
 
 
 def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
-    """Find the fewest fields for a stress: `units` (n_nodes, 6, n_units), `weights` (n_units, n_instants)."""
+    """Find as few fields as give the stress of a cycle to a tolerance.
+
+    `units` (n_nodes, 6, n_units) unit stresses; `weights` (n_units, n_instants).
+    """
     flat = np.asarray(units, np.float32).reshape(-1, units.shape[2])
     values, vectors = np.linalg.eigh((flat.T @ flat).astype(float))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
@@ -283,7 +286,11 @@ class Known(NamedTuple):
 
 
 def agreeing(moving: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
-    """Check a motion by solved instants: as it is, without displacement, or None and why (stress differs)."""
+    """Compare a motion with directly solved instants.
+
+    Returns the motion as it is, or without displacement where that differs; or None, and why, where the
+    stress does.
+    """
     stress, moved = 0.0, 0.0
     for case in cases:
         apart = von_mises(moving.stress(case.angle)) - case.von_mises[moving.nodes]

@@ -112,7 +112,10 @@ def _nodal_ratio(
 
 
 def _sharp_ratio(place: SharpPlace, mesh: TetMesh, size: float, *, shrink: bool) -> Floats:
-    """Factor on the size at each node for elements of `size`, mm, beside a sharp edge and its images."""
+    """Factor on the size at each node, for elements of a size, mm, beside a sharp edge and its images.
+
+    They are smaller than before in any case where they are to `shrink`.
+    """
     apart = np.linalg.norm(np.abs(mesh.points) * [0, 1, 1] - np.abs(place.at) * [0, 1, 1], axis=1)
     near = np.hypot(apart, mesh.points[:, 0] - place.at[0]) <= FINE_WITHIN * place.thickness
     length = edge_length(mesh)

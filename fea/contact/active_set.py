@@ -77,6 +77,7 @@ class ContactSystem:
         return contact
 
     def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> Contact | None:
+        """Change all places at once; None if that does not settle."""
         tried = set()
         for change in range(1, MOST_CHANGES + 1):
             pressure, motion = self._touching(active, gap, force)
@@ -92,6 +93,7 @@ class ContactSystem:
         return None
 
     def _exchanged(self, gap: Floats, force: Floats) -> Contact:
+        """Exchange single places, from pressures that have the resultants."""
         pressure = balanced(self._R / self._scale, force / self._scale)
         active = pressure > 0
         for change in range(MOST_CHANGES + 1, MOST_CHANGES + 1000 + 50 * len(gap)):

@@ -69,7 +69,10 @@ def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[
 
 @cache
 def bending(pin: Pin, force: float) -> float:
-    """Deflection of what touches the bore under a force, N, ends over middle, mm; half-cosine pressures."""
+    """By how much the ends of what touches the bore stand out beyond the middle under a force, N: mm.
+
+    Bore and supports press evenly along the pin, and with half a cosine around it.
+    """
     if pin.carried is None:
         return 0.0
     half = ElasticPin(pin, highest=ORDERS[-1])

@@ -342,6 +342,7 @@ def choose_bolt(
 def _strength(
     table: AssemblyTable, bolt_table: MaterialTable | None, shape: BoltShape, assumed: Assumed
 ) -> BoltStrength:
+    """Strengths of [material.bolt] where it has them, else those of the property class."""
     given = None if bolt_table is None else bolt_table.resolved()
     if given is None or given.yield_MPa is None:
         if table.grade is None:

@@ -127,6 +127,7 @@ def _read_either(hints: list[Any], raw: Any) -> Any:
 
 
 def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:
+    """Return the components of a vector, all rounded to the last digit of the largest."""
     plain = [_plain(item, FULL) for item in values]
     finite = [abs(item) for item in plain if isinstance(item, float | int)]
     largest = max(finite, default=0.0)
@@ -137,6 +138,7 @@ def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:
 
 
 def _indented(value: Any, indent: str) -> str:
+    """Return JSON with one key a line, and what holds no mapping on the line of its key."""
     deeper = indent + "  "
     if isinstance(value, dict) and value:
         lines = [f"{deeper}{json.dumps(key)}: {_indented(item, deeper)}" for key, item in value.items()]

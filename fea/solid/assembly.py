@@ -52,6 +52,7 @@ class SymmetricMatrix:
 
     @cached_property
     def _diagonal_blocks(self) -> Floats:
+        """Return (n_nodes, 3, 3): the first block of every row."""
         return np.asarray(self.upper.data[self.upper.indptr[:-1]])
 
     def diagonal(self) -> Floats:

@@ -157,7 +157,11 @@ class Model:
         return self._factorised.index(parity)
 
     def solve(self, loads: Sequence[Split]) -> Solution:
-        """Displacements of the cell by load. Raises `UnderconstrainedError`, `SingularMatrixError`."""
+        """Displacements of the cell under each load.
+
+        Raises `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the
+        factorisation broke down.
+        """
         return self._solution(right_hand_sides(loads), self._refined)
 
     def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
@@ -217,6 +221,7 @@ class Model:
         return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
+        """Solve with the factor in a slot; if the iterative solver stagnates, directly if that fits."""
         try:
             return self._solver.solve(slot, f)
         except StagnationError as error:

@@ -35,7 +35,11 @@ class Modes:
 
 
 def free_modes(mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int) -> Modes:
-    """Lowest `count` elastic modes, and six rigid ones; density, t/mm³. Raises `SingularMatrixError`."""
+    """Find the `count` lowest elastic modes of a free body, and its six rigid-body modes.
+
+    The density is that of every element, or (n_elements,) of each, t/mm³. Raises `SingularMatrixError`: the
+    factorisation broke down.
+    """
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
     M = mass_matrix(mesh, density)
     shift = _SHARE * _bending_estimate(mesh, K, M)

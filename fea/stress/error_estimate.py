@@ -136,6 +136,7 @@ class _NodalMean:
             self._sum[:, case] += np.bincount(nodes, column, minlength=self._count.size)
 
     def value(self) -> Floats:
+        """Means (n_nodes, n_cases); NaN at nodes without elements."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self._sum / self._count[:, None])
 

@@ -114,6 +114,7 @@ class SurfaceStress:
         self._known: dict[tuple[float, float], tuple[Floats, Floats]] = {}
 
     def _open_nodes(self, mesh: TetMesh) -> Mask:
+        """Nodes of the mesh that lie on known surfaces only and not on an inner edge."""
         facets, label = self.boundary.facets, self.boundary.label
         allowed = np.zeros(len(self.boundary.points), dtype=bool)
         allowed[facets] = True

@@ -148,7 +148,11 @@ class Study:
             assembly.require_dimensions(self.rod.dimensions)
 
     def require_loading(self) -> None:
-        """Refuse a study with no engine or force, or a transverse force that nothing balances."""
+        """Refuse a study in which nothing loads the rod, or nothing balances the load.
+
+        Raises `InvalidValue`: there is neither an engine nor a force, or a transverse force that nothing
+        balances.
+        """
         if self.forces is None:
             self.require_engine()
         elif self.analysis.support is not choices.Support.CLAMPED:
@@ -175,7 +179,10 @@ class Study:
         return tuple(finding.note for finding in self.unusual(measured))
 
     def require_plausible(self, measured: Mapping[str, float] | None = None) -> None:
-        """Refuse values so far outside engines' ranges that their unit must be wrong, unless insisted on."""
+        """Refuse values far outside of the ranges of engines, unless the study insists on them.
+
+        Raises `InvalidValue`: a value is so far outside that it must be in another unit than its key says.
+        """
         refused = [finding for finding in self.unusual(measured) if finding.refused]
         if refused and not self.analysis.unusual:
             value = float(f"{refused[0].value:.4g}")
@@ -249,7 +256,10 @@ class Study:
         return tuple(self.part_material_table(name).material() for name in names)
 
     def part_material_table(self, part: str) -> MaterialTable:
-        """Return a part's table, else [material]; bushing and bearing shells have their usual materials."""
+        """Return the table of a part's material: its own, or that of [material].
+
+        In an assembly, bushing and bearing shells without a table are of their usual materials.
+        """
         if self.assembly is not None:
             return assembled(self.part_material, part, self.material)
         return self.part_material.get(part, self.material)
@@ -295,6 +305,7 @@ class Study:
         return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> dict[str, Any]:
+        """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
         unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
         return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
 
@@ -425,6 +436,7 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
 
 
 def _switched_on(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
     asked: dict[str, Any] = dict(entry for table, entry in by_table.items() if table in raw)

@@ -271,6 +271,7 @@ def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | 
 
 
 def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
+    """Columns (from 0) that a key names; none without a key."""
     if value is None:
         return []
     columns = [i for i, name in enumerate(table.names) if name and name == value]

@@ -193,6 +193,7 @@ def _axis(recording: Recording) -> float:
 
 
 def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
+    """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
     other = np.interp(
         recording.angles + _TURN, recording.angles, recording.pressures, period=recording.period
     )
@@ -213,6 +214,7 @@ def _undecided(name: str, value: str, rule: str, first: float, second: float) ->
 
 
 def _offset(tdc: float) -> float:
+    """The offset, above −360° and up to 360°, that brings an angle of the file to 360°."""
     return float(_TURN - np.mod(tdc, 2 * _TURN))
 
 

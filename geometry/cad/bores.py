@@ -146,6 +146,7 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
 
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:
+    """Whether there is material outside the largest face of a wall, and none before it."""
     low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
     middle = list((low + high) / 2)
     point = np.array(gmsh.model.getValue(2, wall.faces[0], middle))
@@ -285,6 +286,7 @@ class HalfOpenError(GeometryError):
         )
 
     def __reduce__(self) -> tuple[type["HalfOpenError"], tuple[CadHole]]:
+        """Pickle the wall, for errors that come from another process."""
         return type(self), (self.wall,)
 
 

@@ -89,6 +89,7 @@ def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
 
 
 def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) -> list[CadSolid]:
+    """Classify solids by their shapes; empty `wanted`: keep the rod and what belongs to it."""
     walls = {tag: walls_of(tag) for tag in names}
     alike = _rods(walls, diameters) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}

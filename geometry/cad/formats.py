@@ -171,6 +171,7 @@ def _unpacked(archive: zipfile.ZipFile, folder: Path) -> Iterator[Shape]:
 
 
 def _placements(objects: Mapping[str, _Object], name: str) -> Iterator[Placement]:
+    """Placements of the containers around an object, the innermost first."""
     seen = {name}
     while True:
         around = [other for other, one in objects.items() if one.kind in _CONTAINERS and name in one.members]

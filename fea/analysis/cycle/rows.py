@@ -137,6 +137,7 @@ class PartRows:
         return self._fatigue((highest + lowest) / 2, (highest - lowest) / 2, self._surface[rows])
 
     def _fatigue(self, mean: Floats, amplitude: Floats, surface: Floats) -> Floats:
+        """Factors against fatigue; infinite if the strengths are not known."""
         factors = fatigue_factor(self._criterion, mean, amplitude, self.material, surface)
         return np.full(len(mean), np.inf) if factors is None else factors
 

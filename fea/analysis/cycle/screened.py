@@ -280,12 +280,14 @@ def _product(units: Reals, weights: Reals) -> Reals:
 
 
 def _three(stress: Reals) -> Reals:
+    """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
     equivalent = deviator_norm(stress)
     largest, least = extreme_principals(stress, equivalent)
     return np.stack([equivalent, largest, -least])
 
 
 def _one(stress: Reals) -> Reals:
+    """Von Mises stress (1, n, n_instants)."""
     return deviator_norm(stress)[None]
 
 

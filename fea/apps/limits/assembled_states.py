@@ -102,6 +102,7 @@ class _Solved(NamedTuple):
     states: list[AssemblyState]
 
     def histories(self, rows: Sequence[Ints]) -> list[Floats]:
+        """Stress (n, 6, n_instants) of some rows of each part."""
         return [part.stress(self.weights, some) for part, some in zip(self.parts, rows, strict=True)]
 
 

@@ -63,7 +63,11 @@ class Record:
 
 @contextmanager
 def record(folder: Path, study: Study) -> Iterator[Record]:
-    """Yield the record beside a search's folder, kept after an interrupt. `OccupiedError`, `StorageError`."""
+    """Yield the record of a search beside its folder; it is removed with the block, but not by an interrupt.
+
+    Raises `OccupiedError`: another search is at work there; `StorageError`: the disk, a permission or the
+    file system refuses.
+    """
     place = folder.resolve()
     path = place.with_name(place.name + SUFFIX)
     with reported(path, ANOTHER_OUT):

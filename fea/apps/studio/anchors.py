@@ -232,6 +232,7 @@ class Followed:
         return self._spanned(found, rod) if isinstance(given, EngineLoading) else found
 
     def _spanned(self, anchor: Anchor, rod: PreparedRod) -> Anchor:
+        """The anchor with unit stresses, in single precision."""
         analysis = rod.full_cycle
         units = analysis.units.of(self.nodes)
         single: list[Any] = [

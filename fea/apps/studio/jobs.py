@@ -111,6 +111,7 @@ def _applied(state: State) -> Study:
 
 
 def _plain(value: Any) -> JsonObject:
+    """A dataclass as JSON has it: what is not finite is None."""
     text = json.dumps(asdict(value), default=float)
     plain: JsonObject = json.loads(text, parse_constant=lambda _: None)
     return plain

@@ -407,6 +407,7 @@ class Studio:
 
 
 def _packed(header: Mapping[str, Any], numbers: bytes) -> bytes:
+    """One message: the length of the header, the header, padded to whole words, and the numbers."""
     text = json.dumps(header).encode()
     text += b" " * (-len(text) % 4)
     return len(text).to_bytes(4, "little") + text + numbers
@@ -454,7 +455,11 @@ def studio_page(title: str) -> tuple[str, str]:
 def run_studio(
     study: Study, folder: Path, port: int, opened: Callable[[str], None], model: str = MODEL
 ) -> None:
-    """Serve a study's page until an interrupt. Raises `OccupiedError`, `StorageError`, `OSError` (port)."""
+    """Serve the page of a study until an interrupt; `opened` is told its address.
+
+    Raises `OccupiedError`, `StorageError`: the session cannot be kept in the folder; `OSError`: the port is
+    taken.
+    """
     page, policy = studio_page(study.name)
     said = f"the studio has ended; the same command resumes its session in {near(folder)}"
     first: State = {"design": {}, "operation": {}}  # of the study: nothing is changed

@@ -21,7 +21,10 @@ from geometry.arrays import Floats, Ints
 
 
 def label(name: str) -> str:
-    """Return a key or column with its unit, ``web thickness (mm)``, without the table's name if [rod]."""
+    """Return the name of a key or a column with its unit: ``web thickness (mm)``.
+
+    The table of a key is left out where it is that of the rod.
+    """
     words, named_unit = named(name.removeprefix("rod."))
     words = words.replace(".", " ")
     return f"{words} ({unit(named_unit)})" if named_unit else {FACTOR: "least factor"}.get(words, words)

@@ -81,6 +81,7 @@ def samples_of(entries: Iterable[Entry]) -> Samples:
 
 
 def _worst(group: Sequence[Entry], name: str) -> float:
+    """Of several speeds the least."""
     if any(entry.state is not State.DONE or not entry.figures.get("trusted", True) for entry in group):
         return np.nan
     return float(np.min([entry.figures.get(name, np.nan) for entry in group]))

@@ -28,7 +28,10 @@ def round_down(value: float) -> float:
 
 
 def band_limits(maximum: float, minimum: float = 0.0) -> list[float]:
-    """Limits with 0 of at most `BANDS` + 1 bands, or `BANDS` if the `minimum`, not positive, is 0."""
+    """Return the limits, including 0, of at most `BANDS` + 1 equal bands that contain both extremes.
+
+    `minimum` must not be positive; if it is 0, there are at most `BANDS` bands.
+    """
     if not (maximum > minimum and math.isfinite(maximum - minimum)):
         return [0.0, 1.0]
     step = round_up((maximum - minimum) / BANDS)

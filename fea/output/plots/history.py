@@ -127,6 +127,7 @@ class _Panel:
     def text(
         self, place: tuple[float, float], words: str, size: int, anchor: str, colour: str = _INK
     ) -> None:
+        """Write at a place in pixels, with an anchor of Pillow."""
         at = (_FINER * place[0], _FINER * place[1])
         self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
 

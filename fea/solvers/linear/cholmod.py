@@ -56,7 +56,10 @@ class CholmodCholesky(LinearSolver):
 
 
 def node_order(matrix: SymmetricMatrix) -> Ints:
-    """Nested dissection (n_dofs,) of nodes, whose graph has a ninth of the edges (Karypis & Kumar 1998)."""
+    """Nested-dissection order (n_dofs,) of a matrix, from METIS (Karypis & Kumar 1998).
+
+    Ordering nodes instead of degrees of freedom works on a graph with a ninth of the edges.
+    """
     from pymetis import CSRAdjacency, nested_dissection  # noqa: PLC0415 - optional
 
     upper = matrix.upper
