@@ -13,7 +13,6 @@ from fea.verify.stability.outcome import ExtremeRow, Verdict
 from geometry.errors import require
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 _IN_ORDER = (
@@ -84,7 +83,6 @@ _COLOR = {
     Verdict.REFUSED: "tab:gray",
     Verdict.WRONG: "red",
 }
-_NOTICED = "#fdebd0"
 # Number of values from which labels must be rotated to fit side by side.
 _MANY = 8
 # Replaces zero on a logarithmic axis.
@@ -99,50 +97,36 @@ def _draw(rows: Sequence[ExtremeRow], path: Path) -> None:
     figure = new_figure(3.4 * columns, 2.6 * lines + 0.5)
     for place, (name, of_case) in enumerate(cases.items(), 1):
         _draw_case(figure.add_subplot(lines, columns, place), name, of_case)
-    figure.legend(handles=_key(), loc="outside upper center", ncols=7, fontsize=8)
+    key = {
+        label: artist
+        for axes in figure.axes
+        for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(key.values(), key.keys(), loc="outside upper center", ncols=7, fontsize=8)
     figure.savefig(path, dpi=80)
 
 
-def _key() -> "list[Artist]":
-    from matplotlib.lines import Line2D  # noqa: PLC0415
-    from matplotlib.patches import Patch  # noqa: PLC0415
-
-    dots = [
-        Line2D([], [], marker="o", ls="", color=color, label=f"{name.value}: error, %")
-        for name, color in _COLOR.items()
-    ]
-    return [
-        *dots,
-        Line2D([], [], ls=":", color="tab:blue", label="energy error, %"),
-        Line2D([], [], ls="--", color="0.4", label="tolerance"),
-        Patch(color=_NOTICED, label="reported by fea run"),
-    ]
-
-
 def _draw_case(axes: "Axes", name: str, rows: Sequence[ExtremeRow]) -> None:
-    places = list(range(len(rows)))
-    _shade(axes, rows)
     shown = [(place, row) for place, row in enumerate(rows) if row.result_error_percent is not None]
     at = [place for place, _ in shown]
     errors = [max(row.result_error_percent or 0.0, _LEAST) for _, row in shown]
     axes.semilogy(at, errors, "-", color="0.7", zorder=1)
-    axes.scatter(at, errors, c=[_COLOR[row.verdict] for _, row in shown], zorder=2)
+    for place, error in zip(at, errors, strict=True):
+        verdict = rows[place].verdict
+        axes.scatter(place, error, color=_COLOR[verdict], zorder=2, label=f"{verdict.value}: error, %")
     if any(row.energy_error is not None for row in rows):
         energies = [100 * max(row.energy_error or 0.0, _LEAST) for _, row in shown]
-        axes.semilogy(at, energies, ":", color="tab:blue")
+        axes.semilogy(at, energies, ":", color="tab:blue", label="energy error, %")
     if rows[0].tolerance_percent is not None:
-        axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1)
+        axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1, label="tolerance")
+    for place, row in enumerate(rows):
+        if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
+            label = "reported by fea run"
+            axes.axvspan(place - 0.5, place + 0.5, color="#fdebd0", zorder=0, label=label)
     axes.set_title(name, fontsize=9)
     axes.set_xlabel(rows[0].parameter, fontsize=8)
-    axes.set_xticks(places, [f"{row.value:g}" for row in rows], fontsize=7)
+    axes.set_xticks(range(len(rows)), [f"{row.value:g}" for row in rows], fontsize=7)
     if len(rows) >= _MANY:
         axes.set_xticklabels(axes.get_xticklabels(), rotation=35, ha="right", rotation_mode="anchor")
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.tick_params(axis="y", labelsize=7)
-
-
-def _shade(axes: "Axes", rows: Sequence[ExtremeRow]) -> None:
-    """Shade the cases in which a run would mark its result as not to be trusted, or refuse."""
-    for place, row in enumerate(rows):
-        if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
-            axes.axvspan(place - 0.5, place + 0.5, color=_NOTICED, zorder=0)
