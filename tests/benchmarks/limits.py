@@ -128,7 +128,10 @@ def in_parts(found: Found, limit: Limit) -> float:
     engine = study.require_engine()
     engine = dataclasses.replace(engine, gas_scale=limit.scale * (engine.gas_scale or 1.0))
     rod = prepare(dataclasses.replace(study, engine=engine), Clock(), mesh=mesh)
-    result = with_cycle(rod, solve_speed(rod, limit.rpm))
+    solved = solve_speed(rod, limit.rpm)
+    # The gas force without inertia is a load case of the run, but of no instant of a turning engine.
+    in_cycle = {name: case for name, case in solved.cases.items() if case.load.in_cycle}
+    result = with_cycle(rod, dataclasses.replace(solved, cases=in_cycle))
     summary = speed_summary(Adapted(rod, results={limit.rpm: result}), result, buckling_report(rod, result))
     envelope, bolts = summary.envelope, summary.assembly.bolts
     return {

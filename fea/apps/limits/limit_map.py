@@ -45,9 +45,9 @@ _FURTHEST = 3.0
 _NO_CHARGE = 0.02
 # Points of a line of operation between which the limits of the rays are compared.
 _POINTS = 240
-# Relative distance of a dear state from the first limit of its ray at which no other one is solved, and that
+# Relative distance of a dear state from a limit of its ray at which no other one is solved, and that
 # at which a limit counts as interpolated.
-_NEAR, _SOLVED = 0.1, 5e-3
+_NEAR, _SOLVED = 0.04, 5e-3
 # Relative distance within which an edge that was found is that of another map, too.
 _SAME = 0.03
 # Just below the largest pressure of any engine, MPa: the highest that is looked at.
@@ -284,19 +284,30 @@ class Explorer:
         return float(self._axes.ray(np.asarray(limit.rpm), np.asarray(limit.scale))[1])
 
     def _interpolated(self) -> LimitMap:
-        """Solve a second state near the first limit of each ray of the survey, unless one is near it."""
+        """Solve states near the first limit of each ray of the survey and near that of yielding.
+
+        Which place yields first changes along a ray, so that its utilisation bends upwards: extrapolated
+        from states where the stress of the press fits is the largest, the limit would lie too far out.
+        """
         angles = sorted(self._rays)
         for number, angle in enumerate(angles, 1):
-            known, first = self._rays[angle], self._first(angle)
-            first = min(first, furthest(self.operation, self._axes, angle))
-            if min(abs(load / first - 1) for load in known) > _NEAR:
-                self._show(f"limits on ray {number} of {len(angles)}")
-                found = self._tried(self._states.survey, self.operation, self._axes.point(angle, first))
-                known[first] = found or {Mode.YIELD: _NO_STATE}
+            known, most = self._rays[angle], furthest(self.operation, self._axes, angle)
+            load = min(self._first(angle), most)
+            for step in range(_STEPS):
+                if min(abs(load / one - 1) for one in known) > _NEAR:
+                    self._show(f"limits on ray {number} of {len(angles)}")
+                    state = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
+                    known[load] = state or {Mode.YIELD: _NO_STATE}
+                elif step:
+                    break
+                edge = self._on(angle, Mode.YIELD)
+                load = min(math.inf if edge is None else edge.load, _LEAP * max(known), most)
         return self._mapped(np.array(angles), [dict(self._limits_on(angle)) for angle in angles])
 
     def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
-        most = furthest(self.operation, self._axes, angle)
+        yielding = self._on(angle, Mode.YIELD)
+        most = math.inf if yielding is None else ELASTIC * yielding.load
+        most = min(most, furthest(self.operation, self._axes, angle))
         for mode in Mode:
             edge = self._on(angle, mode)
             if edge is None or not 0 < edge.load <= most:
