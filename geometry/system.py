@@ -230,16 +230,18 @@ def memory_limit() -> int | None:
     """Return the smallest limit on this process's memory, bytes; None without one."""
     if sys.platform == "win32":
         return None
-    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
-    return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
+    else:  # noqa: RET505 - what stands after the block is read for Windows, too
+        limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
+        return min((limit for limit in limits if limit != resource.RLIM_INFINITY), default=None)
 
 
 def peak_memory(*, of_children: bool = False) -> float:
     """Largest resident memory so far, MiB, of this process or its largest ended child (Windows: NaN)."""
     if sys.platform == "win32":
         return math.nan if of_children else process_memory()[0] / 2**20
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)
-    return usage.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    else:  # noqa: RET505
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)
+        return usage.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
 def physical_memory() -> int | None:
