@@ -26,7 +26,7 @@ from fea.machine.clock import Clock
 from fea.rod.discretise import drawn_once
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import GeometryError

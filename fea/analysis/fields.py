@@ -16,8 +16,8 @@ from fea.judge.case_result import CaseFields
 from fea.pins.model import Response
 from fea.solid.bore_motion import referred_to_bores
 from fea.solid.parity import Parity
+from fea.solid.recovery import PartRecovery
 from fea.solvers.static import Model, Solution
-from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.instants import Instants

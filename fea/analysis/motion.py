@@ -19,8 +19,8 @@ from fea.analysis.prepare import PreparedRod
 from fea.judge.history import deviator_norm, deviatoric
 from fea.pins.model import Fields, Weights
 from fea.solid.parity import Parity, Split
+from fea.solid.stress import von_mises
 from fea.solvers.static import Solution
-from fea.stress.stress import von_mises
 from geometry.arrays import Floats, Ints, Reals
 from loads.slider_crank import cycle_angles
 

@@ -31,11 +31,11 @@ from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.bore_motion import constrained_by_pins
 from fea.solid.inertia import Inertia, inertia
 from fea.solid.parity import Split
+from fea.solid.recovery import PartRecovery
+from fea.solid.section_balance import SectionBalance
+from fea.solid.sharp_edges import SharpEdges
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model, Symbolic
-from fea.stress.recovery import PartRecovery
-from fea.stress.section_balance import SectionBalance
-from fea.stress.sharp_edges import SharpEdges
 from fea.study.option_tables import AnalysisTable
 from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.study import Study

@@ -25,7 +25,7 @@ from fea.judge.case_result import CaseResult
 from fea.judge.verdict import safety_factor
 from fea.pins.model import Weights
 from fea.rod.loading import EngineLoading, Loading
-from fea.stress.stress import principal, von_mises
+from fea.solid.stress import principal, von_mises
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.mass import MassProperties

@@ -17,8 +17,8 @@ from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import imbalance
 from fea.solid.parity import Parity
+from fea.solid.section_balance import SectionBalance
 from fea.solvers.static import Solution
-from fea.stress.section_balance import SectionBalance
 from loads.instants import joined
 
 

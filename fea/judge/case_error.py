@@ -7,9 +7,9 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.rod.meshed_rod import MeshedRod
+from fea.solid.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.solid.parity import Parity
-from fea.stress.error_estimate import ErrorEstimate, ErrorEstimator
-from fea.stress.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
+from fea.solid.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 

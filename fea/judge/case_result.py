@@ -14,7 +14,7 @@ from fea.contact.assembly_state import AssemblyState, SeatFields, Touch
 from fea.judge.case_error import CaseError
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
 from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor, widened
-from fea.stress.stress import principal, von_mises
+from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants

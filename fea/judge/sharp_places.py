@@ -2,7 +2,7 @@
 
 The structural (hot-spot) stress is extrapolated to the edge from the surface beside it, at 0.4 and 1.0
 thicknesses (IIW recommendations, Hobbacher 2016, section 2.2.3): the stress that the edge would carry without
-its notch effect. That effect is fitted to the stress along both flanks (`fea.stress.notch`).
+its notch effect. That effect is fitted to the stress along both flanks (`fea.solid.notch`).
 """
 
 import math
@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.judge.verdict import CAP
-from fea.stress.notch import NotchField, VNotch, fitted
-from fea.stress.sharp_edges import SharpEdges, Walks
-from fea.stress.stress import von_mises
+from fea.solid.notch import NotchField, VNotch, fitted
+from fea.solid.sharp_edges import SharpEdges, Walks
+from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints, Mask
 
 # Element size, of the shorter flank and within so much of the thickness, with which the structural stress and

@@ -36,9 +36,9 @@ from fea.pins.model import (
     Weights,
     inertial_fields,
 )
+from fea.solid.boundary import BoundarySurface
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
-from fea.stress.boundary import BoundarySurface
 from fea.study.pin_models import contact_excluded_because
 from geometry.arrays import Floats, Ints, Mask
 from geometry.errors import require

@@ -1,1 +1,1 @@
-"""Linear elasticity on tetrahedra: stiffness, inertia, loads and supports."""
+"""Solid mechanics on tetrahedra: stiffness, inertia, loads and supports; stresses and their errors."""

@@ -41,7 +41,7 @@ def scattered(nodes: npt.NDArray[np.int64], forces: Floats, n_nodes: int) -> Flo
 
 
 def nodal_traction(mesh: TetMesh, surface: Surface, traction: Callable[[Floats], Floats]) -> Floats:
-    """Traction (n_nodes, 3, 1) on a surface from places (n, 3), else 0, as `fea.stress.recovery` needs."""
+    """Traction (n_nodes, 3, 1) on a surface from places (n, 3), else 0, as `fea.solid.recovery` needs."""
     nodes = np.unique(mesh.facets[surface])
     values = np.zeros((len(mesh.points), 3, 1))
     values[nodes, :, 0] = traction(mesh.points[nodes])

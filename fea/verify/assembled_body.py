@@ -14,8 +14,8 @@ from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
+from fea.solid.recovery import ElementStress, PartRecovery
 from fea.solvers.static import Model
-from fea.stress.recovery import ElementStress, PartRecovery
 from fea.verify.body import half_ring, mirror_planes, rectangle
 from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, SideBySide

@@ -16,10 +16,10 @@ from fea.contact.interfaces import PinInBore
 from fea.contact.problem import ContactProblem
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.parity import Parity, Split
+from fea.solid.recovery import Recovery
 from fea.solvers.constrained import displacement
 from fea.solvers.linear.choice import direct_solver
 from fea.solvers.static import Model, unheld
-from fea.stress.recovery import Recovery
 from geometry.arrays import Floats, Ints, Mask
 from geometry.bodies import Side, polygon
 from geometry.segments import Arc, Line

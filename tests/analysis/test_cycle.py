@@ -14,7 +14,7 @@ from fea.analysis.speed import solve_speed, with_cycle
 from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
 from fea.pins.pressure import series
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from loads.bearing import BorePressure
 
 

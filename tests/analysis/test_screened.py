@@ -13,7 +13,7 @@ from fea.judge.fatigue import enclosing_balls
 from fea.judge.history import Extremes, deviatoric, extreme_principals
 from fea.judge.history import extremes as everywhere
 from fea.pins.model import NOT_JOINT, JointBounds, Weights
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 
 NODES, UNITS = 40, 6
 

@@ -24,8 +24,8 @@ from assembled_rods import EVERY, study
 
 from fea.analysis.prepare import prepare
 from fea.solid.parity import Parity
-from fea.stress.recovery import PartRecovery
-from fea.stress.stress import von_mises
+from fea.solid.recovery import PartRecovery
+from fea.solid.stress import von_mises
 from fea.verify.body import held, mirror_planes
 from geometry.surfaces import INTERFACES, Surface
 

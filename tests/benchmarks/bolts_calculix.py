@@ -30,7 +30,7 @@ from fea.contact.bolt_beam import BoltBeam
 from fea.pins.assembly import AssemblyPins
 from fea.solid.element import gauss_places, shape_functions
 from fea.solid.parity import Parity
-from fea.stress.recovery import ElementStress
+from fea.solid.recovery import ElementStress
 from fea.study.assembly_table import AssemblyTable
 from geometry.bodies import Revolution, polygon
 from geometry.surfaces import Surface

@@ -29,6 +29,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, Problem, solve, tetrahedralise
 
+from fea.solid.boundary import facet_normals
 from fea.solid.element import (
     gauss_block,
     gauss_places,
@@ -37,8 +38,7 @@ from fea.solid.element import (
     stress_from_gradient,
     tabulate,
 )
-from fea.stress.boundary import facet_normals
-from fea.stress.recovery import ElementStress, Recovery, extrapolation
+from fea.solid.recovery import ElementStress, Recovery, extrapolation
 from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
 

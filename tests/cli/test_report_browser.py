@@ -12,7 +12,7 @@ from PIL import Image
 from reports import HOSTILE, reported_rod
 from scipy.spatial import KDTree
 
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 
 READY = "window.feaReport.then((own) => { window.viewer = own; return own && own.surface.count; })"
 DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))"

@@ -42,7 +42,6 @@ SUITE = (
     "study",
     "solid",
     "solvers",
-    "stress",
     "judge",
     "pins",
     "contact",

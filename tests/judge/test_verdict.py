@@ -8,12 +8,12 @@ from fea.base.choices import CONVERGED_PERCENT
 from fea.judge.case_error import CaseError
 from fea.judge.case_result import CaseFields, case_result
 from fea.judge.verdict import Verdict, peak, widened
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.recovery import Recovery
+from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.recovery import Recovery
-from fea.stress.singular import masked_nodes, singular_nodes
-from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from fea.verify.body import STEEL, held, mirror_planes
 from geometry.bodies import Prism, Side, polygon

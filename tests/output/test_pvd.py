@@ -9,7 +9,7 @@ from reports import RPM, reported_rod, solved_at
 
 from fea.analysis.result import InstantFields
 from fea.output.vtu import write_pvd
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue

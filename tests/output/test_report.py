@@ -35,7 +35,7 @@ from fea.output.report.surface import Surface
 from fea.output.report.tables import figure, named
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from mesh.tetmesh import boundary_facets

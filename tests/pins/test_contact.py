@@ -18,7 +18,7 @@ from fea.analysis.prepare import _pins, prepare
 from fea.analysis.speed import solve_speed
 from fea.base.choices import CONTACT, Support
 from fea.output.json_file import read_summary
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import AnalysisTable, ContactTable, ForcesTable

@@ -11,8 +11,8 @@ from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
 from fea.rod.place_names import place_name
+from fea.solid.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
 from fea.solid.supports import components
-from fea.stress.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
 from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface

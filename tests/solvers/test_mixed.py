@@ -18,13 +18,13 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.element import stress_from_gradient
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity
+from fea.solid.recovery import Recovery
 from fea.solid.supports import determinate_restraints
 from fea.solid.traction import traction_forces
 from fea.solvers import mixed
 from fea.solvers.linear import amg as conjugate_gradients
 from fea.solvers.mixed import MixedModel, pressure_space
 from fea.solvers.static import Model
-from fea.stress.recovery import Recovery
 from fea.verify.cases.elasticity import lame_body, lame_exact, shaken
 from fea.verify.stability.outcome import solved_mixed
 from geometry.bodies import block

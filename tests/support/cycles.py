@@ -7,7 +7,7 @@ from studies import plain_study
 
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import Symmetry
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.flags import Flags
 from geometry.surfaces import Surface
 

@@ -8,8 +8,8 @@ from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.base.material import Material
 from fea.solid.element import gauss_block, tabulate
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.recovery import ElementStress, Recovery, reference_nodes
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.recovery import ElementStress, Recovery, reference_nodes
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL

@@ -4,7 +4,7 @@ from itertools import groupby
 
 import numpy as np
 
-from fea.stress.error_estimate import STRESS_FACTOR, STRESS_POWER
+from fea.solid.error_estimate import STRESS_FACTOR, STRESS_POWER
 
 # Factors on the estimate that are tried, by element order.
 FACTORS = {1: (1.05, 1.4, 1.75, 2.1, 2.8), 2: (0.5, 0.6, 0.7, 0.8, 1.0)}

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from exact_bodies import HEIGHT, MATERIAL, PLANES, PROBLEMS, solve, tetrahedralise
 
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.recovery import Recovery
-from fea.stress.stress import von_mises
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.recovery import Recovery
+from fea.solid.stress import von_mises
 from fea.verify.body import STEEL, LoadedBody, SolvedBody
 from fea.verify.cases import dynamics, elasticity, nafems
 from geometry.surfaces import Surface

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.solid.element import shape_functions
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.recovery import reference_nodes
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.recovery import reference_nodes
 from fea.verify.body import SolvedBody
 from fea.verify.cases import dynamics, nafems
 from geometry.surfaces import Surface

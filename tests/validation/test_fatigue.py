@@ -25,7 +25,7 @@ from fea.judge.fatigue import (
     goodman,
 )
 from fea.judge.history import deviatoric, extremes, tensor
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from fea.study.material_table import MaterialTable
 from fea.study.tables import read_table
 from geometry.errors import InvalidValue

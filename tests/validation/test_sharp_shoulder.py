@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from fea.judge.sharp_places import SharpPlaces
+from fea.solid.sharp_edges import SharpEdges
+from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.stress.sharp_edges import SharpEdges
-from fea.stress.stress import von_mises
 from fea.verify.body import STEEL, LoadedBody, held
 from geometry.bodies import Prism, draw, polygon
 from geometry.session import session

@@ -21,7 +21,7 @@ from fea.pins.model import UnitLoads, Weights
 from fea.pins.pressure import TOLERANCE
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle

@@ -12,8 +12,8 @@ from fea.judge.history import deviatoric, signed_equivalent, tensor
 from fea.machine.threads import side_by_side
 from fea.pins.model import NOT_JOINT, Fields, JointBounds, Weights
 from fea.solid.parity import Parity, Split
+from fea.solid.recovery import PartRecovery
 from fea.solvers.static import Model, Solution
-from fea.stress.recovery import PartRecovery
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
 

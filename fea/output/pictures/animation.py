@@ -17,7 +17,7 @@ from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.output.units import scale, unit
-from fea.stress.stress import von_mises
+from fea.solid.stress import von_mises
 
 SUFFIXES = (".gif", ".mp4")
 TIMEOUT = 600.0  # seconds; 72 frames take about ten

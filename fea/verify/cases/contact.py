@@ -11,8 +11,8 @@ from fea.contact.elastic_pin import ElasticPin, Pin
 from fea.contact.interfaces import PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.solid.bore import bore_facets, bore_load
+from fea.solid.stress import principal
 from fea.solvers.constrained import displacement
-from fea.stress.stress import principal
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,

@@ -22,8 +22,8 @@ from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.machine.threads import threads
 from fea.output.inp import read_frd, write_inp
+from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
-from fea.stress.stress import von_mises
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study
 from fea.verify.cases.elasticity import goodier_body, goodier_equator, lame_body, lame_hoop

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from fea.base.material import Materials
+from fea.solid.recovery import Recovery
 from fea.solid.traction import traction_forces
-from fea.stress.recovery import Recovery
 from fea.verify.body import STEEL, held, mirror_planes, pressure, rectangle, uniform
 from fea.verify.cases.elasticity import HOOP, lame_body, lame_exact
 from fea.verify.cases.nafems import (

@@ -13,12 +13,12 @@ from fea.base.material import Material, Materials
 from fea.judge import verdict
 from fea.judge.verdict import Peak
 from fea.solid.assembly import pattern, stiffness
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.stress import von_mises
 from fea.solid.supports import require_restrained
 from fea.solvers.linear.choice import factorise
 from fea.solvers.mixed import MixedSystem, pressure_space, shear_materials
 from fea.solvers.residuals import Residuals, condition_estimate, residuals
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.stress import von_mises
 from fea.verify.body import LoadedBody, SolvedBody
 from geometry.arrays import Floats, Mask
 from mesh.tetmesh import TetMesh

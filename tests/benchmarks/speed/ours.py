@@ -14,9 +14,9 @@ from fea.base.choices import SolverName, Support
 from fea.machine.clock import Clock
 from fea.solid.element import stiffness_degree, tabulate
 from fea.solid.parity import Parity, Split
+from fea.solid.recovery import ElementStress, Recovery
+from fea.solid.stress import von_mises
 from fea.solvers.static import Model
-from fea.stress.recovery import ElementStress, Recovery
-from fea.stress.stress import von_mises
 from fea.study.study import load_study
 from geometry.surfaces import Surface
 from mesh.mirror import unmirrored

@@ -28,8 +28,8 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.solid.element import blocks, gauss_blocks, reference_nodes, shape_functions, tabulate
-from fea.stress.recovery import ElementStress, extrapolation
-from fea.stress.stress import von_mises
+from fea.solid.recovery import ElementStress, extrapolation
+from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS
 from mesh.tetmesh import EDGES, TetMesh

@@ -14,7 +14,7 @@ from fea.analysis.meshing import mesh_study
 from fea.output.json_file import as_dict
 from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
-from fea.stress.singular import masked_nodes, singular_nodes
+from fea.solid.singular import masked_nodes, singular_nodes
 from fea.study.option_tables import MeshTable
 from fea.study.study import parse_study
 from geometry.bodies import Prism, polygon

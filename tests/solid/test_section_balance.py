@@ -10,7 +10,7 @@ from fea import run
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.base.checks import LIMITS
-from fea.stress.section_balance import SectionBalance
+from fea.solid.section_balance import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies import block
 from geometry.session import session

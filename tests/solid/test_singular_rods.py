@@ -10,12 +10,12 @@ from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.analysis.summary import case_figures
 from fea.judge.verdict import Verdict, peak
+from fea.solid.error_estimate import ErrorEstimator
+from fea.solid.recovery import Recovery
+from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
-from fea.stress.error_estimate import ErrorEstimator
-from fea.stress.recovery import Recovery
-from fea.stress.singular import masked_nodes, singular_nodes
-from fea.stress.stress import von_mises
 from fea.study.option_tables import MeshTable
 from fea.study.rod_table import RodTable
 from fea.study.study import Study, load_study

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from fea.stress.boundary import BoundarySurface
+from fea.solid.boundary import BoundarySurface
 from geometry.arrays import Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.creases import Creases, rims

@@ -13,9 +13,9 @@ from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
 from fea.judge.verdict import peak
 from fea.solid.element import gauss_block, tabulate
-from fea.stress.error_estimate import ErrorEstimator, sagitta
-from fea.stress.recovery import Recovery
-from fea.stress.stress import von_mises
+from fea.solid.error_estimate import ErrorEstimator, sagitta
+from fea.solid.recovery import Recovery
+from fea.solid.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.cases import dynamics, nafems

@@ -8,7 +8,7 @@ import pytest
 from fea.base.material import Material
 from fea.solid.element import stress_from_gradient
 from fea.solid.parity import Parity
-from fea.stress.recovery import ElementStress, Recovery, SurfaceStress
+from fea.solid.recovery import ElementStress, Recovery, SurfaceStress
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.mirror import reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh

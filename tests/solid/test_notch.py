@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.stress.notch import NotchField, VNotch, fitted
+from fea.solid.notch import NotchField, VNotch, fitted
 
 # λ₁ and λ₂ by the opening angle, degrees (Williams 1952; figures of Lazzarin & Tovo 1998 to four digits).
 EXPONENTS = {

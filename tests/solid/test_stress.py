@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fea.judge.verdict import CAP, element_largest, safety_factor
-from fea.stress.stress import principal, von_mises
+from fea.solid.stress import principal, von_mises
 
 # Where products underflow, LAPACK's eigenvalues are off by 5e-8.
 values = st.floats(-1e3, 1e3).map(lambda value: value if abs(value) > 1e-100 else 0.0)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from scipy import sparse
 
 from fea.base.material import Material
+from fea.solid.boundary import BoundarySurface
 from fea.solid.element import (
     COMPONENTS,
     gauss_places,
@@ -26,7 +27,6 @@ from fea.solid.element import (
     stress_from_gradient,
 )
 from fea.solid.parity import Parity
-from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh, submesh

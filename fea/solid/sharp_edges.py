@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import KDTree
 
+from fea.solid.boundary import BoundarySurface
 from fea.solid.element import shape_functions
-from fea.stress.boundary import BoundarySurface
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from mesh.creases import Creases
 from mesh.surface_mesh import SurfaceMesh

@@ -1,1 +1,0 @@
-"""Stress from displacement: recovery, error estimate, stress singularities."""
