@@ -335,6 +335,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         spots=tuple(_spot(spot, result, rod) for spot in result.spots),
         unit_solutions=result.unit_solutions,
         instants=len(result.angles),
+        superposition_error=result.superposition,
         unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
         unmasked_min_safety_factor=float(found.safety_factor.min()) if singular else None,
     )

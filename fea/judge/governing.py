@@ -52,4 +52,4 @@ class Governing:
         """Return the verdict on a case; one that cannot govern may have a wide bar."""
         verdict = case.verdict(tolerance_percent)
         spare = verdict is Verdict.NOT_CONVERGED and self.covers(case, tolerance_percent)
-        return Verdict.CANNOT_GOVERN if spare else verdict
+        return Verdict.SUFFICIENT if spare else verdict

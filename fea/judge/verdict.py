@@ -19,7 +19,7 @@ class Verdict(StrEnum):
     """The verdict that follows from an error bar."""
 
     CONVERGED = "converged"
-    CANNOT_GOVERN = "cannot govern"  # its bar is wide, but cannot lower the smallest safety factor
+    SUFFICIENT = "sufficient"  # its bar is wide, but cannot lower the smallest safety factor
     NOT_CONVERGED = "not converged"
     DIVERGING = "diverging"
 

@@ -58,7 +58,7 @@ def test_the_smallest_factor_decides_and_cases_that_cannot_govern_say_so(two_spe
     idle = dataclasses.replace(spare, safety_factor=10 * spare.safety_factor)
     assert governing.needed(idle, 5.0) == pytest.approx(15.0)
     # However wide the bar of the spare case: it counts only from where it could lower the smallest factor.
-    for share, verdict in ((1.0, "cannot govern"), (1.2, "not converged")):
+    for share, verdict in ((1.0, "sufficient"), (1.2, "not converged")):
         error = np.zeros_like(spare.von_mises)
         node = spare.worst.node
         error[node] = spare.von_mises[node] * (share * governing.utilisation / spare.worst.value - 1)
