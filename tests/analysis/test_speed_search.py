@@ -7,7 +7,8 @@ import pytest
 from cycles import analysis
 from rod_studies import random_study
 
-from fea.analysis.cycle.rows import EstimatedCycle, PartRows
+from fea.analysis.cycle.estimated import EstimatedCycle, judged
+from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.search import SpeedSearch
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.prepare import prepare
@@ -152,13 +153,13 @@ def test_no_history_of_that_size_is_nearer_to_fatigue(rod, criterion):
 
 
 def test_few_places_are_looked_at_where_inertia_rules(search, monkeypatch):
-    looked, block = [], PartRows.block
+    looked = []
 
-    def counted(part, along, rows):
+    def counted(part, rows, *others):
         looked.append(len(rows))
-        return block(part, along, rows)
+        return judged(part, rows, *others)
 
-    monkeypatch.setattr(PartRows, "block", counted)
+    monkeypatch.setattr("fea.analysis.cycle.search.judged", counted)
     search.at(7000.0)
     assert 0 < sum(looked) < 0.1 * sum(len(part.points) for part in search._parts)
 

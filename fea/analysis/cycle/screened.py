@@ -162,20 +162,15 @@ class Block:
     """Some nodes of a part and their images, over a path.
 
     `even`, `odd` (n_nodes, 6, n_units) unit stresses, components of `fea.judge.history`; `sides`: 1 for the
-    nodes, −1 for their images across y = 0: rows are those of the first side, then of the next; `principals`:
-    whether principal stresses are evaluated too.
+    nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
     """
 
-    def __init__(
-        self, even: Reals, odd: Reals, path: Path, sides: tuple[int, ...], *, principals: bool = True
-    ) -> None:
+    def __init__(self, even: Reals, odd: Reals, path: Path, sides: tuple[int, ...]) -> None:
         self._even, self._odd, self._path, self._sides = even, odd, path, sides
-        self._measures = _three if principals else _one
         self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
         bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.joint, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
-        strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)
-        self._strays = strays[[0, 1, 1]] if principals else strays[:1]
+        self._strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)[[0, 1, 1]]
 
     def extremes(self) -> Reach:
         """Find the extremes of every row, including principal stresses."""
@@ -196,11 +191,6 @@ class Block:
             tension=np.minimum(tension, largest[1]),
         )
 
-    def signed(self) -> tuple[Any, Any]:
-        """Find the highest and the lowest signed equivalent stress of every row."""
-        largest, _, worst = self._largest()
-        return self._signed(largest[0], worst)
-
     def _signed(self, largest: Reals, worst: Reals) -> tuple[Any, Any]:
         # The least von Mises stress is negative where the stress points against the worst. It is at least the
         # component of q along the worst q, whose deviation from its chord has the same bound.
@@ -219,13 +209,13 @@ class Block:
         return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
 
     def _largest(self) -> tuple[Reals, Ints, Reals]:
-        """Largest measures (k, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
-        at_ends = self._measures(self._at_ends)
+        """Largest measures (3, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
+        at_ends = _measures(self._at_ends)
         end = at_ends[0].argmax(axis=1)
         instant, worst = self._path.ends[end], self._at_ends[np.arange(len(end)), :, end]
         largest = at_ends.max(axis=2)
         for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
-            inside = self._measures(stress)
+            inside = _measures(stress)
             best = inside[0].argmax(axis=1)
             highest = inside.max(axis=2)
             more = highest[0] > largest[0, rows]
@@ -279,16 +269,11 @@ def _product(units: Reals, weights: Reals) -> Reals:
     return stress
 
 
-def _three(stress: Reals) -> Reals:
+def _measures(stress: Reals) -> Reals:
     """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
     equivalent = deviator_norm(stress)
     largest, least = extreme_principals(stress, equivalent)
     return np.stack([equivalent, largest, -least])
-
-
-def _one(stress: Reals) -> Reals:
-    """Von Mises stress (1, n, n_instants)."""
-    return deviator_norm(stress)[None]
 
 
 def _bounds(units: Reals, strays: Reals, joint: slice) -> Reals:

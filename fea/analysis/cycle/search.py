@@ -16,26 +16,20 @@ finish of the surface there.
 Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
 worst place found: the places left out cannot be the worst.
 
-Where contact makes weights dear, most are estimated: see `fea.analysis.cycle.rows`.
+Where contact makes weights costly, most are estimated: see `fea.analysis.cycle.estimated`.
 """
 
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from fea.analysis.cycle.rows import (
-    FATIGUE,
-    YIELDING,
-    EstimatedCycle,
-    Mode,
-    PartRows,
-    first_chords,
-    judged,
-    settled,
-)
+from fea.analysis.cycle.criteria import Judge, crossland, tiring, yielding
+from fea.analysis.cycle.estimated import EstimatedCycle, exactly, judged
+from fea.analysis.cycle.rows import PartRows, first_chords
 from fea.analysis.cycle.screened import path, sizes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.figures import CaseFigures, PlaceFigures, vector
@@ -68,6 +62,17 @@ class Worst:
     #: yielding, fatigue: the worst places; fatigue is None if no part's strengths are known
     yielding: Place
     fatigue: Place | None
+
+
+class Mode(NamedTuple):
+    """A mode of failure."""
+
+    #: Lower bounds of the factors of all rows of a part by their largest von Mises stress
+    bound: Callable[[PartRows, Floats], Floats]
+    judge: Judge
+
+
+YIELDING, FATIGUE = Mode(PartRows.yielding_bound, yielding), Mode(PartRows.fatigue_bound, tiring)
 
 
 # Number of speeds at which bounds are computed for every place; between them bounds are interpolated.
@@ -151,7 +156,7 @@ class SpeedSearch:
         for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
             away: Floats | float = 0.0
             if cycle.estimated:
-                away = part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))
+                away = part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))[0]
             bounds.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
         least = np.concatenate(bounds)  # lower bounds of the factors of the rows of all parts
         order = np.argsort(least)
@@ -172,25 +177,24 @@ class SpeedSearch:
     ) -> tuple[float, int]:
         """The smallest factor among some places, and its place; what is known so far if none is smaller."""
         (best, at), start = known, 0
-        along = path(cycle.weights, self._analysis.units.joint)
         for part in self._parts:
             rows = places[(places >= start) & (places < start + len(part.points))] - start
             if rows.size:
-                if cycle.estimated:
-                    factors = judged(part, rows, cycle, mode, best)
-                else:
-                    factors = mode.factor(part, *part.block(along, rows).signed(), rows)
+                factors = judged(part, rows, cycle, mode.judge, best)
                 if factors.min() < best:
                     best, at = float(factors.min()), int(rows[factors.argmin()]) + start
             start += len(part.points)
         return best, at
 
     def _place(self, factor: float, part: PartRows, row: int, cycle: EstimatedCycle) -> Place:
-        history = settled(part, row, cycle)
+        rows = np.array([row])
+        if cycle.estimated:
+            exactly(part, rows, cycle, crossland)
+        history = part.stress(cycle.weights, rows)
         signed = signed_equivalent(history)[0]
         highest, lowest = float(signed.max()), float(signed.min())
         angle = float(cycle.angles[np.abs(signed).argmax()])
-        skin, region = part.surface(row)
+        skin, region = float(part.surface(rows)[0]), part.region(row)
         limit, spot = part.material.endurance_limit, crossland_factors(history, part.material, skin)
         history_figures = PlaceFigures(
             at_mm=vector(part.points[row]),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.analysis.cycle.basis import Basis, SmallBasis
-from fea.analysis.cycle.critical import Judges, critical_places, make_exact
+from fea.analysis.cycle.critical import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
@@ -236,8 +236,7 @@ class CycleAnalysis:
         """Grow a small basis; the nodes whose extremes are exact, and False if that took all instants."""
         whole = self.mesh.mirrored
         places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
-        judges = Judges(self.materials, self.fatigue, self.regions)
-        certain = make_exact(basis, basis.full(instants, cycle), places, judges)
+        certain = make_exact(self, basis, basis.full(instants, cycle), places)
         if not certain:
             basis.include(basis.full(instants, cycle))
         return np.unique(np.concatenate(list(places.values()))), certain

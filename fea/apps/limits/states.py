@@ -206,8 +206,7 @@ class SuperposedStates(States):
     def _life_line(self, part: PartRows, rows: Ints) -> LifeLine | None:
         """The S–N line at some rows; None where it is not known, or its correction for mean stress."""
         known = criterion_strength(self._analysis.fatigue, part.material) is not None
-        surface = np.array([part.surface(int(row))[0] for row in rows])
-        return LifeLine.of(part.material, surface) if known else None
+        return LifeLine.of(part.material, part.surface(rows)) if known else None
 
     def _places(self, cycle: CrankCycle) -> tuple[list[tuple[PartRows, Ints, Floats]], list[float]]:
         """Rows of each part with their histories at instants that decide, and these, rad."""

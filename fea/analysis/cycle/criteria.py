@@ -1,0 +1,111 @@
+"""Safety factors of places whose stress is known to an error at some instants, and what must be exact.
+
+Stress over a cycle is approximate for two reasons: contact may be solved at some instants and estimated
+between them (`fea.analysis.cycle.estimated`), and a small basis leaves out a part of the pressures
+(`fea.analysis.cycle.critical`). In both an instant can be made exact, at a cost. Each criterion tells the
+least that the factor of a place can be, and the instants that leave it in doubt: those at which the stress
+that decides may occur. As long as a place in doubt may be worse than the worst one known, some are solved.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.analysis.cycle.rows import PartRows
+from fea.judge.fatigue import crossland_bound, enclosing_balls
+from fea.judge.history import NO_SIGN, deviator_norm
+from geometry.arrays import Floats, Ints, Mask
+
+# How exactly the smallest factors are found, relative.
+WITHIN = 1e-4
+# Places in doubt for which instants are solved at once.
+_AT_ONCE = 10
+_TINY = 1e-30
+
+
+class Known(NamedTuple):
+    """What is known of the factors of places."""
+
+    least: Floats  #: (n,) lower bounds; the factors where no instant is needed
+    needed: Mask  #: (n, n_instants) instants that must be exact to know them
+    making: Ints  #: (n, k) instants that make them, as far as is known
+
+    def doubtful(self, best: float) -> tuple[float, Ints]:
+        """The smallest factor known, `best` at most, and some places in doubt that may have a smaller."""
+        open_ = self.needed.any(axis=1)
+        best = min(best, float(self.least[~open_].min(initial=np.inf)))
+        low = np.flatnonzero(open_ & (self.least < best * (1 - WITHIN / 2)))
+        return best, low[np.argsort(self.least[low])[:_AT_ONCE]]
+
+
+# Judges rows of a part by histories (n, 6, n_instants) with errors (2, n, n_instants), of von Mises and of
+# mean stress, MPa. Factors are infinite if strengths are not known.
+Judge = Callable[[PartRows, Ints, Floats, Floats], Known]
+
+
+def yielding(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+    """Judge against yielding: see `Judge`."""
+    size = deviator_norm(history)
+    error = _counting(errors[0], size.max(axis=1))
+    upper = size + error
+    largest = upper.max(axis=1)
+    return Known(
+        part.yielding_factor(largest, largest, rows), _longest(size, error), size.argmax(axis=1)[:, None]
+    )
+
+
+def tiring(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+    """Judge against fatigue: see `Judge`.
+
+    The longest q is that of one of the instants whose upper bound exceeds the largest lower one. From there
+    the sign of q · q* at every instant is known, or not, and with it an interval for the least signed stress.
+    The utilisation is convex in it, so that the smaller of the factors at its ends counts.
+    """
+    size, numbers = deviator_norm(history), np.arange(len(rows))
+    first = size.argmax(axis=1)
+    worst, reached = history[numbers, :5, first], np.maximum(size[numbers, first], _TINY)[:, None]
+    along = ((worst / reached)[:, None] @ history[:, :5])[:, 0]
+    signed = np.copysign(size, along)
+    error = _counting(errors[0], (signed.max(axis=1) - signed.min(axis=1)) / 2)
+    upper, lower = size + error, np.maximum(size - error, 0)
+    longest, largest = _longest(size, error), upper.max(axis=1)
+    away = np.sqrt(np.maximum(size**2 + reached**2 - 2 * along * reached, 0)) + error
+    margin = error + upper * np.where(longest, away, 0).max(axis=1, keepdims=True) / reached
+    below = np.where(along < margin, -upper, lower)
+    least, most = below.min(axis=1), np.where(along < -margin, -lower, upper).min(axis=1)
+    unsettled = np.asarray(longest.any(axis=1))
+    compressed = ~unsettled & (history[numbers, 5, first] < -NO_SIGN * reached[:, 0])
+    ends = (
+        part.fatigue_factor(np.where(compressed, -end, largest), np.where(compressed, -largest, end), rows)
+        for end in (least, most)
+    )
+    deciding = (below <= most[:, None]) & (error > 0)
+    needed = np.where(unsettled[:, None], longest, deciding)
+    return Known(np.minimum(*ends), needed, np.stack([first, signed.argmin(axis=1)], axis=1))
+
+
+def crossland(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+    """Judge by Crossland's criterion: see `Judge`.
+
+    A ball encloses the path if it encloses every point with its error. It is the smallest if the points that
+    carry it are exact, which none is whose upper bound exceeds the largest lower one.
+    """
+    radius, center = enclosing_balls(history[:, :5])
+    away, mean = np.linalg.norm(history[:, :5] - center[..., None], axis=1), history[:, 5]
+    error, pressed = (_counting(own, radius) for own in errors)
+    outside, tension = (away + error).max(axis=1), (mean + pressed).max(axis=1)
+    factors = crossland_bound(outside, tension, part.material, part.surface(rows))
+    least = np.full(len(rows), np.inf) if factors is None else factors
+    making = np.stack([away.argmax(axis=1), mean.argmax(axis=1)], axis=1)
+    return Known(least, _longest(away, error) | _longest(mean, pressed), making)
+
+
+def _counting(error: Floats, scale: Floats) -> Floats:
+    """Errors (n, n_instants), 0 where they are nothing beside the stress (n,) that decides."""
+    return np.where(error > WITHIN / 2 * scale[:, None], error, 0.0)
+
+
+def _longest(value: Floats, error: Floats) -> Mask:
+    """Instants (n, n_instants) that are not exact and may have the largest value."""
+    return np.asarray((value + error > (value - error).max(axis=1, keepdims=True)) & (error > 0))
