@@ -9,7 +9,7 @@ from fea.base.choices import Fatigue
 from fea.judge.history import deviator_norm
 from fea.study.study import load_study
 
-PLACES, INSTANTS = 60, 50
+PLACES, INSTANTS = 400, 50
 
 
 @pytest.fixture
@@ -19,9 +19,11 @@ def drawn():
     part.material, part._criterion = load_study("leon-2001").materials(["rod"])[0], Fatigue.GOODMAN
     part._surface = rng.uniform(0.2, 1.0, PLACES)
     turn = np.linspace(0, 2 * np.pi, INSTANTS)
-    shape = rng.normal(size=(PLACES, 6, 2)) * [1, rng.uniform(0, 0.3)]
+    shape = rng.normal(size=(PLACES, 6, 2)) * [1, 0.8]  # far from proportional
     truth = 50 * (shape @ np.stack([np.cos(turn) + 0.4, np.sin(2 * turn)]))
+    truth[:, 5] *= 0.1
     errors = rng.uniform(0, 8, (2, PLACES, INSTANTS)) * (rng.random(INSTANTS) < 0.7)
+    errors[1] *= 0.1
     away = rng.normal(size=truth.shape)
     away[:, :5] *= (errors[0] / deviator_norm(away))[:, None]
     away[:, 5] = errors[1] * rng.uniform(-1, 1, errors[1].shape)
