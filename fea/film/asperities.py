@@ -39,8 +39,8 @@ class Asperities:
         ratio, pressure, slope = gap / self.roughness, np.zeros_like(gap), np.zeros_like(gap)
         near = ratio < _APART
         if near.any():
-            pressure[near] = self.modulus * _integral(2.5, ratio[near])
-            slope[near] = -2.5 * self.modulus / self.roughness * _integral(1.5, ratio[near])
+            integral, falls = _integral(2.5, ratio[near])
+            pressure[near], slope[near] = self.modulus * integral, self.modulus / self.roughness * falls
         return pressure, slope
 
     def space(self, gap: Floats) -> tuple[Floats, Floats]:
@@ -54,7 +54,8 @@ class Asperities:
         return gap * share + self.roughness * np.exp(-(ratio**2) / 2) / math.sqrt(2 * math.pi), share
 
 
-def _integral(order: float, x: Floats) -> Floats:
-    """F_n(x) by the parabolic cylinder function D_−n−1 (Abramowitz & Stegun 1964, 19.5.3)."""
-    values, _ = pbdv(-order - 1, x)
-    return np.asarray(math.gamma(order + 1) / math.sqrt(2 * math.pi) * np.exp(-(x**2) / 4) * values)
+def _integral(order: float, x: Floats) -> tuple[Floats, Floats]:
+    """F_n(x) by the parabolic cylinder function D_−n−1 (Abramowitz & Stegun 1964, 19.5.3), and its slope."""
+    values, slopes = pbdv(-order - 1, x)
+    factor = math.gamma(order + 1) / math.sqrt(2 * math.pi) * np.exp(-(x**2) / 4)
+    return np.asarray(factor * values), np.asarray(factor * (slopes - x / 2 * values))

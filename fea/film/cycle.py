@@ -1,14 +1,16 @@
 """A film through the cycle of its engine, step by step until it repeats itself and its heat balances."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fea.film.journal import Bearing, JournalState
-from fea.film.oil import WarmOil
+from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Supply
 from fea.machine.threads import one_blas_thread
 from fea.solid.errors import FilmError
@@ -21,13 +23,17 @@ _HALVINGS = 6
 # Relative change of the film from one cycle to the next at which it repeats itself; two cycles are usual.
 REPEATED = 1e-3
 MOST_CYCLES = 12
-# Difference of temperature to which the heat balance is solved, K, and the highest temperature, °C.
-_SETTLED, HOTTEST = 0.2, 250.0
-# First guess of the film's temperature above that of the inlet, and of the slope of what is unbalanced over
-# the temperature: hotter oil rubs less and flows faster. Secants of this range replace the guess.
-_WARMER, _SLOPE, _SLOPES = 25.0, -1.8, (-8.0, -1.0)
-# Largest change of the temperature from one cycle to the next, K.
-_LARGEST_CHANGE = 40.0
+# Part of a cycle after which the film is looked at again.
+_PART = 1 / 12
+# What the heat balance may leave, K: of a first film, and of one that begins at the temperature of a coarser
+# one, which differs by the grids only; and the highest temperature, °C.
+_SETTLED, _SETTLED_AGAIN, HOTTEST = 0.5, 0.9, 250.0
+# First guess of the film's temperature above that of the inlet, K, and of the power of the viscosity in
+# proportion to which the oil warms up: thinner oil rubs less and flows faster.
+_WARMER, _POWER, _POWERS = 25.0, 1.25, (0.3, 3.0)
+# Change of the logarithm of the viscosity that tells that power; and what is unbalanced so far, K, that the
+# temperature changes after one cycle, although the film still depends on how it began.
+_TOLD, _FAR_OFF = 0.005, 5.0
 # Supplied films are more than half full in the mean; with less than this after some cycles, they starve.
 _STARVED, _SOON = 1 / 3, 4
 
@@ -184,23 +190,37 @@ class _Course:
 
     bearing: Bearing
     acting: JournalLoads
+    place: int  #: of the last state, in steps; below 0 the loads are brought up
     last: JournalState
-    earlier: Floats | None = None  #: oil (n_angle, n_width) a whole step before the last state
+    earlier: JournalState | None = None  #: a whole step before the last state
 
-    def advance(self, place: int) -> JournalState:
-        """Go on to a whole place: by second backward differences, or by Euler's method if they fail."""
-        step, volume = self.acting.period / self.acting.count, self.last.volume
-        try:
-            if self.earlier is None:
-                self._halve(place - 1.0, float(place), _HALVINGS)
+    @classmethod
+    def begun(cls, bearing: Bearing, acting: JournalLoads, before: FilmCycle | None) -> "_Course":
+        """Bring up the loads, or begin a quarter before the end of a cycle of the same bearing."""
+        count, lead = acting.count, math.ceil(_RAMP * acting.count)
+        if before is not None:
+            start = before.states[round((1 - lead / count) * len(before.states))]
+            return cls(bearing, acting, count - lead, bearing.taken_over(start))
+        rest = bearing.start()
+        course = cls(bearing, acting, -lead, acting.solve(bearing, rest, -lead, 1.0, rest.volume))
+        while course.place < -1:
+            course.advance()
+        return course
+
+    def advance(self) -> JournalState:
+        """Go on by a step: by second backward differences, or by Euler's method if they fail."""
+        step, last, earlier = self.acting.period / self.acting.count, self.last, self.earlier
+        self.earlier, self.place = last, self.place + 1
+        if earlier is not None:
+            before = (4 * last.volume - earlier.volume) / (2 * step)
+            guess = last.ahead(earlier)
+            try:
+                self.last = self.acting.solve(self.bearing, guess, self.place, 1.5 / step, before)
+            except FilmError:
+                pass
             else:
-                before = (4 * volume - self.earlier) / (2 * step)
-                self.last = self.acting.solve(self.bearing, self.last, place, 1.5 / step, before)
-        except FilmError:
-            if self.earlier is None:
-                raise
-            self._halve(place - 1.0, float(place), _HALVINGS)
-        self.earlier = volume
+                return self.last
+        self._halve(self.place - 1.0, float(self.place), _HALVINGS)
         return self.last
 
     def _halve(self, start: float, end: float, times: int) -> None:
@@ -230,6 +250,42 @@ class HeatBalance:
         return min(self.inlet + heated, HOTTEST)
 
 
+@dataclass
+class _Warming:
+    """The film's temperature on its way to the heat balance."""
+
+    heat: HeatBalance
+    temperature: float
+    _power: float = _POWER
+    _tried: tuple[float, float] | None = None
+
+    @property
+    def oil(self) -> Oil:
+        """The oil at the temperature."""
+        return self.heat.oil.at(self.temperature)
+
+    def judged(self, cycle: FilmCycle) -> FilmCycle:
+        """A cycle with its temperature and what is unbalanced."""
+        asked = self.heat.asked(cycle, self.temperature)
+        return replace(cycle, temperature=self.temperature, unbalanced=asked - self.temperature)
+
+    def change(self, unbalanced: float) -> None:
+        """Take the temperature at which the heat balances if it is in proportion to a power of viscosity."""
+        inlet, viscosity = self.heat.inlet, self.oil.viscosity
+        rise = max(self.temperature + unbalanced - inlet, 0.0)
+        if self._tried is not None and min(rise, self._tried[0]) > 0:
+            rises, thickens = math.log(rise / self._tried[0]), math.log(viscosity / self._tried[1])
+            if abs(thickens) > _TOLD:
+                self._power = float(np.clip(rises / thickens, *_POWERS))
+        self._tried = rise, viscosity
+
+        def lacking(temperature: float) -> float:
+            thickness = self.heat.oil.at(temperature).viscosity / viscosity
+            return float(inlet + rise * thickness**self._power - temperature)
+
+        self.temperature = float(brentq(lacking, inlet, HOTTEST))
+
+
 def integrate(
     bearing: Bearing,
     acting: JournalLoads,
@@ -244,37 +300,28 @@ def integrate(
     a cycle of the same bearing with other cells or steps, to begin with; `most`: largest number of cycles, at
     least one. Raises `FilmError`: a step was not solved, however short it was made.
     """
-    slope, tried = _SLOPE, None
-    count, lead = acting.count, math.ceil(_RAMP * acting.count)
-    temperature = None if heat is None else heat.inlet + _WARMER
-    if before is not None and heat is not None:
-        temperature = before.temperature
+    count, warming, settled = acting.count, None, _SETTLED if before is None else _SETTLED_AGAIN
+    if heat is not None:
+        guess = None if before is None else before.temperature
+        warming = _Warming(heat, heat.inlet + _WARMER if guess is None else guess)
+        bearing = bearing.with_oil(warming.oil)
     with one_blas_thread():
-        if heat is not None and temperature is not None:
-            bearing = bearing.with_oil(heat.oil.at(temperature))
-        if before is None:
-            start, first = bearing.start(), -lead
-            course = _Course(bearing, acting, acting.solve(bearing, start, first, 1.0, start.volume))
-        else:
-            first = count - lead
-            start = before.states[round(first / count * len(before.states))]
-            course = _Course(bearing, acting, bearing.taken_over(start))
-        for place in range(first + 1, first + lead):
-            course.advance(place)
-        for number in range(most):
-            begun = course.last
-            states = [course.advance(place) for place in range(count)]
-            cycle = FilmCycle(bearing, acting, states, course.last.unlike(begun), temperature)
-            if heat is not None and temperature is not None:
-                cycle = replace(cycle, unbalanced=heat.asked(cycle, temperature) - temperature)
-            settled = abs(cycle.unbalanced) <= _SETTLED
-            if (cycle.repeats and settled) or (number >= _SOON and cycle.filled.mean() < _STARVED):
-                break
-            if heat is not None and temperature is not None and not settled:
-                if tried is not None and abs(temperature - tried[0]) > 1.0:
-                    secant = (cycle.unbalanced - tried[1]) / (temperature - tried[0])
-                    slope = float(np.clip(secant, *_SLOPES))
-                tried = temperature, cycle.unbalanced
-                temperature -= float(np.clip(cycle.unbalanced / slope, -_LARGEST_CHANGE, _LARGEST_CHANGE))
-                course.bearing = bearing = bearing.with_oil(heat.oil.at(temperature))
-    return cycle
+        course = _Course.begun(bearing, acting, before)
+        latest, unchanged, left = deque([course.last], maxlen=count + 1), 0, most * count
+        while True:
+            latest.append(course.advance())
+            unchanged, left = unchanged + 1, left - 1
+            if unchanged < count or left % math.ceil(_PART * count):
+                continue
+            of_0, states = count - 1 - course.place % count, [*latest][1:]
+            unrepeated = latest[-1].unlike(latest[0])
+            cycle = FilmCycle(course.bearing, acting, states[of_0:] + states[:of_0], unrepeated)
+            if warming is not None:
+                cycle = warming.judged(cycle)
+            off, starves = abs(cycle.unbalanced), cycle.filled.mean() < _STARVED
+            if left <= 0 or (starves and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
+                return cycle
+            known = unchanged >= (1 + _RAMP) * count or off > _FAR_OFF
+            if warming is not None and left >= count and off > settled and known:
+                warming.change(cycle.unbalanced)
+                course.bearing, unchanged = bearing.with_oil(warming.oil), 0

@@ -117,8 +117,8 @@ class Stencil:
         # Where a neighbour does not exist its entry is 0, wherever it stands.
         plain = np.arange(n * m).reshape(n, m)
         near = np.stack([plain, *(np.roll(plain, shift, axis) for axis in (0, 1) for shift in (-1, 1))])
-        self._near = near.reshape(5, -1).T.ravel()
-        self._starts = 5 * np.arange(n * m + 1)
+        columns = near.reshape(5, -1).T.ravel()
+        self._product = csr_array((np.zeros(5 * n * m), columns, 5 * np.arange(n * m + 1)))
 
     def solve(self, entries: Floats, right: Floats) -> Floats:
         """Solve for right-hand sides (n_angle, n_width, k).
@@ -142,5 +142,5 @@ class Stencil:
 
     def applied(self, entries: Floats, values: Floats) -> Floats:
         """Product of the matrix of entries, as of `solve`, with values (n_angle, n_width, k)."""
-        matrix = csr_array((entries.reshape(5, -1).T.ravel(), self._near, self._starts))
-        return np.asarray(matrix @ values.reshape(self._size, -1)).reshape(values.shape)
+        self._product.data[:] = entries.reshape(5, -1).T.ravel()
+        return np.asarray(self._product @ values.reshape(self._size, -1)).reshape(values.shape)

@@ -17,9 +17,11 @@ from geometry.arrays import Floats
 # Largest number of Newton's steps; about four are usual.
 _STEPS = 60
 # Relative changes of pressure and gap at which the iteration ends: the error left is about their square.
-_TOLERANCE = 1e-6
+_TOLERANCE = 2e-3
 # The first instant of a squeezed film, relative to the time in which the journal crosses the clearance.
 _INSTANT = 1e-6
+# What rounding may leave of a full cell.
+_FULL = 1e-9
 # Largest change of a gap in one step, in clearances.
 _LARGEST = 3.0
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
@@ -47,10 +49,24 @@ class JournalState:
     planes: Floats  #: (n_angle, n_width) gap between the mean planes of the surfaces, mm
     position: Floats  #: (2,) of the journal's centre in the bore, mm
     bulge: Floats  #: (n,) weights of the bore's displacement
-    gap: Floats  #: h (n_angle, n_width) that oil can fill, mm
-    balance: Balance
+    bearing: "Bearing"
+    conditions: Conditions
     steps: int  #: of Newton's method
-    touching: Floats  #: (n_angle, n_width) pressure of asperities, MPa
+
+    @cached_property
+    def gap(self) -> Floats:
+        """Gap h (n_angle, n_width) that oil can fill, mm."""
+        return self.bearing.space(self.planes)[0]
+
+    @cached_property
+    def balance(self) -> Balance:
+        """How the oil flows."""
+        return self.bearing.reynolds.balance(self.film, self.gap, self.conditions)
+
+    @cached_property
+    def touching(self) -> Floats:
+        """Pressure (n_angle, n_width) of asperities, MPa."""
+        return self.bearing.touching(self.planes)[0]
 
     @property
     def pressure(self) -> Floats:
@@ -66,6 +82,17 @@ class JournalState:
     def volume(self) -> Floats:
         """Oil θh (n_angle, n_width), mm."""
         return self.film.fill * self.gap
+
+    def ahead(self, earlier: "JournalState") -> "JournalState":
+        """Guess of the state as much later as this one is later than another: it goes on as it did."""
+        planes = np.maximum(2 * self.planes - earlier.planes, self.planes / 2)
+        return replace(
+            self,
+            film=self.film.ahead(earlier.film),
+            planes=planes,
+            position=2 * self.position - earlier.position,
+            bulge=2 * self.bulge - earlier.bulge,
+        )
 
 
 class _Iterate(NamedTuple):
@@ -99,11 +126,6 @@ class Bearing:
             return np.zeros_like(planes), np.zeros_like(planes)
         return self.asperities.pressure(planes)
 
-    def _state(self, at: "_Iterate", conditions: Conditions, steps: int) -> "JournalState":
-        gap, _ = self.space(at.planes)
-        balance = self.reynolds.balance(at.film, gap, conditions)
-        return JournalState(*at, gap, balance, steps, self.touching(at.planes)[0])
-
     def space(self, planes: Floats) -> tuple[Floats, Floats]:
         """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
         return (planes, np.ones_like(planes)) if self.asperities is None else self.asperities.space(planes)
@@ -131,11 +153,11 @@ class Bearing:
             along = np.array([np.interp(across[1], across[0], row) for row in closed])
             return np.array([np.interp(turns[1][:-1], turns[0], column) for column in along.T]).T
 
-        pressure = on_grid(state.film.pressure)
-        full = pressure > 0
-        film = Film(pressure, np.where(full, 1.0, np.minimum(on_grid(state.film.fill), 1.0)), full)
+        fill = on_grid(state.film.fill)
+        full = fill > 1 - _FULL
+        film = Film(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
         planes = np.maximum(self.planes(state.position, state.bulge), state.planes.min())
-        return self._state(_Iterate(film, planes, state.position, state.bulge), Conditions(0.0), 0)
+        return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0), 0)
 
     def planes(self, position: Floats, bulge: Floats) -> Floats:
         """Gap between mean planes (n_angle, n_width), mm, of a journal at a position (2,) in the bore."""
@@ -146,7 +168,7 @@ class Bearing:
         """A film without pressure round a journal at a position."""
         film, place = Film.at_rest(self.reynolds.grid), np.array(position, dtype=float)
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
-        return self._state(_Iterate(film, self.planes(place, bulge), place, bulge), Conditions(0.0), 0)
+        return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0), 0)
 
     def solve(
         self,
@@ -167,7 +189,7 @@ class Bearing:
         for step in range(1, _STEPS + 1):
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
             if not limited and iterate.close_to(before, self.clearance):
-                return self._state(iterate, conditions, step)
+                return JournalState(*iterate, self, conditions, step)
         raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
 
     @cached_property
@@ -194,13 +216,14 @@ class Bearing:
         moving[..., 0] -= balance.excess
         try:
             solved = self.reynolds.stencil.solve(balance.by_film, moving)
-            pressures = np.where(at.film.full[..., None], solved, 0.0)
+            pressures = solved * at.film.full[..., None]
             touching, slope = self.touching(at.planes)
             pressures[..., 0] += at.film.pressure + touching
             if touching.any():
                 pressures -= slope[..., None] * opening
             # Work of the pressures on displacements: weights of the functions, and minus the force.
-            forces = grid.area * grid.images * np.tensordot(follows, pressures, axes=((0, 1), (0, 1)))
+            whole = grid.area * grid.images
+            forces = whole * (follows.reshape(gap.size, -1).T @ pressures.reshape(gap.size, -1))
             matrix, side = np.eye(follows.shape[-1]), np.zeros(follows.shape[-1])
             if self.bore is not None:
                 matrix[:count] += self.bore.compliance @ forces[:count, 1:]

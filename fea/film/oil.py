@@ -13,7 +13,9 @@ from geometry.arrays import Floats
 _LOG_POLE, _PER_MPA, _PA_S = 9.67, 5.1e-3, 1e6
 # Largest logarithm of a relative viscosity: iterates on the way to a solution may go far beyond it.
 _MOST = 50.0
-_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+# Places and weights of Gauss's rule between 0 and 1, and the end of that range.
+_GAUSS, _SHARES = np.polynomial.legendre.leggauss(8)
+_PLACES, _WEIGHTS = np.append((1 + _GAUSS) / 2, 1.0), np.append(_SHARES / 2, 0.0)
 
 
 @dataclass(frozen=True)
@@ -40,9 +42,8 @@ class Oil:
         """
         if not self.piezoviscosity:
             return pressure, np.ones_like(pressure)
-        half = pressure / 2
-        inner = 1 / self.relative_viscosity(half[..., None] * (1 + _PLACES))
-        return half * (inner @ _WEIGHTS), 1 / self.relative_viscosity(pressure)
+        inner = 1 / self.relative_viscosity(pressure[..., None] * _PLACES)
+        return pressure * (inner @ _WEIGHTS), inner[..., -1]
 
 
 # Of ASTM D341 in the form of Walther: lg lg(ν + 0.7) is linear in lg T, with ν in mm²/s and T in K.

@@ -24,12 +24,26 @@ _OPEN = 1e-6
 _RIM = 4.0
 
 
+def _next(values: np.ndarray) -> np.ndarray:
+    """Values (n_angle, …) of the next angle; several times as fast as `numpy.roll`."""
+    return np.concatenate([values[1:], values[:1]])
+
+
+def _last(values: np.ndarray) -> np.ndarray:
+    return np.concatenate([values[-1:], values[:-1]])
+
+
 @dataclass(frozen=True)
 class Supply:
     """Holes and grooves: the share (n_angle, n_width) of each cell that they cover, and their pressure."""
 
     share: Floats
     pressure: float  #: above the surroundings, MPa, positive: oil that is not pressed in fills no gap
+
+    @cached_property
+    def openness(self) -> Floats:
+        """How much better than through a film of the cell's own size each cell is supplied."""
+        return np.asarray(_RIM * self.share / (1 - self.share + _OPEN))
 
 
 @dataclass(frozen=True)
@@ -66,6 +80,17 @@ class Film:
         fill = np.where(self.full, 1.0, self.fill + by)
         full = np.where(self.full, pressure >= 0, fill > 1)
         return Film(np.maximum(pressure, 0.0), np.minimum(fill, 1.0), full)
+
+    def ahead(self, earlier: "Film") -> "Film":
+        """Guess of the film as much later as this one is later than another: it goes on as it did."""
+        unknown, before = (
+            np.where(film.full, film.pressure / _FIRST, film.fill - 1) for film in (self, earlier)
+        )
+        later = 2 * unknown - before
+        full = later >= 0
+        most = np.where(self.full, 2 * self.pressure, 0.0)
+        pressure = np.where(full, np.minimum(_FIRST * later, most), 0.0)
+        return Film(pressure, np.where(full, 1.0, np.maximum(1 + later, 0.0)), full)
 
 
 @dataclass(frozen=True)
@@ -107,12 +132,10 @@ class Reynolds:
         q, slope = self.oil.generalised(film.pressure)
         slope = np.where(film.full, slope, 0.0)
         around = self._around(film, gap, q, slope, conditions.speed)
-        along, (ends, supplied) = (
-            self._along(film, gap, q, slope),
-            self._exchanged(film, gap, q, slope, conditions),
-        )
+        along, ends = self._along(film, gap, q, slope), self._leaking(film, gap, q, slope)
+        supplied = self._supplied(film, gap, q, slope, conditions.supply)
         excess = grid.area * (rate * film.fill * gap - conditions.before) + ends.flow - supplied.flow
-        excess += around.flow - np.roll(around.flow, 1, 0) + along.flow
+        excess += around.flow - _last(around.flow) + along.flow
         excess[:, 1:] -= along.flow[:, :-1]
         by_film, by_gap = (
             self._entries(around.by_film, along.by_film),
@@ -134,66 +157,60 @@ class Reynolds:
         """Flow to the next angle, at the filled share of the cell from which the journal carries the oil."""
         grid = self.grid
         falls, drags = grid.dz / grid.dx / (12 * self.oil.viscosity), grid.dz * speed / 2
-        middle = (gap + np.roll(gap, -1, 0)) / 2
-        drop, conducts = np.roll(q, -1, 0) - q, falls * middle**3
-        upstream = film.fill if speed >= 0 else np.roll(film.fill, -1, 0)
-        by_middle = (drags * upstream - 3 * falls * middle**2 * drop) / 2
-        by_film = np.stack([conducts * slope, -conducts * np.roll(slope, -1, 0)])
-        by_film[0 if speed >= 0 else 1] += np.where(
-            film.full if speed >= 0 else np.roll(film.full, -1, 0), 0.0, drags * middle
-        )
+        middle = (gap + _next(gap)) / 2
+        square = falls * middle * middle
+        drop, conducts = _next(q) - q, square * middle
+        from_here = speed >= 0
+        upstream, full = (film.fill, film.full) if from_here else (_next(film.fill), _next(film.full))
+        by_middle = (drags * upstream - 3 * square * drop) / 2
+        by_film = np.stack([conducts * slope, -conducts * _next(slope)])
+        by_film[0 if from_here else 1] += np.where(full, 0.0, drags * middle)
         return _Flow(
             drags * upstream * middle - conducts * drop,
             by_film,
             np.stack([by_middle, by_middle]),
-            conducts * drop * (np.roll(film.pressure, -1, 0) - film.pressure),
+            conducts * drop * (_next(film.pressure) - film.pressure),
         )
 
     def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
+        """Flow to the next cell along the width; none from the last."""
         grid = self.grid
-        falls = grid.dx / grid.dz / (12 * self.oil.viscosity)
-        middle = (gap[:, :-1] + gap[:, 1:]) / 2
-        conducts, drop = falls * middle**3, np.diff(q)
-        by_middle = -3 * falls * middle**2 * drop / 2
-        parts = (
-            -conducts * drop,
-            np.stack([conducts * slope[:, :-1], -conducts * slope[:, 1:]]),
-            np.stack([by_middle, by_middle]),
-            conducts * drop * np.diff(film.pressure),
-        )
-        flow = _Flow(*(np.zeros((*part.shape[:-1], grid.n_width)) for part in parts))
-        for whole, part in zip(flow, parts, strict=True):
-            whole[..., :-1] = part
-        return flow
+        middle = gap.copy()
+        middle[:, :-1] = (gap[:, :-1] + gap[:, 1:]) / 2
+        square = grid.dx / grid.dz / (12 * self.oil.viscosity) * middle * middle
+        square[:, -1] = 0.0
+        conducts = square * middle
+        drop, rise, beyond = (np.concatenate([v[:, 1:], v[:, -1:]], 1) for v in (q, film.pressure, slope))
+        drop, rise = drop - q, rise - film.pressure
+        flow, by_middle = -conducts * drop, -1.5 * square * drop
+        by_film = np.stack([conducts * slope, -conducts * beyond])
+        return _Flow(flow, by_film, np.stack([by_middle, by_middle]), -flow * rise)
 
-    def _exchanged(
-        self, film: Film, gap: Floats, q: Floats, slope: Floats, conditions: Conditions
-    ) -> tuple[_Flow, _Flow]:
-        """Flow out of the cells at the ends, and into cells through holes and grooves."""
-        grid, supply = self.grid, conditions.supply
-        falls = 1 / (12 * self.oil.viscosity)
-        ends = np.zeros(grid.shape)
-        ends[:, [-1] if grid.halved else [0, -1]] = 2 * falls * grid.dx / grid.dz
-        share = 0.0 if supply is None else supply.share / (1 - supply.share + _OPEN)
-        open_to = np.broadcast_to(_RIM * falls * (grid.dx / grid.dz + grid.dz / grid.dx) * share, grid.shape)
-        inlet = 0.0 if supply is None else supply.pressure
-        q_inlet, _ = self.oil.generalised(np.array(inlet))
-        flows = []
-        for factor, sign, head, rise in (
-            (ends, 1.0, q, film.pressure),
-            (open_to, -1.0, q - q_inlet, film.pressure - inlet),
-        ):
-            conducts = factor * gap**3
-            out = sign * conducts * head
-            flows.append(_Flow(out, sign * conducts * slope, 3 * out / gap, conducts * head * rise))
-        return flows[0], flows[1]
+    def _leaking(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
+        """Flow out of the cells at the ends."""
+        grid, ends = self.grid, [-1] if self.grid.halved else [0, -1]
+        factor = np.zeros(grid.shape)
+        factor[:, ends] = grid.dx / grid.dz / (6 * self.oil.viscosity)
+        conducts = factor * gap * gap * gap
+        out = conducts * q
+        return _Flow(out, conducts * slope, 3 * out / gap, out * film.pressure)
+
+    def _supplied(self, film: Film, gap: Floats, q: Floats, slope: Floats, supply: Supply | None) -> _Flow:
+        """Flow into cells through holes and grooves."""
+        grid = self.grid
+        if supply is None:
+            return _Flow(*(np.zeros(grid.shape),) * 4)
+        factor = (grid.dx / grid.dz + grid.dz / grid.dx) / (12 * self.oil.viscosity) * supply.openness
+        conducts = factor * gap * gap * gap
+        into = conducts * (self.oil.generalised(np.array(supply.pressure))[0] - q)
+        return _Flow(into, -conducts * slope, 3 * into / gap, into * (supply.pressure - film.pressure))
 
     def _entries(self, around: Floats, along: Floats) -> Floats:
         """Entries (5, n_angle, n_width) of flows' derivatives (2, …) by the cells on both sides of a face."""
         entries = np.zeros((5, *self.grid.shape))
-        entries[0] = around[0] - np.roll(around[1], 1, 0) + along[0]
+        entries[0] = around[0] - _last(around[1]) + along[0]
         entries[0, :, 1:] -= along[1, :, :-1]
-        entries[1], entries[2] = around[1], -np.roll(around[0], 1, 0)
+        entries[1], entries[2] = around[1], -_last(around[0])
         entries[3, :, :-1] = along[1, :, :-1]
         entries[4, :, 1:] = -along[0, :, :-1]
         return entries
@@ -209,7 +226,7 @@ class Reynolds:
         share = np.ones(grid.shape) if full_shear else np.maximum(film.fill, 0.0)
         viscosity = self.oil.viscosity * self.oil.relative_viscosity(film.pressure)
         sheared = float((share * viscosity / gap).sum()) * grid.area * grid.images * speed
-        middle = (gap + np.roll(gap, -1, 0)) / 2
-        rises = np.roll(film.pressure, -1, 0) - film.pressure
+        middle = (gap + _next(gap)) / 2
+        rises = _next(film.pressure) - film.pressure
         pushed = float((middle / 2 * rises).sum()) * grid.dz * grid.images
         return sheared + pushed, sheared * speed

@@ -10,6 +10,7 @@ from fea import analyse
 from fea.__main__ import call
 from fea.analysis.film import Regime
 from fea.analysis.prepare import prepare
+from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
 from fea.output.stored_run import read_vtu
 from fea.output.text import read_columns
@@ -171,7 +172,8 @@ def test_heat_balances(hot):
     carried = oil.carried(found.temperature_C)  # 1.9 MPa/K of engine oils
     assert carried == pytest.approx(1.9, rel=0.05)
     rise = 0.8 * found.power_W * 1e3 / (carried * found.flow_l_min * 1e6 / 60)
-    assert found.temperature_C == pytest.approx(100.0 + rise, abs=0.3)
+    # What the heat balance may leave, by its check.
+    assert found.temperature_C == pytest.approx(100.0 + rise, abs=LIMITS["film_heat"])
     assert cycle.bearing.reynolds.oil.viscosity == pytest.approx(oil.at(found.temperature_C).viscosity)
 
 

@@ -168,7 +168,7 @@ def test_rough_surfaces_carry_what_the_film_cannot():
     supply = Supply(rough.reynolds.grid.groove(math.pi, 0.2), 1e-4)
     for speed in (SPEED, SPEED / 10, SPEED / 1e3, SPEED / 1e6):
         state = rough.solve(state, Conditions(speed, supply), load=load)
-        assert rough.reynolds.grid.resultant(state.pressure) == pytest.approx(load, rel=1e-9, abs=1e-6)
+        assert rough.reynolds.grid.resultant(state.pressure) == pytest.approx(load, rel=1e-7, abs=1e-4)
     assert state.touching.sum() > 0.999 * state.pressure.sum() > 0
     assert state.gap.min() > 0
     force, power = rough.friction(state, SPEED / 1e6)
