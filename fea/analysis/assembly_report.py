@@ -1,6 +1,6 @@
 """From the cases of an assembled rod to its figures, and the loads at which it begins to come apart."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -22,10 +22,11 @@ from fea.analysis.figures import (
     figures,
 )
 from fea.analysis.prepare import PreparedRod
-from fea.base.note import Note, omission
+from fea.base.note import Note, omission, remark, warning
 from fea.base.units import DEG, UM
 from fea.contact.assembly_state import FITS, AssemblyState, FaceState
 from fea.judge.bolt import BoltResult
+from fea.judge.bolt_choice import BOLTS
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.solid.errors import ContactError
@@ -141,6 +142,31 @@ def onset_notes(found: AssemblyFigures | None) -> tuple[Note, ...]:
     return (omission(f"load at which {', '.join(what)}", why),)
 
 
+# Play of a bolt that fits its hole, mm.
+_FIT = 1e-3
+
+
+def touch_notes(found: AssemblyFigures | None) -> Iterator[Note]:
+    """Say where a seat's edge lifts, and where bolts touch their holes: the model has neither."""
+    if found is None:
+        return
+    bolts = found.bolts
+    if bolts.seat_lift_ratio > 1:
+        yield warning(
+            f"a seat lifts at one edge: its moment is {bolts.seat_lift_ratio:.2f} times what its core "
+            "carries; the model holds the whole seat, which overestimates bending",
+            BOLTS,
+        )
+    if bolts.sideways_mm > bolts.hole_play_mm:
+        fit, least = bolts.hole_play_mm < _FIT, bolts.hole_play_mm / UM
+        touch = f"touch their holes: {bolts.sideways_mm / UM:.2g} µm sideways, {least:.2g} µm of play"
+        yield (remark if fit else warning)(
+            f"they {'fit their holes and centre the cap' if fit else touch}; the shear that they take from "
+            f"the joint is left out: {bolts.shear_at_most_MPa:.2g} MPa if they took all of it",
+            BOLTS,
+        )
+
+
 # Share of the clamping force below which the load on the joint is too small for a ratio.
 _LITTLE = 0.01
 
@@ -152,8 +178,10 @@ def bolts_figures(
     chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
     cases = list(states)
     in_time = list(states.values()) if cycle is None else cycle.states
+    every = [*states.values(), *in_time]
+    own = [one for state in every for one in state.bolts]
     judged = partial(judged_bolts, assembling)
-    all_judged = judged([*states.values(), *in_time])
+    all_judged = judged(every)
     hardest = max(all_judged, key=lambda one: one.largest_force)
     over_time = judged(in_time)
     tired = max(over_time, key=lambda one: one.amplitude)
@@ -177,10 +205,15 @@ def bolts_figures(
         alternating_stress_MPa=tired.amplitude,
         endurance_MPa=tired.endurance,
         fatigue_safety_factor=_where_finite(tired.fatigue_safety),
-        max_bending_MPa=max(own.bending for state in (*states.values(), *in_time) for own in state.bolts),
+        max_bending_MPa=max(one.bending for one in own),
         bending_yield_safety_factor=min(one.bending_safety for one in all_judged),
         bending_alternating_stress_MPa=bent.bending_amplitude,
         bending_fatigue_safety_factor=_where_finite(bent.bending_fatigue_safety),
+        seat_lift_ratio=max((bolt.lift(one.force, one.ends) for one in own if one.force > 0), default=0.0),
+        hole_play_mm=bolt.play,
+        sideways_mm=bolt.grip * max(one.bow for one in own) + max(state.joint.slip for state in every),
+        shear_at_most_MPa=max(state.joint.shear for state in every)
+        / (bolt.least_area * sum(one.count for one in states[ASSEMBLY].bolts)),
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
     )
 

@@ -431,6 +431,12 @@ class BoltsFigures(Figures):
     bending_yield_safety_factor: float
     bending_alternating_stress_MPa: float
     bending_fatigue_safety_factor: float | None
+    seat_lift_ratio: float  #: largest moment on a seat over that at which its edge lifts
+    #: Play of a centred bolt in its hole; the most by which the two move against each other, the bolt's bow
+    #: and the joint's slip; shear stress of the bolts if they took all of the joint's shear
+    hole_play_mm: float
+    sideways_mm: float
+    shear_at_most_MPa: float
     by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
 
 

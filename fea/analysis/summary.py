@@ -8,7 +8,7 @@ from string import ascii_uppercase
 import numpy as np
 
 from fea.analysis.adapt import Adapted, usage
-from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures
+from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.cycle.unit_solutions import Spot
@@ -148,7 +148,13 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         assembly=assembly,
         film=None if result.film is None else {"big_end": result.film.figures},
         checks={**result.checks, **buckling.checks},
-        notes=(*result.notes, *buckling.notes, *onset_notes(assembly), *_bar_notes(rod, result, governing)),
+        notes=(
+            *result.notes,
+            *buckling.notes,
+            *onset_notes(assembly),
+            *touch_notes(assembly),
+            *_bar_notes(rod, result, governing),
+        ),
     )
 
 

@@ -28,6 +28,8 @@ class BoltState:
     #: Bending stress of the first thread that carries, in two planes square to each other, MPa
     thread_bending: tuple[float, float] = (0.0, 0.0)
     fibre: float = 0.0  #: largest stress of tension and bending together, MPa
+    ends: tuple[float, float] = (0.0, 0.0)  #: moments on head and thread, N mm
+    bow: float = 0.0  #: the most by which it leaves the line between its seats, over its grip
 
 
 @dataclass(frozen=True, kw_only=True)

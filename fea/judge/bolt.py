@@ -51,6 +51,21 @@ class BoltShape:
         return math.pi / 4 * self.least_diameter**2
 
     @property
+    def play(self) -> float:
+        """Least distance between bolt and hole where both are centred, mm."""
+        widest = max(self.shank_diameter, self.thread.diameter if self.free_thread else 0.0)
+        return max(self.hole - widest, 0.0) / 2
+
+    def lift(self, force: float, ends: tuple[float, float]) -> float:
+        """Largest moment on a seat over that at which its edge lifts, F (D² + d_h²)/(8 D) of a ring.
+
+        `ends`: moments on head and thread, N mm. Where the pressure on a seat is linear, it vanishes at the
+        edge as the force leaves the ring's core.
+        """
+        seats = zip(ends, (self.head_diameter, self.nut_diameter), strict=True)
+        return max(8 * D * moment / (force * (D**2 + self.hole**2)) for moment, D in seats if D)
+
+    @property
     def least_seat_area(self) -> float:
         """A_p: area of the smaller seat, mm²."""
         seat = min(self.head_diameter, self.nut_diameter or self.head_diameter)

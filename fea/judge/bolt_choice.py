@@ -181,7 +181,7 @@ def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, ass
     return seat
 
 
-_BOLTS = "bolts"
+BOLTS = "bolts"
 _TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
 
 
@@ -208,18 +208,18 @@ def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -
         f"{bolt.thread.name}, tightened to {tightening}: {force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
-    said = [remark(judged, _BOLTS)]
+    said = [remark(judged, BOLTS)]
     if tightening.yields:
         text = (
             "the angle turns them beyond yield: the preload is that at which they yield while they are turned"
         )
-        said.append(warning(text, _BOLTS))
+        said.append(warning(text, BOLTS))
     elif stress > bolt.strength.yield_strength:
         text = "tightening yields them, so that only a measured preload can be relied on"
-        said.append(doubt(text, _BOLTS))
+        said.append(doubt(text, BOLTS))
     elif force > bolt.proof_load:
         text = "the preload exceeds the proof load, so that they may not keep their length"
-        said.append(doubt(text, _BOLTS))
+        said.append(doubt(text, BOLTS))
     return tuple(said)
 
 
@@ -246,7 +246,7 @@ def seat_notes(bolt: Bolt, clamped: Material) -> tuple[Note, ...]:
         f"{pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
         "the seat may creep and the preload fall (assembly.bolt_head_mm, assembly.bolt_nut_mm)"
     )
-    return (warning(text, _BOLTS),)
+    return (warning(text, BOLTS),)
 
 
 def scatter_notes(bolt: Bolt, factor: float | None) -> tuple[Note, ...]:
@@ -258,18 +258,18 @@ def scatter_notes(bolt: Bolt, factor: float | None) -> tuple[Note, ...]:
         f"tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
         f"the figures are those of {bolt.assembly_preload / KN:.3g} kN"
     )
-    return (warning(text, _BOLTS),)
+    return (warning(text, BOLTS),)
 
 
 def embedding_note(given: float | None, loss: float, expected: float) -> Note:
     """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
     if given is not None:
-        return remark(f"embedding takes {loss / KN:.2g} kN of the preload", _BOLTS)
+        return remark(f"embedding takes {loss / KN:.2g} kN of the preload", BOLTS)
     text = (
         f"embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
         "(assembly.bolt_embedding_um)"
     )
-    return warning(text, _BOLTS)
+    return warning(text, BOLTS)
 
 
 # Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
@@ -330,7 +330,7 @@ def choose_bolt(
     torque = lever.torque(preload)
     expected = embedding_loss(expected_embedding(), compliance.total, parts)
     notes = (
-        *assumptions(_BOLTS, assumed),
+        *assumptions(BOLTS, assumed),
         *tightening_notes(bolt, table, tightening),
         *seat_notes(bolt, clamped),
         *scatter_notes(bolt, table.bolt_tightening_factor),

@@ -182,6 +182,9 @@ def _bending_area(diameter: float) -> float:
 
 # Of the section's shear stiffness κ G A of steel (Cowper 1966, a circle), over E A.
 _SHEAR = 0.886 / 2.6
+# Length of bolt over d that bends as a head turns on its seat: of a solid one, 1.6 d wide and 0.75 d high
+# (tests/benchmarks/bolts_calculix.py). The guideline's 0.5 d is the length that stretches as a head gives.
+HEAD_TURN = 0.2
 
 
 def bolt_beam(
@@ -193,12 +196,12 @@ def bolt_beam(
     modulus: float,
     counter_modulus: float,
     nut: bool,
-    head: float = HEXAGON_HEAD,
 ) -> BoltBeam:
     """Return a bolt that bends, with the sections and equivalent cylinders of its compliance δ_S.
 
-    Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of head, nut or hole. Parameters are
-    those of `bolt_compliance`. Stress in the thread is that of its stress diameter.
+    Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of nut or hole; a head is stiffer
+    than its cylinder there (`HEAD_TURN`). Parameters are those of `bolt_compliance`. Stress in the thread is
+    that of its stress diameter.
     """
     d, span = thread.diameter, 0.0
     flexibility = np.zeros((2, 2))
@@ -212,7 +215,7 @@ def bolt_beam(
         flexibility += (b - a) / (grip * _SHEAR * modulus * math.pi / 4 * diameter**2)
         span = end
     nominal = _bending_area(d)
-    flexibility[0, 0] += head * d / (modulus * nominal)
+    flexibility[0, 0] += HEAD_TURN * d / (modulus * nominal)
     flexibility[1, 1] += _ENGAGED * d / (modulus * _bending_area(thread.root_diameter))
     flexibility[1, 1] += (_NUT if nut else _THREADED_HOLE) * d / (counter_modulus * nominal)
     sections = [(0.0, thread.stress_diameter)]

@@ -42,11 +42,21 @@ class AssemblyStates:
         for at, force, count, moments in zip(
             self._bolts, forces, counts, self._bending.moments(state), strict=True
         ):
-            stress = self._bending.beam.bending(moments)
-            bent, pulled = np.hypot(*stress.T), force / self._bending.beam.areas
-            thread = (float(stress[0, 0]), float(stress[0, 1]))
-            together = float((pulled + bent).max())
-            bolts.append(BoltState(_place(at), float(force), int(count), float(bent.max()), thread, together))
+            beam, (head, thread) = self._bending.beam, np.hypot(*moments).tolist()
+            stress = beam.bending(moments)
+            bent = np.hypot(*stress.T)
+            bolts.append(
+                BoltState(
+                    _place(at),
+                    float(force),
+                    int(count),
+                    float(bent.max()),
+                    (float(stress[0, 0]), float(stress[0, 1])),
+                    float((force / beam.areas + bent).max()),
+                    (head, thread),
+                    beam.bow(moments),
+                )
+            )
         return AssemblyState(
             tuple(bolts), {name: self._face(number, state) for number, name in enumerate(self._names)}
         )

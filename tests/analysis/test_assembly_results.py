@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
-from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset
+from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
 from fea.analysis.survival import factors, survival
 from fea.apps.export_run import prepared_again
@@ -232,6 +232,23 @@ def test_bolts_and_joint_count_for_survival(figures, said):
     assert re.match(said, survival(found).text)
 
 
+@pytest.mark.parametrize(
+    ("bolts", "kinds"),
+    [
+        ({"seat_lift_ratio": 0.9, "hole_play_mm": 0.1, "sideways_mm": 0.05}, []),
+        ({"seat_lift_ratio": 1.3, "hole_play_mm": 0.1, "sideways_mm": 0.05}, ["warning"]),
+        ({"seat_lift_ratio": 1.3, "hole_play_mm": 0.04, "sideways_mm": 0.05}, ["warning", "warning"]),
+        ({"seat_lift_ratio": 0.9, "hole_play_mm": 0.0, "sideways_mm": 0.05}, ["remark"]),
+    ],
+)
+def test_a_seat_that_lifts_and_a_bolt_that_touches_its_hole_are_said(bolts, kinds):
+    found = list(touch_notes(assembly(**bolts)))
+    assert [note.kind for note in found] == kinds
+    text = " ".join(note.text for note in found)
+    assert ("1.30 times" in text) == (bolts["seat_lift_ratio"] > 1)
+    assert ("50 µm sideways, 40 µm of play" in text) == (bolts["hole_play_mm"] == 0.04)
+
+
 def test_a_joint_that_slides_does_not_survive():
     figures = assembly()
     case = replace(figures.joint.by_case["tension"], slip_reserve=1.0 + 1e-9)
@@ -249,6 +266,8 @@ def test_a_reader_learns_what_the_bolts_and_the_joint_do(pulled_rod):
     assert re.search(r"Bolts, M9x1: 3\d\.\d kN \(given\), bending", lines)
     rows = dict(assembly_tables(figures)[0].rows)
     assert 0 < float(rows["load factor Φ of the bolt with the largest force"]) < 1
+    assert 0 < figures.bolts.seat_lift_ratio < 1
+    assert 0 == figures.bolts.hole_play_mm < figures.bolts.sideways_mm < 0.05
     assert rows["load factor Φ of a central load"].startswith("0.2")
     assert "Joint: opens at the bore at" in lines
     assert assembly_figures(prepare(read("[forces]\npin_N = [1e3, 0.0]\n")), {}) is None

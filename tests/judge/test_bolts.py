@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
+from fea.contact.bolt_beam import BoltBeam
 from fea.judge.bolt import Bolt, BoltResult
 from fea.judge.vdi2230 import (
+    HEAD_TURN,
     ClampedParts,
     Lever,
     allowed_preload,
@@ -261,6 +263,29 @@ def test_bending_adds_to_tension_where_it_pulls():
     assert judged(bolt(), forces[:1]).bending_fatigue_safety == math.inf
 
 
+@given(st.floats(1e3, 1e5), st.floats(1.2, 2.0), st.floats(1.0, 1.1), st.floats(0.1, 3.0))
+def test_a_seat_lifts_where_linear_pressure_vanishes_at_its_edge(force, wide, hole, moment):
+    shape = bolt(head_diameter=wide * 8, hole=hole * 8, nut_diameter=0.0)
+    outer, inner = wide * 8, hole * 8
+    area, inertia = math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
+    lifting = force / area * inertia / (outer / 2)
+    assert shape.lift(force, (moment * lifting, 9 * lifting)) == pytest.approx(moment)
+    assert bolt(hole=9.0, shank_diameter=7.0, free_thread=0.0).play == pytest.approx(1.0)
+    assert bolt(hole=9.6, shank_diameter=7.0, free_thread=5.0).play == pytest.approx(0.3)
+
+
+@given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))
+def test_a_bolt_stays_within_the_bound_of_its_bow(head, thread):
+    length, stiffness = 40.0, 2e5 * math.pi / 64 * 8.0**4
+    beam = BoltBeam(length / (6 * stiffness) * np.array([[2.0, -1.0], [-1.0, 2.0]]), *np.ones((3, 1)))
+    s = np.linspace(0, 1, 101)
+    # v'' = M/(E I) with the moment linear from one end to the other, v = 0 at both.
+    bent = length**2 / (6 * stiffness) * np.abs(head * (s**3 - s) - thread * ((1 - s) ** 3 - (1 - s)))
+    bound = length * beam.bow(np.array([[head, thread], [0.0, 0.0]]))
+    assert bent.max() <= bound * (1 + 1e-9)
+    assert bound <= 2.5 * bent.max() + 1e-12 or head * thread > 0
+
+
 @settings(deadline=None)
 @given(THREADS, st.floats(0.0, 1.0), st.floats(0.6, 1.0), st.booleans())
 def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
@@ -289,7 +314,7 @@ def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
         for i, j in np.ndindex(2, 2):
             work = quad(lambda x: moments[i](x) * moments[j](x), start, end)[0]  # noqa: B023
             expected[i, j] += work / bent + (end - start) / grip**2 / sheared
-    expected[0, 0] += 0.5 * d / section(d)[0]
+    expected[0, 0] += HEAD_TURN * d / section(d)[0]
     expected[1, 1] += 0.5 * d / section(thread.root_diameter)[0]
     expected[1, 1] += (0.4 if nut else 0.33) * d / (section(d)[0] / 2)
     assert beam.flexibility == pytest.approx(expected, rel=1e-9)

@@ -363,6 +363,7 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
         ("alternating stress with bending, MPa", figure(bolts.bending_alternating_stress_MPa, 3)),
         ("safety factor against fatigue with bending", factor(bolts.bending_fatigue_safety_factor)),
         ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
+        ("largest moment on a seat over that which lifts its edge", number(bolts.seat_lift_ratio, ".2f")),
     )
     joint_rows = tuple(
         (
