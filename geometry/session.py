@@ -8,7 +8,7 @@ from typing import Any
 
 import gmsh
 
-from geometry.system import ENDS, held_back
+from geometry.system import ENDS, held_back, ignore_broken_pipes_again
 
 # The signals whose handlers gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]
@@ -70,3 +70,4 @@ def _restore(handlers: Mapping[signal.Signals, Any]) -> None:
     for number, handler in handlers.items():
         if handler is not None:
             signal.signal(number, handler)
+    ignore_broken_pipes_again()

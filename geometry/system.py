@@ -198,6 +198,12 @@ def broken_pipes_raise() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
+def ignore_broken_pipes_again() -> None:
+    """Ignore SIGPIPE where Python does, whatever a library set: from any thread, unlike Python's own call."""
+    if sys.platform != "win32" and signal.getsignal(signal.SIGPIPE) == signal.SIG_IGN:
+        ctypes.CDLL(None).signal(signal.SIGPIPE, ctypes.c_void_p(int(signal.SIG_IGN)))
+
+
 def die_with_parent() -> None:
     """Ask the system to end this process when the thread that started it ends, even by ``kill -9``."""
     if sys.platform == "linux":

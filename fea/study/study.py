@@ -46,6 +46,8 @@ DEFAULT_STUDY = "leon-2001"
 
 # Where a study says nothing of the material.
 ASSUMED_MATERIAL = MaterialTable(preset="leon-2001")
+# Speeds that differ by more are not of one engine: 6000,5 has a decimal comma.
+_ONE_SERIES = 100.0
 
 
 @dataclass(frozen=True)
@@ -170,9 +172,16 @@ class Study:
         tables["material"] = vars(self.material.resolved())
         tables |= {f"material.{part}": vars(table.resolved()) for part, table in self.part_material.items()}
         values = {**magnitudes(tables), **lengths}
-        if speeds := [rpm for rpm in self.speeds() if rpm]:
-            values["speed.rpm"] = max(speeds)
-        return findings(values, TABLES, frozenset(lengths))
+        speeds = [rpm for rpm in self.speeds() if rpm]
+        extremes: list[float | None] = [max(speeds)] if speeds else [None]
+        if speeds and min(speeds) < max(speeds) / _ONE_SERIES:
+            extremes.append(min(speeds))
+        found: dict[str, Finding] = {}
+        for rpm in extremes:
+            at = values if rpm is None else {**values, "speed.rpm": rpm}
+            for finding in findings(at, TABLES, frozenset(lengths)):
+                found.setdefault(finding.key, finding)
+        return sorted(found.values(), key=lambda finding: not finding.refused)
 
     def unusual_notes(self, measured: Mapping[str, float] | None = None) -> tuple[Note, ...]:
         """Return a note on each value outside of the ranges of engines; `measured` as of `unusual`."""

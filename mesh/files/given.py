@@ -18,7 +18,7 @@ from geometry.holes import EQUAL_BORES, Diameters, basis_across, place_text, rod
 from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, RodFile, plausible_unit
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Axes, MeshHole, Pair, find_bore_pair, fitted_axes, open_wall
-from mesh.files.reading import filled, read_tets, require_closed, stl_surface
+from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian
 from mesh.quality import mended as straightened
@@ -293,13 +293,16 @@ def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
     bodies = [part for part in shells(surface) if part.volume > 0]
     if isinstance(cap, Path):
         return _joined(surface, _surface(cap)[0]), (_BONDED,)
-    if len(bodies) == 2:
+    if len(bodies) == 2 and open_wall(bodies[0]) is not None:
         return _joined(*bodies), (_BONDED,)
-    if len(bodies) > 2:
+    if len(bodies) > 1:
         places = ", ".join(place_text(body.center) for body in bodies[:3])
+        remedy = "Export the rod alone, and a cap to another file (rod.cap)"
         raise MeshError(
-            f"it holds {len(bodies)} separate bodies, the largest around {places}: at most a rod and its cap "
-            "can be joined. Export the rod alone, and the cap to another file (rod.cap)"
+            what_is_wrong(surface, "")
+            if len(crossings(surface))
+            else f"it holds {len(bodies)} separate bodies, the largest around {places}: only a rod whose "
+            f"largest bore is open and its cap can be joined. {remedy}"
         )
     completed = with_assumed_cap(surface) if cap is MissingCap.ASSUMED else None
     if completed is None:

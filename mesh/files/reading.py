@@ -64,7 +64,7 @@ def filled(surface: SurfaceMesh) -> TetFile:
             gmsh.model.mesh.generate(3)
             gmsh.model.mesh.setOrder(2)
         except Exception as error:  # gmsh raises nothing more specific
-            raise MeshError(_what_is_wrong(surface, str(error))) from error
+            raise MeshError(what_is_wrong(surface, str(error))) from error
         return tets_of_model()
 
 
@@ -74,7 +74,7 @@ def require_closed(surface: SurfaceMesh) -> None:
     ends, uses = np.unique(sides, axis=0, return_counts=True)
     wrong = ends[uses != 2]
     if len(wrong) and (uses % 2 == 0).all() and len(crossings(surface)):
-        raise MeshError(_what_is_wrong(surface, ""))
+        raise MeshError(what_is_wrong(surface, ""))
     if len(wrong) and (uses % 2 == 0).all():
         raise MeshError(
             f"bodies touch in its surface: {len(wrong)} sides belong to four triangles, "
@@ -88,7 +88,8 @@ def require_closed(surface: SurfaceMesh) -> None:
         )
 
 
-def _what_is_wrong(surface: SurfaceMesh, error: str) -> str:
+def what_is_wrong(surface: SurfaceMesh, error: str) -> str:
+    """Say where a surface cuts itself; if it does not, the `error` with which its inside was not meshed."""
     pairs = crossings(surface)
     if not len(pairs):
         return f"the inside of its surface could not be meshed ({error}). {_REPAIR}"

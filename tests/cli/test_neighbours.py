@@ -76,8 +76,26 @@ def test_the_version_is_stated_once():
     cited = re.search(r"(?m)^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"))[1]
     recipe = (ROOT / ".ci" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
     assert cited == __version__ == re.search(r"(?m)^  version: (.*)$", recipe)[1].strip('"')
-    needed = {re.match(r"[\w.-]+", one)[0].lower() for one in project["project"]["dependencies"]}
-    run = recipe.partition("  run:\n")[2].partition("\ntests:")[0]
-    listed = {name.lower() for name in re.findall(r"- ([\w-]+)", run)}
+
+
+def test_the_conda_recipe_asks_for_what_pip_installs():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = (ROOT / ".ci" / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    run, _, constraints = (
+        recipe.partition("  run:\n")[2].partition("\ntests:")[0].partition("  run_constraints:")
+    )
     conda = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
-    assert {conda.get(name, name) for name in needed} <= listed
+    listed = [dict(re.findall(r"(?m)- ([\w-]+) *(\S*)$", part)) for part in (run, constraints)]
+    assert listed[0].pop("python") == project["requires-python"]
+    assert listed[0].pop("gmsh") == listed[0]["python-gmsh"]  # the library and what Python calls
+    assert listed[0].pop("mkl") == ""  # pypardiso's, which pip takes by itself
+
+    def wanted(requirements):
+        found = dict(re.match(r"([\w.-]+)(\S*?)(?:;|$)", one).groups() for one in requirements)
+        return {conda.get(name.lower(), name.lower()): version for name, version in found.items()}
+
+    assert listed[0] == wanted(project["dependencies"])
+    extras = wanted(one for group in project["optional-dependencies"].values() for one in group)
+    assert listed[1] == {name: version for name, version in extras.items() if name not in listed[0]}
+    ((name, place),) = project["scripts"].items()
+    assert f"- {name} = {place}\n" in recipe

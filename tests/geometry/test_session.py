@@ -1,5 +1,7 @@
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -54,6 +56,19 @@ def test_a_session_opens_in_a_worker_thread():
     worker.start()
     worker.join()
     assert opened == [1]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="there are no such signals")
+def test_a_broken_pipe_does_not_end_the_process_after_a_session_in_a_thread():
+    code = (
+        "import os, threading; from geometry.session import session\n"
+        "def work():\n with session(): os.write(pipe, b'.')\n"
+        "read, pipe = os.pipe(); os.close(read)\n"
+        "worker = threading.Thread(target=work); worker.start(); worker.join(); print('alive')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "alive\n")
+    assert "BrokenPipeError" in done.stderr
 
 
 @pytest.mark.parametrize("module", ["option", "logger"])

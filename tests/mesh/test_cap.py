@@ -1,6 +1,7 @@
 """A rod without its cap, as a surface of triangles: closed by a cap of its own or an assumed one."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import gmsh
 import numpy as np
@@ -102,6 +103,27 @@ def test_two_bodies_of_one_file_are_one_rod_or_the_way_out_is_said(parts, tmp_pa
     bodies = shells(stl_surface(tmp_path / "both.stl"))
     assert [body.volume for body in bodies] == pytest.approx([sizes["rod"], sizes["cap"]], rel=0.01)
     assert with_cap(*bodies).volume == pytest.approx(sizes["rod"] + sizes["cap"], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("away", "said"), [(0.0, "cuts itself.*cross each other"), (500.0, "2 separate bodies")]
+)
+def test_two_bodies_of_which_neither_lacks_a_cap_are_not_joined(parts, tmp_path, away, said):
+    folder, _ = parts
+    plain = with_cap(*(stl_surface(folder / f"{name}.stl") for name in ("rod", "cap")))
+    box = np.array([[x, y, z] for x in (70.0, 75.0) for y in (-99.0, 99.0) for z in (-2.0, 2.0)])
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    halves = np.array([[a, b, c] for a, *rest in sides for b, c in pairwise(rest)])
+    corners = np.concatenate([plain.corners, (box + np.array([0.0, away, 0.0]))[halves]])
+    lines = [" ".join(map(repr, map(float, corner))) for corner in corners.reshape(-1, 3)]
+    facets = [
+        "facet\nouter loop\n" + "".join(f"vertex {line}\n" for line in lines[k : k + 3])
+        for k in range(0, len(lines), 3)
+    ]
+    text = "solid\n" + "".join(f"{facet}endloop\nendfacet\n" for facet in facets) + "endsolid\n"
+    (tmp_path / "both.stl").write_text(text)
+    with pytest.raises(MeshError, match=said):
+        given_mesh(RodFile(tmp_path / "both.stl"))
 
 
 def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):

@@ -79,6 +79,7 @@ def test_a_value_far_outside_is_refused_and_its_unit_named(changes, key, unit):
     ("changes", "said"),
     [
         ({"rpm": 628}, "speed.rpm = 628: seems to be in rad/s (628 rad/s = 5997 rpm)"),
+        ({"rpm": [6000, 5]}, "speed.rpm = 5: "),
         ({"rod": "web_thickness_mm = 0.5"}, "rod.web_thickness_mm = 0.5: seems to be in cm (0.5 cm = 5 mm)"),
         ({"material": GIVEN.format(207, 7850, 90)}, "material.yield_MPa = 90: seems to be in ksi"),
         ({"piston": 2}, "engine.piston_mass_kg = 2: seems to be in lb"),
