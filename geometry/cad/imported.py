@@ -9,7 +9,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import Floats, vector
+from geometry.arrays import Floats, Mask, vector
 from geometry.assembly import Assembly, BoltAxis
 from geometry.cad.bolts import Fastener, bolts_in, removed
 from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores
@@ -43,7 +43,7 @@ from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 # their faces in the files of some programs.
 _SLACK, _BESIDE = 1e-5, 3e-5
 # Places along each parameter of a curved face at which it is compared with its mirror image.
-_WITHIN = np.linspace(0.05, 0.95, 5)
+_WITHIN = np.linspace(0.05, 0.95, 3)
 
 
 def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
@@ -74,15 +74,17 @@ def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[i
     return kept
 
 
-# Faces of one solid: tags, areas and centres (n, 4), and points (n_points, 3) on each and its edges.
-_Faces = tuple[list[int], Floats, list[Floats]]
+Entity = tuple[int, int]
+# Faces of one solid: tags, areas and centres (n, 4), points (n_points, 3) on each and its edges; its centre.
+_Faces = tuple[list[int], Floats, list[Floats], Floats]
 
 
 def _faces(volume: int) -> _Faces:
     occ = gmsh.model.occ
     tags = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)]
     measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
-    return tags, measures, [np.concatenate([edge_points(tag), _within(tag)]) for tag in tags]
+    points = [np.concatenate([edge_points(tag), _within(tag)]) for tag in tags]
+    return tags, measures, points, np.array(occ.getCenterOfMass(3, volume))
 
 
 def _within(face: int) -> Floats:
@@ -101,22 +103,46 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
 
     The image must have the same area and centre, which is cheap to test, and contain the images of points on
     the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
-    the plane as far as it is hollow below.
+    the plane as far as it is hollow below. Faces without such an image may be divided differently on the
+    other side: then their points must lie on each other's images.
     """
-    tags, measures, points_of = faces
+    tags, measures, points_of, centre = faces
     scale = np.array([length**2, length, length, length])
     image = measures.copy()
     image[:, 1 + axis] *= -1
     alike = (np.abs(image[:, None] - measures[None]) / scale).max(axis=2) < _SLACK
-    for points, row in zip(points_of, alike, strict=True):
-        mirrored = points * np.where(np.arange(3) == axis, -1.0, 1.0)
-        for other in np.flatnonzero(row):
-            nearest, _ = gmsh.model.getClosestPoint(2, tags[other], mirrored.ravel())
-            if np.abs(np.reshape(nearest, (-1, 3)) - mirrored).max(initial=0.0) < _BESIDE * length:
-                break
-        else:
-            return False
-    return True
+    flipped = [points * np.where(np.arange(3) == axis, -1.0, 1.0) for points in points_of]
+    alone = [
+        at
+        for at, row in enumerate(alike)
+        if not any(_beside(flipped[at], (2, tags[other]), length).all() for other in np.flatnonzero(row))
+    ]
+    others = [tags[at] for at in alone]
+    balanced = abs(centre[axis]) < _SLACK * length
+    return not alone or (balanced and all(_lie_on(flipped[at], others, length) for at in alone))
+
+
+def _beside(points: Floats, entity: Entity, length: float) -> Mask:
+    """Whether each of some points (n, 3) is on the surface of a face, or on an edge between its ends."""
+    nearest, _ = gmsh.model.getClosestPoint(*entity, points.ravel())
+    return np.asarray(np.abs(np.reshape(nearest, (-1, 3)) - points).max(axis=1) < _BESIDE * length)
+
+
+def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
+    """Whether each of some points (n, 3) is on one of the faces, or on an edge of theirs.
+
+    The kernel takes a plane for infinite, and misses other faces at the corners of their parameters.
+    """
+    for edge in gmsh.model.getBoundary([(2, face) for face in faces], combined=False, oriented=False):
+        points = points[~_beside(points, edge, length)] if len(points) else points
+    for face in faces:
+        if len(points):
+            _, places = gmsh.model.getClosestPoint(2, face, points.ravel())
+            on = _beside(points, (2, face), length)
+            for at in np.flatnonzero(on):
+                on[at] = gmsh.model.isInside(2, face, places[2 * at : 2 * at + 2], True)  # noqa: FBT003 - gmsh's
+            points = points[~on]
+    return not len(points)
 
 
 def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, Bore]:
@@ -142,9 +168,6 @@ def _slack(hole: CadHole) -> float:
     """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
     exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
     return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
-
-
-Entity = tuple[int, int]
 
 
 def parts_of(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirror) -> tuple[Part, ...]:
@@ -287,8 +310,8 @@ def _assumed(
     if file.unit not in (None, declared):
         meant = length / UNITS[unit] * DECLARED[declared]
         notes.append(
-            f"{file.path.name}: lengths are read in {unit} (rod.unit), though the file declares {declared}, "
-            f"in which the bores would be {meant:.4g} mm apart, not {length:.4g} mm"
+            f'{file.path.name}: rod.unit = "{unit}" is taken, though the file declares {declared}, in which '
+            f"the bores would be {meant:.4g} mm apart, not {length:.4g} mm"
         )
     if file.unit is None and unit != declared:
         notes.append(

@@ -1,4 +1,4 @@
-"""Solids that are symmetric but for a little, none of which may be taken for symmetric."""
+"""Solids that are symmetric but for a little are not taken for it; the same solid in other faces is."""
 
 import math
 
@@ -82,7 +82,20 @@ def bulged(occ, height):
     bored(occ, [(3, kept)])
 
 
+def divided(occ, low, high, *, pocket=0.0):
+    """One wall is divided into several faces, by lines at two x, and its middle may lie deeper."""
+    wall = occ.addRectangle(low, -6, 0, high - low, 12)
+    occ.rotate([(2, wall)], 0, 0, 0, 1, 0, 0, math.pi / 2)
+    occ.translate([(2, wall)], 0, 20, 0)
+    pieces, _ = occ.fragment(strap(occ), [(2, wall)])
+    if pocket:
+        solids = [entity for entity in pieces if entity[0] == 3]
+        occ.cut(solids, [(3, occ.addBox(low, 20 - pocket, -6, high - low, pocket, 12))])
+
+
 DRAWN = {
+    "divided on one side": (lambda occ: divided(occ, 30, 60), Mirror.QUARTER),
+    "divided and deeper there": (lambda occ: divided(occ, 30, 60, pocket=0.02), Mirror.HALF),
     "plain": (strap, Mirror.QUARTER),
     "drafted from a parting line": (parted, Mirror.QUARTER),
     "drilled amid": (lambda occ: drilled(occ, 0.0), Mirror.QUARTER),
