@@ -98,7 +98,7 @@ class Meshing:
         if count:
             elements = "1 element has" if count == 1 else f"{count} elements have"
             why = "because curved edges would have distorted the shape"
-            done.append(f"{elements} straight edges, {why}")
+            done.append(f"{elements} straightened edges, {why}")
         of_gmsh = (text for text in self.warnings if not any(known in text for known in _HARMLESS))
         return (*map(warning, limits), *map(remark, done), *(remark(text, "gmsh") for text in of_gmsh))
 
