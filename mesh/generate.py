@@ -27,13 +27,14 @@ def tetrahedralise(
     parts: Sequence[Sequence[int]] = (),
     wanted: Sequence[SizeField] = (),
     *,
+    keep_bow: bool = False,
     repair: Repair = NOTHING,
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model, and measure the quality of the mesh.
 
     `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
     several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
-    order had inverted are mended; nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh
+    order had inverted are mended (`keep_bow` as there); nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh
     failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
@@ -53,7 +54,7 @@ def tetrahedralise(
         raise MeshError(f"{failed}: {error}. {remedy}") from error
     if complaint:
         raise of_crossing(f"{failed}: {complaint}. {remedy}")
-    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))))
+    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))), keep_bow=keep_bow)
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
         inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]

@@ -91,14 +91,15 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
     )
 
 
-def mended(mesh: TetMesh) -> tuple[TetMesh, tuple[int, ...]]:
+def mended(mesh: TetMesh, *, keep_bow: bool = False) -> tuple[TetMesh, tuple[int, ...]]:
     """Straighten the edges of elements that are inverted or too distorted, until none is left.
 
     The second result are the numbers of these elements. Straight-sided inverted ones stay as they are; the
-    caller must reject them. Where straight edges miss too much of the volume, they are less bent instead.
+    caller must reject them. With `keep_bow`, edges are only less bent where straight ones would miss too much
+    of the volume.
     """
     straight, changed = _straightened(mesh, 0)
-    if changed:
+    if changed and keep_bow:
         volume, missed = _determinants(mesh).mean(axis=1).sum(), _determinants(straight).mean(axis=1).sum()
         if abs(missed - volume) > _MISSED * volume:
             return _straightened(mesh, _HALVINGS)

@@ -47,7 +47,9 @@ def examine() -> list[Finding]:
 def _tried(code: str) -> str | None:
     """None if `code` runs in a new interpreter and temporary folder, else the last line of its error."""
     try:
-        with TemporaryDirectory() as scratch, fresh({"TMPDIR": scratch}, messages=True) as process:
+        # Windows removes no folder in which a process that has just ended holds a file.
+        folder = TemporaryDirectory(ignore_cleanup_errors=True)
+        with folder as scratch, fresh({"TMPDIR": scratch}, messages=True) as process:
             process.run(exec, code, seconds=120)
     except CrashError as error:
         return process.last_message or str(error)

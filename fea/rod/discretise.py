@@ -191,9 +191,11 @@ class _Model:
             rule = f"gives about {elements:.2g} elements; {most}"
             require(elements <= _MOST_ELEMENTS, "mesh.size_mm", size, rule, remedy)
             allow(_MESHING + _PER_ELEMENT * elements)
-            volumes = [part.volumes for part in solid.parts]
+            volumes, of_file = [part.volumes for part in solid.parts], solid.imported is not None
             made = repaired(
-                partial(tetrahedralise, solid.faces, refined, sizing, volumes, request.wanted),
+                partial(
+                    tetrahedralise, solid.faces, refined, sizing, volumes, request.wanted, keep_bow=of_file
+                ),
                 partial(mesh_flaws, self._materials, solid),
                 self._log,
                 lambda cause: clock.tell(f"meshing again, because {cause}"),
