@@ -34,8 +34,9 @@ def tetrahedralise(
 
     `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
     several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
-    order had inverted are mended (`keep_bow` as there); nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh
-    failed, or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may help.
+    order had inverted are mended, with `keep_bow` as `mesh.quality.mended` does; nodes stand in the order of
+    `mesh.tetmesh`. Raises `MeshError`: gmsh failed, or inverted elements could not be repaired; an
+    `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.spots)
