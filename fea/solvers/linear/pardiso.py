@@ -192,12 +192,12 @@ class Pardiso(LinearSolver):
 def _bordered(matrix: SymmetricMatrix, forces: sparse.csc_array) -> Parts:
     """The upper triangle of [A F; Fᵀ 0], with the zeros of its last diagonal."""
     n, size = forces.shape
-    beside = sparse.csr_array(forces)
+    above, beside = matrix.scalar_upper(), sparse.csr_array(forces)
     beside.sort_indices()
-    above = sparse.hstack([matrix.scalar_upper(), beside], format="csr")
-    values = np.append(above.data, np.zeros(size))
-    columns = np.append(above.indices, n + np.arange(size))
-    starts = np.append(above.indptr, above.nnz + 1 + np.arange(size))
+    ends = np.append(np.repeat(above.indptr[1:], np.diff(beside.indptr)), np.full(size, above.nnz))
+    values = np.insert(above.data, ends, np.append(beside.data, np.zeros(size)))
+    columns = np.insert(above.indices, ends, n + np.append(beside.indices, np.arange(size)))
+    starts = np.append(above.indptr + beside.indptr, len(values) - size + 1 + np.arange(size))
     return values, starts.astype(np.int32), columns.astype(np.int32)
 
 
