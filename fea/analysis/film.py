@@ -63,6 +63,11 @@ class FilmResult:
             return Regime.OVERHEATED
         return Regime.of(self.ratio)
 
+    @property
+    def sound(self) -> bool:
+        """Whether there is a verdict on the regime."""
+        return self.verdict not in (Regime.STARVED, Regime.OVERHEATED)
+
     @cached_property
     def ratio(self) -> float:
         """Smallest gap over the roughness."""
@@ -79,10 +84,10 @@ class FilmResult:
         return FilmFigures(
             h_min_um=float(thinnest) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=_error(float(thinnest), float(self.coarse.thinnest.min())),
+            h_min_error_percent=film_error(float(thinnest), float(self.coarse.thinnest.min())),
             p_max_MPa=float(highest),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=_error(float(highest), float(self.coarse.highest.max())),
+            p_max_error_percent=film_error(float(highest), float(self.coarse.highest.max())),
             power_W=cycle.dissipated / _W,
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
@@ -122,7 +127,7 @@ class FilmResult:
         values = {
             "film_force": float(np.abs(forces - cycle.acting.load).max() / np.abs(cycle.acting.load).max())
         }
-        if self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+        if self.sound:
             values |= {
                 "film_repeats": cycle.unrepeated,
                 "film_oil": abs(cycle.supplied / cycle.leaked - 1),
@@ -155,12 +160,12 @@ class FilmResult:
         elif self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, TOPIC))
-        if not self.cycle.repeats and self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+        if not self.cycle.repeats and self.sound:
             text = (
                 f"it does not repeat itself within {MOST_CYCLES} cycles, although oil is supplied as it leaks"
             )
             notes.append(doubt(text, TOPIC))
-        if found.temperature_C is not None and self.verdict not in (Regime.STARVED, Regime.OVERHEATED):
+        if found.temperature_C is not None and self.sound:
             text = (
                 f"{100 * self.lubrication.heat:.0f} % of {found.power_W:.0f} W heat {found.flow_l_min:.2g} "
                 f"l/min of oil from {self.lubrication.inlet_temperature:.0f} to {found.temperature_C:.0f} "
@@ -186,6 +191,6 @@ def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
     )
 
 
-def _error(fine: float, coarse: float) -> float:
+def film_error(fine: float, coarse: float) -> float:
     """Error of the fine film's figure, percent: of first order, as at the edge of the oil hole."""
     return 100 * abs(fine - coarse) / (FINE[0] / COARSE[0] - 1) / abs(fine)

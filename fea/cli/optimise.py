@@ -30,6 +30,7 @@ def optimise(
     flags: Flags = NO_FLAGS,
     free: list[str] | None = None,
     evaluations: int | None = None,
+    min_film_um: float | None = None,
     out: Path | None = None,
     threads: Threads = None,
     json: Json = False,
@@ -44,6 +45,9 @@ def optimise(
         study, or else shank, web, flanges and rings, each from 0.6 to 1.4 times what it is.
     evaluations
         Most meshes to be solved in the search; default: 150.
+    min_film_um
+        Smallest oil film of the big end, µm, less its error bar, that the rod must keep over the crank cycle
+        at each speed, as [film] says; most designs are judged by a coarse grid, the last rod by the full one.
     out
         Directory of the results; default: results/STUDY-optimised. Only an earlier search is ever replaced.
     """
@@ -56,6 +60,8 @@ def optimise(
         table = replace(table, free=parse_free(free))
     if evaluations is not None:
         table = replace(table, evaluations=evaluations)
+    if min_film_um is not None:
+        table = replace(table, min_film_um=min_film_um)
     asked = replace(asked, optimise=table)
 
     from fea.apps.optimise.run_optimise import optimise as optimised

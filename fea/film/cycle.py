@@ -99,8 +99,9 @@ class FilmCycle:
 
     @property
     def repeats(self) -> bool:
-        """Whether the film is that of the cycle before."""
-        return self.unrepeated <= REPEATED
+        """Whether the film is that of the cycle before, and as much oil came in as left."""
+        alike = self.unrepeated <= REPEATED
+        return alike and abs(self.supplied - self.leaked) <= REPEATED * self.leaked
 
     @cached_property
     def starved(self) -> bool:

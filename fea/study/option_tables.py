@@ -432,6 +432,12 @@ class OptimiseTable(
     )
     min_fatigue_safety: float | None = key("1.3", "less the error bar of the stress", require_positive)
     min_buckling_safety: float | None = key("3.0", "against buckling as a column", require_positive)
+    min_film_um: float | None = key(
+        "1.0",
+        "oil film of the big end, as [film] says, over the crank cycle at each speed, less its error bar",
+        require_positive,
+        Plausible(0.2, 20.0, "films of 0.5 to 3 µm are usual in engines"),
+    )
     min_rpm: float | None = key(
         "7500", "speed, rpm, at which they must hold too, as at the study's own speeds", require_positive
     )

@@ -114,6 +114,13 @@ class Study:
         require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
     def _require_film(self) -> None:
+        if self.analysis.film:
+            self.require_film("analysis.film", "true")
+        elif self.analysis.needs_film:
+            self.require_film("analysis.pressure", str(self.analysis.pressure))
+
+    def require_film(self, name: str, value: float | str) -> None:
+        """Raise `InvalidValue`, by the name and value of what asks for an oil film: it cannot be computed."""
         for excluded, rule in (
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
             (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
@@ -122,10 +129,7 @@ class Study:
                 'cannot be combined with support = "clamped", which replaces the crank pin',
             ),
         ):
-            possible = not (self.analysis.needs_film and excluded)
-            name = "analysis.film" if self.analysis.film else "analysis.pressure"
-            value = "true" if self.analysis.film else self.analysis.pressure
-            require(possible, name, value, rule, "Leave out the film, or that.")
+            require(not excluded, name, value, rule, "Leave out the film, or that.")
 
     def _require_no_remeshing(self) -> None:
         """Refuse what only a mesh of our own can have: another element size, refinement, a symmetry cell."""

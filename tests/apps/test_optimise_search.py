@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
 
-from fea.apps.optimise.designs import Design, Limit
+from fea.apps.optimise.designs import Design
+from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import LocalModel, search
 
 N, LIMITS = 6, 5

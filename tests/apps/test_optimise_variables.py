@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.optimise.designs import Limit, required
+from fea.apps.optimise.limits import Limit, required
 from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.variables import variables
 from fea.study.option_tables import OptimiseTable, parse_free

@@ -1,129 +1,27 @@
-"""Designs of a rod that a search tries, the mesh of one moved to the next, and what limits each."""
+"""Designs of a rod that a search tries, and the mesh of one moved to the next."""
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import count
 
 import numpy as np
 
 from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.buckling import buckling_report
+from fea.analysis.film import film_at
 from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
+from fea.apps.optimise.limits import FILM, Limit, Thinnest, limits, required
 from fea.apps.optimise.record import Record
 from fea.apps.optimise.variables import Variables
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
 from fea.machine.clock import Clock
 from fea.output.json_file import JsonObject
-from fea.study.option_tables import OptimiseTable
-from fea.study.study import Study
-from geometry.arrays import Floats, Mask
-from geometry.errors import GeometryError
+from geometry.arrays import Floats
+from geometry.errors import GeometryError, require
 from mesh.tetmesh import MeshError
-
-YIELDING, FATIGUE, BUCKLING = "yielding", "fatigue", "buckling"
-_PLACES = ("big end", "shank", "small end")
-
-
-def required(study: Study) -> dict[str, float]:
-    """Return the safety factors, less their error bars, that a study asks for, by mode of failure."""
-    table, usual = study.optimise or OptimiseTable(), study.analysis.min_safety or 1.0
-    asked = (table.min_yield_safety, table.min_fatigue_safety, table.min_buckling_safety)
-    return {mode: own or usual for mode, own in zip((YIELDING, FATIGUE, BUCKLING), asked, strict=True)}
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A limit on a rod, by mode of failure and place: ``"fatigue, shank"``.
-
-    `factor` is the smallest safety factor there over all speeds, `error_percent` the error bar of the stress
-    behind it, `required` what the factor less its bar must reach.
-    """
-
-    name: str
-    factor: float
-    error_percent: float
-    required: float
-
-    @property
-    def low(self) -> float:
-        """The factor if the stress is higher by its error bar."""
-        return self.factor / (1 + self.error_percent / 100)
-
-    @property
-    def margin(self) -> float:
-        """Share of what the rod may bear that is left, at most 1; linear in the stress, so smooth."""
-        return 1 - self.required / self.low
-
-
-def limits(rod: PreparedRod, results: Sequence[SpeedResult], asked: Mapping[str, float]) -> tuple[Limit, ...]:
-    """Return the limits of a rod that is solved at all speeds; each is the worst of them.
-
-    Stress limits the rod in both ends and in the shank, each by itself: the largest stress of one place
-    changes smoothly with the dimensions, that of the whole rod has a kink wherever the place changes. Raises
-    `SingularMatrixError`: see `fea.analysis.buckling.buckling_report`.
-    """
-    worst: dict[str, Limit] = {}
-    for result in results:
-        for limit in (*_of_stress(rod, result, asked), *_of_buckling(rod, result, asked)):
-            if limit.name not in worst or limit.margin < worst[limit.name].margin:
-                worst[limit.name] = limit
-    return tuple(worst.values())
-
-
-def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
-    bar = max(case.error_percent for case in result.cases.values())
-    if result.cycle is None:
-        counts = np.all([case.counts for case in result.cases.values()], axis=0)
-        factors = {YIELDING: np.min([case.safety_factor for case in result.cases.values()], axis=0)}
-    else:
-        counts, envelope = result.cycle.counts, result.cycle.envelope
-        factors = {YIELDING: 1 / np.maximum(envelope.usage, 1e-300)}
-        if envelope.fatigue_factor is not None:
-            factors[FATIGUE] = np.where(np.isnan(envelope.fatigue_factor), np.inf, envelope.fatigue_factor)
-    limits_here = []
-    for place, own in zip(_PLACES, _places(rod), strict=True):
-        here = own & counts
-        for mode, factor in factors.items():
-            least = float(factor[here].min(initial=np.inf))
-            if np.isfinite(least):
-                limits_here.append(Limit(f"{mode}, {place}", least, bar, asked[mode]))
-    return [*limits_here, *_of_edges(result, asked)]
-
-
-def _of_edges(result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
-    edges = [edge for case in result.cases.values() for edge in case.sharp_mattering]
-    if not edges:
-        return []
-    worst = min(edges, key=lambda edge: edge.safety_factor / (1 + edge.error_percent / 100))
-    return [Limit(f"{YIELDING}, sharp edge", worst.safety_factor, worst.error_percent, asked[YIELDING])]
-
-
-def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:
-    """Nodes (n_nodes,) of big end, shank and small end."""
-    x, bores = rod.mesh.whole.points[:, 0], rod.mesh.bores
-    shape = rod.study.rod.dimensions
-    if shape is None:
-        raise ValueError("only a rod with dimensions has places")
-    big, small = x <= shape.big_end_radius, x >= bores.rod_length - shape.small_end_radius
-    return big, ~(big | small), small
-
-
-def _of_buckling(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
-    figures = buckling_report(rod, result).figures
-    column = [
-        Limit(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, asked[BUCKLING])
-        for plane, one in figures.column.planes.items()
-        if one.safety_factor is not None
-    ]
-    modes = [mode.factor for own in (figures.modes or {}).values() for mode in own]
-    return (
-        [*column, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked[BUCKLING])] if modes else column
-    )
-
 
 # Of the way from a rod that can be meshed to one that cannot, after which a search goes less far.
 _SHORTER = 0.5
@@ -143,6 +41,8 @@ class Design:
     infeasibility: float = 0.0
     remeshed: bool = False  #: whether its mesh was made for it, rather than moved from another rod's
     mesh: int = 0  #: number of the mesh that was made for it or that its own was moved from
+    #: of each speed, the smallest film on the fine grid over that on the coarse one, on that mesh
+    finer: Sequence[float] = ()
 
     @property
     def margin(self) -> float:
@@ -168,6 +68,7 @@ class _Made:
     number: int
     coarsest: float
     moving: MovingRod | None = None
+    finer: Sequence[float] = ()
 
 
 class Designs:
@@ -186,7 +87,9 @@ class Designs:
         morphing: bool = True,
         record: Record | None = None,
     ) -> None:
-        self.variables = variables
+        # What limits a design takes of its film is computed apart, on the coarse grid where that will do.
+        options = replace(variables.study.analysis, film=False)
+        self.variables = replace(variables, study=replace(variables.study, analysis=options))
         self.tried: list[Design] = []
         self.count = 0
         self._listener, self._morphing, self._record = listener, morphing, record
@@ -271,9 +174,14 @@ class Designs:
         self, kind: str, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool, before: int
     ) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
-        margins = limits(adapted.rod, results, self._required)
+        made = next(made for made in self._made if made.number == mesh)
+        films = self._films(adapted.rod, results, made.finer) if FILM in self._required else []
+        made.finer = [film.finer for film in films]
+        margins = limits(adapted.rod, results, self._required, films)
         infeasibility = float(np.linalg.norm(asked - x))
-        design = Design(x, adapted.rod.mass.mass / KG, margins, infeasibility, remeshed, mesh)
+        design = Design(
+            x, adapted.rod.mass.mass / KG, margins, infeasibility, remeshed, mesh, finer=made.finer
+        )
         self.tried.append(replace(design, infeasibility=0.0))
         self.count += 1
         self._now += self.count - before
@@ -282,6 +190,24 @@ class Designs:
             self._record.add({"kind": kind, "asked": asked.tolist(), "count": self.count, "design": known})
         self._listener(design, self.count, self._now)
         return design
+
+    def _films(
+        self, rod: PreparedRod, results: Sequence[SpeedResult], finer: Sequence[float]
+    ) -> list[Thinnest]:
+        """The film at each speed: whole on a mesh's first rod; of others on the coarse grid, corrected.
+
+        Raises `InvalidValue`: the film of the rod that was asked for starves or overheats.
+        """
+        speeds = [result.rpm or 0.0 for result in results]
+        if finer:
+            return [Thinnest.like(rod, rpm, ratio) for rpm, ratio in zip(speeds, finer, strict=True)]
+        found = [result.film or film_at(rod, result.rpm or 0.0) for result in results]
+        for rpm, film in zip(speeds, found, strict=True):
+            rule = f"cannot be sought: the film of the rod as it is, at {rpm:g} rpm, is {film.verdict}"
+            remedy = "Look at it with fea run --film; change [film], or the speeds."
+            first = not self.tried
+            require(film.sound or not first, "optimise.min_film_um", self._required[FILM], rule, remedy)
+        return [Thinnest.of(film) for film in found]
 
     def _recorded(self, kind: str, asked: Floats) -> Design | None:
         entry: JsonObject | None = None if self._record is None else self._record.next(kind, asked)
@@ -292,7 +218,7 @@ class Designs:
         design = Design(**known | own)
         if design.remeshed:
             self._meshes = design.mesh
-            self._made.append(_Made(design.x, design.mesh, self._coarsest))
+            self._made.append(_Made(design.x, design.mesh, self._coarsest, finer=design.finer))
         self.tried.append(replace(design, infeasibility=0.0))
         self.count = entry["count"]
         return design

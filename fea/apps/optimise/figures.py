@@ -8,7 +8,8 @@ from pathlib import Path
 from rich.table import Table
 
 from fea.analysis.figures import Figures
-from fea.apps.optimise.designs import Design, Limit
+from fea.apps.optimise.designs import Design
+from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import SearchResult
 from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
@@ -34,7 +35,7 @@ class DimensionFigures(Figures):
 
 
 class LimitFigures(Figures):
-    """A limit, before and after: the safety factor and the error bar of the stress behind it.
+    """A limit, before and after: the safety factor, or the film in µm, and the error bar behind it.
 
     `assured_after` is the factor less its bar, `active` whether it keeps the rod from being lighter.
     """

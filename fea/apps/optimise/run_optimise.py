@@ -9,8 +9,9 @@ import numpy as np
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import RunResult, run_result
-from fea.apps.optimise.designs import Design, Designs, Limit, limits, required
+from fea.apps.optimise.designs import Design, Designs
 from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
+from fea.apps.optimise.limits import FILM, Limit, Thinnest, limits, required
 from fea.apps.optimise.record import record
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
 from fea.apps.optimise.variables import Variables, variables
@@ -25,6 +26,7 @@ from fea.output.plots.figure import new_figure, save
 from fea.output.target import PictureError
 from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_vtu
+from fea.study.option_tables import OptimiseTable
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -193,7 +195,7 @@ def search_study(study: Study) -> Study:
 
     The peaks of both ends and of the shank limit a rod, each by itself, and so not only the governing one.
     Mass properties that the study gives are left out: they are those of its own rod. Raises `InvalidValue`:
-    the rod is in separate parts, or comes from a mesh.
+    the rod is in separate parts, or comes from a mesh, or there can be no oil film that is asked for.
     """
     rule = "cannot be combined with fea optimise: every design would take minutes"
     remedy = "Remove [assembly], then check the lighter rod with it: fea run."
@@ -202,7 +204,11 @@ def search_study(study: Study) -> Study:
     study.require_loading()
     given, size = study.analysis.tolerance_percent, study.mesh.size_mm
     tolerance = given if given is not None or size is not None else TOLERANCE
-    cycle, least = study.engine is not None, None if study.optimise is None else study.optimise.min_rpm
+    table = study.optimise or OptimiseTable()
+    if table.min_film_um is not None:
+        study.require_film("optimise.min_film_um", table.min_film_um)
+        study = replace(study, analysis=replace(study.analysis, film=True))
+    cycle, least = study.engine is not None, table.min_rpm
     if least is not None:
         speeds = study.engine_speeds(study.require_engine())
         study = replace(study, speed=replace(study.speed, rpm=tuple(dict.fromkeys((*speeds, least)))))
@@ -221,7 +227,9 @@ def checked(free: Variables, x: Floats) -> Checked:
     adapted = adapt_mesh(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]
     outcomes = tuple(run_result(study, adapted, result) for result in results)
-    return Checked(study, outcomes, limits(adapted.rod, results, required(study)))
+    asks = required(study)
+    films = [Thinnest.of(result.film) for result in results if result.film is not None and FILM in asks]
+    return Checked(study, outcomes, limits(adapted.rod, results, asks, films))
 
 
 def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
