@@ -1,6 +1,6 @@
 """The crank cycle of a study: columns, extremes with their crank angles, mean torque."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -59,20 +59,20 @@ def columns(c: EngineInstants, rpm: float) -> dict[str, npt.ArrayLike]:
 
 # A peak between the angles of the table that is higher by this part of it is told.
 _MISSED = 0.01
-# What a reader looks for first; the other columns are in the CSV file.
-EXTREMES = (
-    "gas_N",
-    "piston_velocity_m_s",
-    "piston_acceleration_m_s2",
-    "rod_angular_acceleration_rad_s2",
-    "pin_axial_N",
-    "crank_axial_N",
-    "crank_transverse_N",
-    "wall_N",
-    "torque_Nm",
-    "shaking_x_N",
-    "shaking_y_N",
-)
+# What a reader looks for first, in words and with its unit; the other columns are in the CSV file.
+EXTREMES = {
+    "gas_N": ("gas force", "N"),
+    "piston_velocity_m_s": ("piston velocity", "m/s"),
+    "piston_acceleration_m_s2": ("piston acceleration", "m/s²"),
+    "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²"),
+    "pin_axial_N": ("axial force, piston pin", "N"),
+    "crank_axial_N": ("axial force, crank pin", "N"),
+    "crank_transverse_N": ("transverse force, crank pin", "N"),
+    "wall_N": ("wall force on the piston", "N"),
+    "torque_Nm": ("torque", "N·m"),
+    "shaking_x_N": ("shaking force along cylinder", "N"),
+    "shaking_y_N": ("shaking force across cylinder", "N"),
+}
 WHOLE_ENGINE = ("torque_Nm", "shaking_x_N", "shaking_y_N")
 
 
@@ -129,7 +129,7 @@ class ForceReport:
         first = vars(self._figures(self.first, EXTREMES))
         return ForceFigures(study=study, rpm=self.rpm, note=self.note or None, engine=whole, **first)
 
-    def _figures(self, table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> "EngineForceFigures":
+    def _figures(self, table: dict[str, npt.ArrayLike], names: Iterable[str]) -> "EngineForceFigures":
         torque = mean_torque(table)
         power = torque * self.rpm * RPM / 1e3
         return EngineForceFigures(extremes=extremes(table, names), mean_torque_Nm=torque, mean_power_kW=power)
@@ -199,7 +199,7 @@ def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
     )
 
 
-def extremes(table: dict[str, npt.ArrayLike], names: tuple[str, ...]) -> dict[str, Extreme]:
+def extremes(table: dict[str, npt.ArrayLike], names: Iterable[str]) -> dict[str, Extreme]:
     """Find largest and least values of some columns: the first of those that rounding alone tells apart."""
     degrees, largest = np.asarray(table["crank_deg"]), {}
     for name in names:

@@ -16,36 +16,6 @@ from geometry.arrays import Floats
 if TYPE_CHECKING:
     from fea.pins.assembly import AssemblyPins
 
-COLUMNS = (
-    "rpm",
-    "yield_safety_factor",
-    "yield_crank_deg",
-    "yield_x_mm",
-    "yield_y_mm",
-    "yield_z_mm",
-    "fatigue_safety_factor",
-    "fatigue_x_mm",
-    "fatigue_y_mm",
-    "fatigue_z_mm",
-    "mean_MPa",
-    "amplitude_MPa",
-    "stress_ratio",
-    "crossland_safety_factor",
-    "column_safety_factor",
-    "buckling_factor",
-)
-# Of a table of load cases: the last two are the factors by the column formulas and of the solid's modes.
-_CASE_COLUMNS = (
-    "crank_deg",
-    "pin_axial_N",
-    "crank_axial_N",
-    "max_von_mises_MPa",
-    "min_safety_factor",
-    "column_safety_factor",
-    "buckling_factor",
-)
-# Of such a table of an assembled rod: the largest force of a bolt, and the joint.
-_ASSEMBLY_COLUMNS = ("bolt_N", "joint_clamp_N", "joint_open_percent", "joint_opening_um", "slip_reserve")
 MODES = {
     "yield": "yield_safety_factor",
     "fatigue": "fatigue_safety_factor",
@@ -57,9 +27,9 @@ MODES = {
 class SpeedMap:
     """The worst of the cycle at several speeds."""
 
-    #: (n_speeds,) by the names of `COLUMNS`, speeds increasing; NaN where fatigue is not judged. Crossland's
-    #: factor is the least of the whole rod at speeds that were run in full, at others that of the worst
-    #: places against yielding and fatigue. Of buckling the least of every case.
+    #: (n_speeds,) by name, speeds increasing; NaN where fatigue is not judged. Crossland's factor is the
+    #: least of the whole rod at speeds that were run in full, at others that of the worst places against
+    #: yielding and fatigue. Of buckling the least of every case.
     columns: dict[str, Floats]
     #: Lowest speed, rpm, from which each of `MODES` fails; None where it does not within the map
     critical: Mapping[str, float | None]
@@ -82,63 +52,67 @@ def speed_map(summaries: Sequence[Summary]) -> SpeedMap | None:
     critical = known[0].critical_speeds_rpm if known else None
     if critical is None:
         return None
-    values = np.array(sorted(map(_row, summaries)), dtype=np.float64)
-    return SpeedMap(dict(zip(COLUMNS, values.T, strict=True)), critical)
+    rows = [_row(summary) for summary in sorted(summaries, key=lambda summary: summary.rpm or 0.0)]
+    return SpeedMap({name: np.array([row[name] for row in rows], float) for name in rows[0]}, critical)
 
 
-def _row(summary: Summary) -> list[float]:
+def _row(summary: Summary) -> Mapping[str, float | None]:
     envelope = summary.envelope
     if envelope is None or summary.rpm is None:
         raise ValueError("a map over speeds needs the cycle at each of them")
-    fatigue, nowhere = envelope.fatigue, (None, None, None)
-    values = (
-        summary.rpm,
-        envelope.min_safety_factor,
-        envelope.crank_deg,
-        *envelope.at_mm,
-        *((None, *nowhere) if fatigue is None else (fatigue.fatigue_safety_factor, *fatigue.at_mm)),
-        *(nowhere if fatigue is None else (fatigue.mean_MPa, fatigue.amplitude_MPa, fatigue.stress_ratio)),
-        envelope.min_crossland_safety_factor,
-        summary.buckling.column.min_safety_factor,
-        summary.buckling.min_mode_factor,
-    )
-    return [np.nan if value is None else float(value) for value in values]
+    fatigue = envelope.fatigue
+    stress = ("mean_MPa", "amplitude_MPa", "stress_ratio")
+    return {
+        "rpm": summary.rpm,
+        "yield_safety_factor": envelope.min_safety_factor,
+        "yield_crank_deg": envelope.crank_deg,
+        **_place("yield", envelope.at_mm),
+        "fatigue_safety_factor": None if fatigue is None else fatigue.fatigue_safety_factor,
+        **_place("fatigue", (None, None, None) if fatigue is None else fatigue.at_mm),
+        **{name: getattr(fatigue, name, None) for name in stress},
+        "crossland_safety_factor": envelope.min_crossland_safety_factor,
+        "column_safety_factor": summary.buckling.column.min_safety_factor,
+        "buckling_factor": summary.buckling.min_mode_factor,
+    }
+
+
+def _place(of: str, at: Sequence[float | None]) -> dict[str, float | None]:
+    return {f"{of}_{axis}_mm": coordinate for axis, coordinate in zip("xyz", at, strict=True)}
 
 
 def case_rows(summaries: Sequence[Summary]) -> list[list[str]]:
     """Return the extremes of every run as rows of text: a heading, then one row per speed and load case."""
-    assembled = any(summary.assembly is not None for summary in summaries)
-    rows = [["rpm", "case", *_CASE_COLUMNS, *(_ASSEMBLY_COLUMNS if assembled else ())]]
+    rows = []
     for summary in summaries:
-        for name, result in summary.results.items():
-            load = summary.loads[name]
-            values = (
-                load.crank_deg,
-                load.pin_axial_N,
-                load.crank_axial_N,
-                result.max_von_mises_MPa,
-                result.min_safety_factor,
-                *summary.buckling.of_case(name),
-                *(_of_assembly(summary, name) if assembled else ()),
-            )
-            rows.append(
-                [f"{summary.rpm:g}", name, *("" if value is None else f"{value:.7g}" for value in values)]
-            )
-    return rows
+        for name in summary.results:
+            figures = ("" if value is None else f"{value:.7g}" for value in _of_case(summary, name).values())
+            rows.append([f"{summary.rpm:g}", name, *figures])
+    return [["rpm", "case", *_of_case(summaries[0], next(iter(summaries[0].results)))], *rows]
 
 
-def _of_assembly(summary: Summary, case: str) -> tuple[float | None, ...]:
-    """Return what bolts and joint do in a case, in the order of `_ASSEMBLY_COLUMNS`."""
-    if summary.assembly is None:
-        return (None,) * len(_ASSEMBLY_COLUMNS)
-    joint = summary.assembly.joint.by_case[case]
-    return (
-        max(bolt.force_N for bolt in summary.assembly.bolts.by_case[case]),
-        joint.clamp_force_N,
-        joint.open_percent,
-        joint.opening_um,
-        joint.slip_reserve,
-    )
+def _of_case(summary: Summary, case: str) -> dict[str, float | None]:
+    """Return the figures of a load case; of an assembled rod, bolts and joint, too."""
+    load, result = summary.loads[case], summary.results[case]
+    formulas, modes = summary.buckling.of_case(case)
+    figures = {
+        "crank_deg": load.crank_deg,
+        "pin_axial_N": load.pin_axial_N,
+        "crank_axial_N": load.crank_axial_N,
+        "max_von_mises_MPa": result.max_von_mises_MPa,
+        "min_safety_factor": result.min_safety_factor,
+        "column_safety_factor": formulas,
+        "buckling_factor": modes,
+    }
+    if summary.assembly is not None:
+        joint = summary.assembly.joint.by_case[case]
+        figures |= {
+            "bolt_N": max(bolt.force_N for bolt in summary.assembly.bolts.by_case[case]),
+            "joint_clamp_N": joint.clamp_force_N,
+            "joint_open_percent": joint.open_percent,
+            "joint_opening_um": joint.opening_um,
+            "slip_reserve": joint.slip_reserve,
+        }
+    return figures
 
 
 # The name of that speed among the critical ones.

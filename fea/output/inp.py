@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from fea.base.material import Material
 from fea.output.text import write_text
-from geometry.arrays import Floats, Ints
-from mesh.tetmesh import FACES, TetMesh
+from geometry.arrays import Floats
+from mesh.tetmesh import FACES, TetMesh, faces_behind
 
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
 _ELEMENT = {1: "C3D4", 2: "C3D10"}
@@ -96,21 +96,13 @@ def _rows(numbers: Sequence[int]) -> Iterator[str]:
 
 
 def _surfaces(mesh: TetMesh) -> Iterator[str]:
-    faces = np.sort(mesh.tets[:, FACES].reshape(-1, 3), axis=1)
-    keys = _keys(faces, len(mesh.points))
-    order = np.argsort(keys)
-    for surface, facets in mesh.facets.items():
-        if not facets.size:
+    for surface, (behind, _) in faces_behind(mesh).items():
+        if not behind.size:
             continue
-        found = order[np.searchsorted(keys[order], _keys(np.sort(facets[:, :3], axis=1), len(mesh.points)))]
         yield f"*SURFACE, NAME={surface.name}_FACES, TYPE=ELEMENT"
-        element, face = np.divmod(found, len(FACES))
+        element, face = np.divmod(behind, len(FACES))
         numbers = zip((element + 1).tolist(), _FACE_NUMBER[face].tolist(), strict=True)
         yield from (f"{n},S{number}" for n, number in numbers)
-
-
-def _keys(faces: Ints, n_points: int) -> Ints:
-    return np.asarray((faces[:, 0] * n_points + faces[:, 1]) * n_points + faces[:, 2])
 
 
 def _sections(mesh: TetMesh, materials: Mapping[str, Material]) -> Iterator[str]:

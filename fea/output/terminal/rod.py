@@ -109,19 +109,6 @@ def print_modes(figures: "ModesFigures", console: Console | None = None) -> None
     print_lines(console, [f"{orders_of}; four-stroke engines excite half orders, too."])
 
 
-_NAMES = {
-    "gas_N": ("gas force", "N"),
-    "piston_velocity_m_s": ("piston velocity", "m/s"),
-    "piston_acceleration_m_s2": ("piston acceleration", "m/s²"),
-    "rod_angular_acceleration_rad_s2": ("rod angular acceleration", "rad/s²"),
-    "pin_axial_N": ("axial force, piston pin", "N"),
-    "crank_axial_N": ("axial force, crank pin", "N"),
-    "crank_transverse_N": ("transverse force, crank pin", "N"),
-    "wall_N": ("wall force on the piston", "N"),
-    "torque_Nm": ("torque", "N·m"),
-    "shaking_x_N": ("shaking force along cylinder", "N"),
-    "shaking_y_N": ("shaking force across cylinder", "N"),
-}
 # Rounding errors of quantities that cancel in the whole engine are smaller than this.
 _NOISE = 1e-9
 _MOST_TABLES = 4  # with more speeds, one line each
@@ -140,12 +127,12 @@ def print_forces(reports: Sequence[ForceReport], study: str) -> None:
             title = f"{study}, {report.rpm:g} rpm"
             table = plain_table(titles, (), left=("", "unit"), title=title, title_justify="left")
             for name, extreme in extremes(report.first, EXTREMES).items():
-                _add(table, *_NAMES[name], extreme)
+                _add(table, *EXTREMES[name], extreme)
             table.add_row(*_mean("mean torque, one cylinder", mean_torque(report.first), report.rpm))
             if report.engine is not None:
                 table.add_section()
                 for name, extreme in extremes(report.engine, WHOLE_ENGINE).items():
-                    quantity, unit = _NAMES[name]
+                    quantity, unit = EXTREMES[name]
                     _add(table, f"whole engine: {quantity}", unit, extreme)
                 table.add_row(*_mean("whole engine: mean torque", mean_torque(report.engine), report.rpm))
             console.print(table)

@@ -27,6 +27,8 @@ from fea.verify.assembled_body import (
 )
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, held, hoop_stress, nodes_of, uniform
+from fea.verify.michell import displacement as wave_displacement
+from fea.verify.michell import stresses
 from geometry.arrays import Floats
 from geometry.bodies import Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
@@ -54,36 +56,24 @@ class _Fit:
     def michell_share(self) -> float:
         """Amplitude of the pressure of the fit over q, under a pressure q cos 2φ in the bore.
 
-        The stress functions r⁴, r², 1 and r⁻² times cos 2φ of both rings are solved for stresses that are
-        given inside and outside, and for pressures and radial displacements that agree at the fit, without
-        shear.
+        The stress functions of both rings are solved for stresses that are given inside and outside, and for
+        pressures and radial displacements that agree at the fit, without shear.
         """
         a, b, c = self.radii
         rows, side = np.zeros((8, 8)), np.zeros(8)
         inner, outer = slice(0, 4), slice(4, 8)
-        for row, (ring, place) in enumerate(((inner, a), (inner, b), (outer, b), (outer, c))):
-            rows[row, ring] = _wave_stress(place)[1]
-        rows[4, inner], side[4] = _wave_stress(a)[0], -1.0
-        rows[5, outer] = _wave_stress(c)[0]
-        rows[6, inner], rows[6, outer] = _wave_stress(b)[0], -_wave_stress(b)[0]
-        rows[7, inner] = _wave_displacement(self.materials[0], b)
-        rows[7, outer] = -_wave_displacement(self.materials[1], b)
+        radial, _, shear = stresses(np.array([a, b, b, c]), 2)
+        for row, ring in enumerate((inner, inner, outer, outer)):
+            rows[row, ring] = shear[row]
+        rows[4, inner], side[4] = radial[0], -1.0
+        rows[5, outer] = radial[3]
+        rows[6, inner], rows[6, outer] = radial[1], -radial[1]
+        rows[7, inner] = wave_displacement(self.materials[0], b, 2)
+        rows[7, outer] = -wave_displacement(self.materials[1], b, 2)
         # The functions differ by powers of the radius.
         scale = np.abs(rows).max(axis=0)
         factors = np.linalg.solve(rows / scale, side) / scale
-        return float(abs(_wave_stress(b)[0] @ factors[inner]))
-
-
-def _wave_stress(r: float) -> tuple[Floats, Floats]:
-    """σ_r over cos 2φ and τ over sin 2φ of r⁴, r², 1 and r⁻² (Timoshenko & Goodier 1970, article 43)."""
-    radial = np.array([0.0, -2.0, -4 * r**-2, -6 * r**-4])
-    return radial, np.array([6 * r * r, 2.0, -2 * r**-2, -6 * r**-4])
-
-
-def _wave_displacement(material: Material, r: float) -> Floats:
-    """u_r over cos 2φ of the same (Barber 2010, table 9.1, plane stress), mm per MPa."""
-    kappa = (3 - material.poissons_ratio) / (1 + material.poissons_ratio)
-    return np.array([(kappa - 3) * r**3, -2 * r, (kappa + 1) / r, 2 * r**-3]) / (2 * material.shear_modulus)
+        return float(abs(radial[1] @ factors[inner]))
 
 
 _STEEL, _BRONZE = Material(207e3, 0.3, 7.85e-9, 500.0), Material(110e3, 0.34, 8.8e-9, 200.0)
