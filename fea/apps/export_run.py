@@ -27,6 +27,7 @@ from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.rod.given import PART, meshed_rod
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
+from fea.solid.stress import matrices
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import PINS
 from fea.study.study import Study
@@ -139,8 +140,6 @@ def _known(run: StoredRun) -> Iterator[Known]:
 
 
 Array = npt.NDArray[Any]
-# Rows of the six components XX YY ZZ XY YZ XZ in a full tensor, row by row: gmsh takes nine.
-_FULL = [0, 3, 5, 3, 1, 4, 5, 4, 2]
 _ORDER_OF_MIDDLES = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]
 
 
@@ -230,7 +229,7 @@ def _content(
     points = dict(point_data)
     if form.module == "gmsh":
         tensors = [name for name, values in points.items() if values.shape[1:] == (6,)]
-        points |= {name: np.asarray(points[name][:, _FULL]) for name in tensors}
+        points |= {name: matrices(points[name]).reshape(-1, 9) for name in tensors}  # gmsh takes all nine
     if not form.surfaces or not mesh.facets:
         # VTK has no name for integers that meshio writes.
         plain = {name: values.astype(float) for name, values in cell_data.items()}

@@ -14,7 +14,7 @@ import numpy as np
 from fea.judge.verdict import CAP
 from fea.solid.notch import NotchField, VNotch, fitted
 from fea.solid.sharp_edges import SharpEdges, Walks
-from fea.solid.stress import von_mises
+from fea.solid.stress import matrices, von_mises
 from geometry.arrays import Floats, Ints, Mask
 
 # Element size, of the shorter flank and within so much of the thickness, with which the structural stress and
@@ -153,7 +153,7 @@ class SharpPlaces:
                     opening=float(edges.opening[row]),
                     length=float(edges.length[row]),
                     thickness=float(measure[at, side]),
-                    stress=float(away @ _tensor(spots[at, side]) @ away),
+                    stress=float(away @ matrices(spots[at, side]) @ away),
                     von_mises=float(sizes[k, side]),
                     bar=float(bars[at, side]),
                     yield_strength=float(safety_factor[node] * equivalent[node]),
@@ -206,7 +206,8 @@ class SharpPlaces:
         step = _NOTCH * measure.min(axis=1) / _STEPS
         flanks = [edges.walks(side, step, _STEPS, rows) for side in (0, 1)]
         sampled = [
-            np.einsum("nsi,nsij,nsj->ns", walk.ahead, _tensor(walk.of(stress)), walk.ahead) for walk in flanks
+            np.einsum("nsi,nsij,nsj->ns", walk.ahead, matrices(walk.of(stress)), walk.ahead)
+            for walk in flanks
         ]
         distance = step[:, None] * np.arange(1, _STEPS + 1)
         fields: list[NotchField | None] = []
@@ -233,8 +234,3 @@ def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
     return np.concatenate(
         [np.zeros(0, dtype=np.int64), *(row[np.argsort(-heat[row], kind="stable")[:_MOST]] for row in rows)]
     )
-
-
-def _tensor(stress: Floats) -> Floats:
-    """Matrices (…, 3, 3) of tensors (…, 6)."""
-    return np.asarray(stress[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])

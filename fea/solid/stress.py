@@ -5,6 +5,11 @@ import numpy as np
 from geometry.arrays import Floats
 
 
+def matrices(stress: Floats) -> Floats:
+    """Symmetric matrices (…, 3, 3) of tensors (…, 6), components XX YY ZZ XY YZ XZ."""
+    return np.asarray(stress[..., [[0, 3, 5], [3, 1, 4], [5, 4, 2]]])
+
+
 def von_mises(stress: Floats) -> Floats:
     """Von Mises stress (…,) of tensors (…, 6), components XX YY ZZ XY YZ XZ."""
     xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)

@@ -1,7 +1,6 @@
 """A study: the complete input of a run, from a shipped study or a TOML file."""
 
 import difflib
-import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -28,19 +27,16 @@ from fea.study.option_tables import (
     OutputTable,
     SpeedTable,
 )
-from fea.study.paths import is_file, located, require_size, require_text
+from fea.study.paths import is_file, located, require_text
 from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
+from fea.study.toml_files import parse_toml, read_toml
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh
 
-# A key with 64 dotted parts or more, refused because the parser's time grows with their square.
-_NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
-_DECIMAL_COMMA = re.compile(r"(?m)^[^#\n=]*=\s*([+-]?\d+,\d+)\s*(?:#.*)?$")
-LARGEST_STUDY = 2**18  # bytes; the longest list of speeds takes a tenth
 DEFAULT_STUDY = "leon-2001"
 
 
@@ -354,6 +350,11 @@ def shipped_studies() -> tuple[str, ...]:
     return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
 
+def shipped_tables(name: str) -> dict[str, Any]:
+    """Return the tables of a shipped study."""
+    return tomllib.loads((resources.files("fea") / "studies" / f"{name}.toml").read_text(encoding="utf-8"))
+
+
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     """Load a shipped study by name, or a TOML file, a CAD file or a mesh by path.
 
@@ -363,8 +364,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     require(isinstance(source, str | Path), "STUDY", source, "must be a name or a path")
     source = str(source)
     if source in shipped_studies():
-        text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
-        return parse_study(text, source, Path.cwd())
+        return study_of_tables(shipped_tables(source), source, Path.cwd())
     path = Path(source)
     if (is_cad(path) or is_mesh(path)) and is_file(path):
         require_text("STUDY", source)
@@ -376,12 +376,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
         remedy = nearest(source, shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor an existing file", remedy)
     require_text("STUDY", source)
-    try:
-        require_size("STUDY", path, LARGEST_STUDY)
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidValue("STUDY", source, f"cannot be read ({error})") from error
-    return parse_study(text, path.stem, path.resolve().parent)
+    return study_of_tables(read_toml("STUDY", path), path.stem, path.resolve().parent)
 
 
 def _beside(path: Path) -> str:
@@ -395,18 +390,7 @@ def _beside(path: Path) -> str:
 
 def parse_study(text: str, name: str, folder: Path) -> Study:
     """Parse the text of a study file; raises `InvalidValue`: see `load_study`."""
-    rule, remedy = "nests its keys too deeply", "Use one level of tables, or two as in [material.bushing]."
-    require(_NESTED.search(text) is None, "STUDY", name, rule, remedy)
-    try:
-        raw = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # a number with too many digits gives a plain ValueError
-        comma, remedy = _DECIMAL_COMMA.search(text), ""
-        if comma is not None:
-            remedy = (
-                f"Write {comma[1].replace(',', '.')}: TOML has a decimal point, not a comma ({comma[1]})."
-            )
-        raise InvalidValue("STUDY", f"{name}.toml", f"is not valid TOML: {error}", remedy) from error
-    return study_of_tables(raw, name, folder)
+    return study_of_tables(parse_toml("STUDY", f"{name}.toml", text), name, folder)
 
 
 def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:

@@ -1,20 +1,27 @@
 """The study that a sweep starts from, and the designs made of it."""
 
 import hashlib
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fea.study.option_tables import SpeedTable
 from fea.study.paths import is_file
-from fea.study.study import TABLES, Study, load_study, shipped_studies, study_of_tables, with_own_units
+from fea.study.study import (
+    TABLES,
+    Study,
+    load_study,
+    shipped_studies,
+    shipped_tables,
+    study_of_tables,
+    with_own_units,
+)
 from fea.study.tables import full_key, hints_of, keys_of, number_of, unknown_key
+from fea.study.toml_files import read_toml
 from geometry.errors import InvalidValue, require
 
 
@@ -67,10 +74,9 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     place = source if shipped else str(folder / source)
     study = load_study(place)
     if shipped:
-        text = (resources.files("fea") / "studies" / f"{source}.toml").read_text(encoding="utf-8")
-        raw = tomllib.loads(text)
+        raw = shipped_tables(source)
     elif Path(place).suffix.lower() == ".toml":
-        raw = tomllib.loads(Path(place).read_text(encoding="utf-8-sig"))
+        raw = read_toml("study", Path(place))
     else:
         raw = {"rod": study.rod.as_dict()}
     raw = with_own_units(raw)

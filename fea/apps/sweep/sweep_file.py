@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,9 +11,9 @@ from typing import Any
 from fea.analysis.figures import Figures
 from fea.apps.sweep.base import Base, Extras, digest, files_of, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, Variation, designs, read_designs, variation, whole
-from fea.study.paths import is_file, located, require_size
-from fea.study.study import LARGEST_STUDY
+from fea.study.paths import is_file, located
 from fea.study.tables import checked, unknown_key
+from fea.study.toml_files import read_toml
 from geometry.errors import InvalidValue, require
 
 _KEYS = ("study", "sampling", "samples", "seed", "designs", "frequencies", "limits", "set", "vary")
@@ -58,14 +57,7 @@ def load_sweep(path: Path) -> Sweep:
     """Load a sweep file. Raises `InvalidValue`: unreadable, no valid TOML, unknown key, or a broken rule."""
     name = str(path)
     require(is_file(path), "SWEEP", name, "is not an existing file", "fea sweep --help shows an example.")
-    try:
-        require_size("SWEEP", path, LARGEST_STUDY)
-        raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidValue("SWEEP", name, f"cannot be read ({error})") from error
-    except (ValueError, RecursionError) as error:
-        raise InvalidValue("SWEEP", path.name, f"is not valid TOML: {error}") from error
-    return parse_sweep(raw, path.stem, path.resolve().parent)
+    return parse_sweep(read_toml("SWEEP", path), path.stem, path.resolve().parent)
 
 
 def parse_sweep(raw: Mapping[str, Any], name: str, folder: Path) -> Sweep:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
 from fea.solid.inertia import body_forces
+from fea.solid.stress import matrices
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.constrained import displacement
 from fea.verify.benchmark import Quantities, Quantity, benchmark
@@ -144,8 +145,7 @@ def goodier_body(size: float, order: int = 2) -> LoadedBody:
     mesh = mesh_body(Revolution(sides), 18 * size, order=order, fine=fine, growth=0.35)
 
     def traction(places: Floats, normals: Floats) -> Floats:
-        tensor = goodier_stress(places)[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
-        return np.asarray((tensor @ normals[:, :, None])[:, :, 0])
+        return np.asarray((matrices(goodier_stress(places)) @ normals[:, :, None])[:, :, 0])
 
     forces = traction_forces(mesh, Surface.OUTER, traction)
     return LoadedBody(mesh, STEEL, forces, held(mesh, {}), (Surface.INNER,))

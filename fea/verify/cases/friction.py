@@ -7,6 +7,7 @@ import numpy as np
 from fea.base.material import Material
 from fea.contact.interfaces import MatingFaces
 from fea.contact.multipliers import radial
+from fea.solid.stress import matrices
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody, along_x, along_y, apart, radius
 from fea.verify.benchmark import Quantities, Quantity, benchmark
@@ -34,7 +35,7 @@ def joint_patch(size: float) -> Quantities:
     """
     middle, end, width, height = 0.4, 1.0, 0.6, 0.5
     stress = np.array([-100.0, 60.0, 35.0, 40.0, -25.0, 30.0])  # XX YY ZZ XY YZ XZ, MPa
-    tensor = stress[[0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(3, 3)
+    tensor = matrices(stress)
     for order in (1, 2):
         blocks = tuple(
             Prism(rectangle(x, (0, width), (_FREE,) * 4), (0.0, height), bottom=_FREE)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from worker import von_mises
 
+from fea.solid.stress import matrices
 from fea.solid.supports import rigid_modes
 
 
@@ -55,11 +56,6 @@ def same_order(gauss: np.ndarray, places: np.ndarray, wanted: np.ndarray) -> np.
     return np.take_along_axis(gauss, nearest, axis=1)
 
 
-def tensors(stress: np.ndarray) -> np.ndarray:
-    """Components XX YY ZZ XY YZ ZX as (n, 3, 3)."""
-    return stress[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
-
-
 def compare(reference: dict[str, np.ndarray], answer: dict[str, np.ndarray]) -> dict[str, float]:
     """Largest differences over the largest value of the reference."""
     points = reference["points"]
@@ -85,7 +81,7 @@ def read(path: Path) -> dict[str, np.ndarray]:
     """The answer of one of our workers, or of CalculiX."""
     if path.suffix == ".frd":
         found = read_frd(path)
-        return {"displacement": found["DISP"], "mean": von_mises(tensors(found["STRESS"]))}
+        return {"displacement": found["DISP"], "mean": von_mises(matrices(found["STRESS"]))}
     with np.load(path) as data:
         return dict(data)
 
