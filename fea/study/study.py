@@ -350,7 +350,7 @@ def shipped_studies() -> tuple[str, ...]:
     return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
 
 
-def shipped_tables(name: str) -> dict[str, Any]:
+def shipped_tables(name: str) -> Mapping[str, Any]:
     """Return the tables of a shipped study."""
     return tomllib.loads((resources.files("fea") / "studies" / f"{name}.toml").read_text(encoding="utf-8"))
 

@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ _DECIMAL_COMMA = re.compile(r"(?m)^[^#\n=]*=\s*([+-]?\d+,\d+)\s*(?:#.*)?$")
 _LARGEST = 2**18  # bytes; the longest list of speeds takes a tenth
 
 
-def read_toml(what: str, path: Path) -> dict[str, Any]:
+def read_toml(what: str, path: Path) -> Mapping[str, Any]:
     """Return the tables of a file, `what` in messages. Raises `InvalidValue`: unreadable, no valid TOML."""
     try:
         require_size(what, path, _LARGEST)
@@ -24,7 +25,7 @@ def read_toml(what: str, path: Path) -> dict[str, Any]:
     return parse_toml(what, path.name, text)
 
 
-def parse_toml(what: str, name: str, text: str) -> dict[str, Any]:
+def parse_toml(what: str, name: str, text: str) -> Mapping[str, Any]:
     """Return the tables of the text of a file; errors as `read_toml`."""
     rule, remedy = "nests its keys too deeply", "Use one level of tables, or two as in [material.bushing]."
     require(_NESTED.search(text) is None, what, name, rule, remedy)

@@ -79,10 +79,10 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
         raw = read_toml("study", Path(place))
     else:
         raw = {"rod": study.rod.as_dict()}
-    raw = with_own_units(raw)
-    raw.pop("output", None)
-    Base(study.name, raw, study.folder, ()).require_presets_alone(fixed)
-    with_all = changed(raw, fixed)
+    tables = with_own_units(raw)
+    tables.pop("output", None)
+    Base(study.name, tables, study.folder, ()).require_presets_alone(fixed)
+    with_all = changed(tables, fixed)
     asked = Base(study.name, with_all, study.folder, ()).study({})
     return Base(study.name, with_all, study.folder, tuple(files_of(asked.as_dict())))
 
