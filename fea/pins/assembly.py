@@ -6,8 +6,9 @@ and slip add over a cycle is spanned by the largest singular vectors of its stat
 Sirovich 1987, Q. Appl. Math. 45, 561).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from operator import itemgetter
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -45,6 +46,9 @@ from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
 
+# Distance of the forces of the pins, over their size, within which the state of another instant, also solved
+# from rest, makes a good first guess.
+_ALIKE = 0.5
 # Distance from a mirror plane, over the hole's radius, within which a bolt's axis lies on it.
 _ON_PLANE = 1e-6
 
@@ -173,9 +177,10 @@ class AssemblyPins(ContactPins):
             return parts.start
         if key not in self._from_rest:
             (load,) = self.assembly.loads(instant[None])
+            like = _alike(load, self._from_rest.values())
             try:
                 with one_blas_thread():
-                    self._from_rest[key] = parts.step(load, parts.start)
+                    self._from_rest[key] = parts.steps().step(load, parts.start, like)
             except ContactError as error:
                 raise type(error)(f"{instant.name}: {error}" if instant.name else str(error)) from error
         return self._from_rest[key]
@@ -192,6 +197,13 @@ class AssemblyPins(ContactPins):
         """Return patterns of what acts between the parts, and inertia."""
         self._spanned = frozenset(map(_cycle_key, cycles))
         return AssemblyUnits(self, cycles)
+
+
+def _alike(load: Load, states: Iterable[ContactState]) -> ContactState | None:
+    """Return the state with the nearest forces of the pins; None where they are not near."""
+    away = [(float(np.linalg.norm(state.load.pins - load.pins)), state) for state in states]
+    least, state = min(away, key=itemgetter(0), default=(np.inf, None))
+    return state if least < _ALIKE * np.linalg.norm(load.pins) else None
 
 
 def _key(*acting: Floats) -> bytes:

@@ -2,11 +2,13 @@
 
 Friction makes an instant depend on those before it, and preload makes stress no multiple of the load. A
 point is therefore gone through as `fea run --cycle` does, and the stress of its instants is solved directly.
-What is interpolated anyway is estimated from the instants that decide.
+Elsewhere the factors are estimated from the instants that decide, each from the rod at rest: what came before
+changes a factor by about as much as it did at the last point that was gone through.
 """
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import NamedTuple
@@ -20,6 +22,7 @@ from fea.analysis.cycle.unit_solutions import UnitSolutions
 from fea.analysis.prepare import PreparedRod
 from fea.apps.limits.states import (
     EVERY_PLACE,
+    Histories,
     Mode,
     State,
     States,
@@ -44,8 +47,6 @@ from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
-# Points of a survey at which the whole cycle is gone through.
-_FULL = 2
 # Instants whose responses are in memory at once.
 _AT_ONCE = 24
 # Forces of one parity, over those of the other, that are none; and a utilisation that is none.
@@ -101,9 +102,11 @@ class _Solved(NamedTuple):
     weights: Weights
     states: list[AssemblyState]
 
-    def histories(self, rows: Sequence[Ints]) -> list[Floats]:
-        """Stress (n, 6, n_instants) of some rows of each part."""
-        return [part.stress(self.weights, some) for part, some in zip(self.parts, rows, strict=True)]
+
+def _most_stressed(solved: _Solved) -> list[tuple[PartRows, Ints, Floats]]:
+    """Rows of each part that may be the worst, with their stress (n, 6, n_instants)."""
+    pairs = [(part, closest(usage_of(part, solved.weights))) for part in solved.parts]
+    return [(part, rows, part.stress(solved.weights, rows)) for part, rows in pairs]
 
 
 class AssembledStates(States):
@@ -115,61 +118,77 @@ class AssembledStates(States):
         super().__init__(rod)
         self._rod, self._pins = rod, pins
         self._start = pins.assembly.sums(pins.assembly.assembled.start)
-        self._surveyed, self._decided = 0, np.zeros(0)  # decided: crank angles, rad
+        self._decided = np.zeros(0)  # crank angles, rad
+        self._gone_through: tuple[CrankCycle, State] | None = None
+        self._history = dict[Mode, float]()  # factors over those without what came before
 
     @property
     def rest(self) -> State:
         """Return the factors of the rod that is put together, as warm as the engine."""
         return self._worst(self._solved(self._pins.resting), np.zeros(1))
 
-    def survey(self, cycle: CrankCycle) -> State:
-        """Return the factors over a cycle; after two, at the instants that decided before and at its peaks.
+    def estimate(self, cycle: CrankCycle) -> State:
+        """Estimate the factors over a cycle at the instants that decided before and at its peaks."""
+        if self._gone_through is not None:
+            at, state = self._gone_through
+            self._gone_through, before = None, self._from_rest(at)
+            ratios = {mode: state[mode].factor / own.factor for mode, own in before.items() if mode in state}
+            self._history |= {mode: ratio for mode, ratio in ratios.items() if math.isfinite(ratio)}
+        return {
+            mode: replace(own, factor=own.factor * self._history.get(mode, 1.0))
+            for mode, own in self._from_rest(cycle).items()
+        }
 
-        These are solved without what came before them.
-        """
-        if self._surveyed < _FULL:
-            self._surveyed += 1
-            return self.at(cycle)
-        return self._estimated(cycle)
-
-    def _estimated(self, cycle: CrankCycle) -> State:
-        peaks = peak_cases(cycle).cases
-        angles = np.union1d(self._decided, peaks.crank_angle[peaks.in_cycle])
-        first = self._solved(cycle.at(angles))
+    def _from_rest(self, cycle: CrankCycle) -> dict[Mode, Worst]:
+        first, angles = self._at_decided(cycle)
         return self._worst(first, angles) | {Mode.BUCKLING: self.buckling(cycle)}
 
-    def certify(self, cycle: CrankCycle, state: State) -> bool:  # noqa: ARG002
-        """Every place was looked at."""
-        return True
+    def _at_decided(self, cycle: CrankCycle) -> tuple[_Solved, Floats]:
+        peaks = peak_cases(cycle).cases
+        angles = np.union1d(self._decided, peaks.crank_angle[peaks.in_cycle])
+        return self._solved(cycle.at(angles)), angles
 
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place; every place is looked at."""
-        angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
         try:
-            first = self._solved(cycle.at(angles), cycle)
+            (places, angles), states = self._over(cycle)
         except UnsettledError:
             self.unsettled += 1
-            return self._estimated(cycle)
-        rows = [closest(usage_of(part, first.weights)) for part in first.parts]
-        histories = first.histories(rows)
-        usage = [judged(*own) for own in zip(first.parts, histories, rows, strict=True)]
+            return self.estimate(cycle)
+        found = worst(places, angles) | self._of_parts(states, angles)
+        found[Mode.BUCKLING] = self.buckling(cycle)
+        self._gone_through = cycle, found
+        return found
+
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:
+        """Return the most stressed places: see `States.histories`."""
+        with suppress(UnsettledError):
+            if not estimated:
+                return self._over(cycle)[0]
+        solved, angles = self._at_decided(cycle)
+        stress = 1 / self._history.get(Mode.FATIGUE, 1.0)
+        return [(part, rows, stress * own) for part, rows, own in _most_stressed(solved)], angles.tolist()
+
+    def _over(self, cycle: CrankCycle) -> tuple[Histories, list[AssemblyState]]:
+        """Go through a cycle: at every few degrees, then around the instants that decide."""
+        angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
+        first = self._solved(cycle.at(angles), cycle)
+        places = _most_stressed(first)
+        histories = [own for _, _, own in places]
+        usage = [judged(part, own, rows) for part, rows, own in places]
         self._decided = np.union1d(self._decided, decisive(angles, histories, usage, 0))
         least = self._of_parts(first.states, angles.tolist()).values()
         of_parts = around(np.array([own.crank_angle for own in least if own.crank_angle is not None]))
         more = np.setdiff1d(np.union1d(decisive(angles, histories, usage), of_parts), angles)
         second = self._solved(cycle.at(more), cycle)
-        both = zip(histories, second.histories(rows), strict=True)
-        found = worst(
-            [*zip(first.parts, rows, (np.concatenate(own, axis=2) for own in both), strict=True)],
-            [*angles, *more],
-        )
-        found |= self._of_parts([*first.states, *second.states], [*angles, *more])
-        return found | {Mode.BUCKLING: self.buckling(cycle)}
+        both = [
+            (part, rows, np.concatenate([own, of_second.stress(second.weights, rows)], axis=2))
+            for (part, rows, own), of_second in zip(places, second.parts, strict=True)
+        ]
+        return (both, [*angles, *more]), [*first.states, *second.states]
 
     def _worst(self, solved: _Solved, angles: Floats) -> dict[Mode, Worst]:
-        rows = [closest(usage_of(part, solved.weights)) for part in solved.parts]
-        places = [*zip(solved.parts, rows, solved.histories(rows), strict=True)]
-        return worst(places, angles.tolist()) | self._of_parts(solved.states, angles.tolist())
+        return worst(_most_stressed(solved), angles.tolist()) | self._of_parts(solved.states, angles.tolist())
 
     def _solved(self, instants: Instants, cycle: CrankCycle | None = None) -> _Solved:
         """Stress of every place at instants, and what bolts and interfaces do."""

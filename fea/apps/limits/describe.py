@@ -150,6 +150,8 @@ def _sentences(
         yield from _of_pressure(found, pressure)
     if closed is not None:
         yield f"With the throttle closed: {with_bar(closed.value, closed.bar, 'rpm')}; there {ends(closed)}."
+    if found.estimated:
+        yield "This is estimated; what is solved follows."
     yield from _of_life(found, load)
     if all(material.endurance_limit is None for material in found.rod.materials):
         yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
@@ -208,10 +210,8 @@ def _notes(found: Found) -> Iterator[Note]:
             "clearances and reliefs of the bores stay those of the study's speed and load", "pins"
         )
     if rod.assembly_contact is not None:
-        interpolated = (
-            "lines of the map between states that were solved are interpolated (limits.csv marks them)"
-        )
-        yield assumption(f"{interpolated}; the limits in words are solved", "map")
+        lines = "lines of the map are of the instants that decide, and interpolated where limits.csv says so"
+        yield assumption(f"{lines}; the limits in words are solved over their cycles", "map")
     if Mode.FILM in found.of_rays.limits:
         film = "its line is where a coarse film is as thin as the surfaces are rough, within some percent"
         yield assumption(f"{film} (fea run --film has the error of its grid)", "oil film")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ from fea.apps.limits.life import LifeMap, hours_at, life_map
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates
+from fea.solid.errors import ContactError
 from fea.study.pin_models import FILM
 from fea.study.study import Study
 from geometry.errors import require, require_positive
@@ -50,6 +52,7 @@ class Found:
     #: A mode with its utilisation beyond 1 before anything loads the rod; None where there is none
     spent: tuple[Mode, float] | None
     unsettled: int  #: number of states whose friction did not settle
+    estimated: bool  #: whether speeds and pressures are estimates as yet
     of_rays: LimitMap
     life: LifeMap | None = None  #: where it was asked for and is known
     hours: Mapping[float, float] = field(default_factory=dict)  #: by the speeds of the study, at its load
@@ -81,16 +84,18 @@ def explore(
 ) -> Found:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
-    `answered` is told what is found before the map is made, of a survey. `mapped`: whether it is
-    made. `lasting`: speeds, rpm, at which its life is found too, and all over the map.
+    `answered` is told what is found before the map is made, of a survey; of a rod in parts, it is estimated.
+    `mapped`: whether the map is made. `lasting`: speeds, rpm, at which its life is found too, and all over
+    the map.
     """
     rod = adapted.rod
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
     operation = Operation(rod.engine, rod.mass)
     required = rod.options.min_safety or 1.0
     axes = _axes(static, operation, rpm, required)
-    states = _states(rod, rpm, show)
+    states = _states(rod, operation, rpm, show)
     explorer = Explorer(states, operation, axes, required=required, show=show)
+    closed_throttle = operation.closed_throttle()
 
     def found(of_rays: LimitMap) -> Found:
         show("largest speed and pressure")
@@ -101,7 +106,7 @@ def explore(
             if pressure is None and speed is not None and at_rpm is None:
                 lower = max(100 * math.floor(_LOWER * speed.high / 100), operation.idle)
                 pressure = _pressure(explorer, of_rays, lower)
-        closed = explorer.fastest(of_rays, operation.closed_throttle())
+        closed = explorer.fastest(of_rays, closed_throttle)
         worst = min(ending(explorer.rest).items(), key=lambda each: -each[1], default=None)
         return Found(
             rod=rod,
@@ -114,21 +119,21 @@ def explore(
             closed=closed,
             spent=worst if worst is not None and worst[1] > 1 else None,
             unsettled=states.unsettled,
+            estimated=not explorer.certain,
             of_rays=of_rays,
         )
 
     first = found(explorer.survey())
     answered(first)
+    of_rays = explorer.map() if mapped else first.of_rays
+    explorer.certain = True
+    last = found(of_rays)
     if not mapped:
-        return first
-    of_rays = explorer.map()
-    last = replace(first, of_rays=of_rays) if states.dear else found(of_rays)
+        return last
     if rod.study.analysis.film and of_rays.limits:
         last = replace(last, of_rays=with_film(rod, operation, of_rays, show))
     if not lasting:
         return last
-    if not isinstance(states, SuperposedStates):
-        return replace(last, lifeless="the rod is in parts (fea run with [duty] gives it for its speeds)")
     show("life")
     life = life_map(states, operation, of_rays, required)
     if life is None:
@@ -137,10 +142,14 @@ def explore(
     return replace(last, life=life, hours=hours)
 
 
-def _states(rod: PreparedRod, rpm: float, show: Callable[[str], None]) -> States:
+def _states(rod: PreparedRod, operation: Operation, rpm: float, show: Callable[[str], None]) -> States:
     pins = rod.assembly_contact
     if pins is not None:
-        return AssembledStates(rod, pins)
+        show("the cycle of the study")
+        states = AssembledStates(rod, pins)
+        with suppress(ContactError):  # its instants that decide are those of others, too
+            states.at(operation.cycle(rpm, operation.today(rpm)))
+        return states
     show("unit solutions")
     return SuperposedStates(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
 

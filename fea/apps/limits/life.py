@@ -11,13 +11,13 @@ import numpy as np
 
 from fea.apps.limits.limit_map import LimitMap
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.states import Mode, SuperposedStates
+from fea.apps.limits.states import Mode, States
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
 
-_RAYS = 5
-# Utilisations against fatigue, over the required factor, at which the number of cycles is found.
-_USAGE = np.geomspace(0.7, 2.2, 8)
+# Rays, and utilisations against fatigue, over the required factor, at which the number of cycles is found;
+# and rays where states are dear.
+_RAYS, _USAGE, _OF_DEAR = 5, np.geomspace(0.7, 2.2, 8), 3
 _CYCLES_PER_HOUR = 30.0  # at 1 rpm, of a four-stroke engine
 
 
@@ -42,27 +42,29 @@ class LifeMap:
         return np.asarray(np.where(usage <= self.endless, np.inf, hours))
 
 
-def life_map(
-    states: SuperposedStates, operation: Operation, of_rays: LimitMap, required: float
-) -> LifeMap | None:
+def life_map(states: States, operation: Operation, of_rays: LimitMap, required: float) -> LifeMap | None:
     """Find the life over the map; None where no limit by fatigue or no S–N line is known."""
     limits = of_rays.loads.get(Mode.FATIGUE, np.zeros(0))
     rays = np.flatnonzero(np.isfinite(limits))
     if not rays.size or states.endless is None:
         return None
-    some = np.unique(rays[np.linspace(0, rays.size - 1, _RAYS).round().astype(int)])
+    count, still = _OF_DEAR if states.dear else _RAYS, of_rays.rest.get(Mode.FATIGUE, 0.0)
+    some = np.unique(rays[np.linspace(0, rays.size - 1, count).round().astype(int)])
     logarithms = np.full((some.size, _USAGE.size), np.nan)
     for row, ray in enumerate(some):
-        for column, load in enumerate(limits[ray] * _USAGE):
+        for column, load in enumerate(limits[ray] * (_USAGE - still) / (1 - still)):
+            if load <= 0:  # utilised more before anything loads it
+                continue
             point = of_rays.axes.point(float(of_rays.angles[ray]), float(load))
             try:
-                logarithms[row, column] = math.log10(states.lasting(operation.cycle(*point)))
+                cycles = states.lasting(operation.cycle(*point), estimated=True)
             except ContactError:  # no state of contact carries so much
                 break
+            logarithms[row, column] = math.log10(cycles)
     return LifeMap(of_rays, of_rays.angles[some], logarithms, required if states.endless else 0.0)
 
 
-def hours_at(states: SuperposedStates, operation: Operation, rpm: float) -> float:
+def hours_at(states: States, operation: Operation, rpm: float) -> float:
     """Hours at today's load and a speed, rpm; infinite without damage."""
     cycle = operation.cycle(rpm, operation.today(rpm))
     if states.endless and states.at(cycle)[Mode.FATIGUE].factor >= 1:

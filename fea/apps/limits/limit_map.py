@@ -5,8 +5,9 @@ line of operation, such as one speed or the full load of every speed, may cross 
 gas relieves inertia. A survey of a few rays tells between which points, and root finding on the states does
 the rest: the answer in words needs no more. The map has more rays, with the limit of every mode on each.
 
-States of a rod in parts are dear. Its map has the rays of the survey, and utilisations between the few states
-of a ray, and between these and the rod at rest, are interpolated.
+States of a rod in parts are dear. Until the map is there, its limits are estimates. The map has the rays of
+the survey, and utilisations between the few states of a ray, and between these and the rod at rest, are
+interpolated.
 """
 
 import math
@@ -194,17 +195,20 @@ class Explorer:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
         self._within = _OF_DEAR if states.dear else _FACTOR
-        self._known: dict[tuple[Operation, Point], State] = {}
+        self.certain = not states.dear  #: whether states are more than estimates
+        self._known: dict[tuple[Operation, Point, bool], State] = {}
         self._rays: dict[float, dict[float, State]] = {}  # by angle and load, those of the survey
-        self._edges: list[tuple[str, float, Limit]] = []
+        self._edges: list[tuple[str, float, Limit, bool]] = []
+        self._fastest: dict[Operation, float] = {}
         self.rest = {mode: required / worst.factor for mode, worst in states.rest.items()}
 
     def state(self, point: Point, operation: Operation | None = None) -> State:
         """Return the factors at a point; none where no state of contact carries the load."""
         operation = operation or self.operation
-        key = (operation, point)
+        key = (operation, point, self.certain)
         if key not in self._known:
-            self._known[key] = self._tried(self._states.at, operation, point)
+            find = self._states.at if self.certain else self._states.estimate
+            self._known[key] = self._tried(find, operation, point)
         return self._known[key]
 
     def _tried(self, find: Callable[[CrankCycle], State], operation: Operation, point: Point) -> State:
@@ -371,16 +375,18 @@ class Explorer:
 
     def _refined(self, line: Line, start: float, slope: float) -> tuple[Limit, float]:
         """Find the edge near a coordinate, d ln x/d level there; every place is looked at."""
-        for name, x, limit in self._edges:
+        for name, x, limit, certain in self._edges:
             if name == line.name and abs(x / start - 1) < _SAME:
-                return limit, x
+                if certain or not self.certain:
+                    return limit, x
+                start, slope = x, limit.slope
         while True:
             level = lambda at: self._least(line.point(at))[0]  # noqa: E731
             x, slope = _secant(level, start, slope, line.ends, self._within)
             point = line.point(x)
             if self._states.certify(self.operation.cycle(*point), self.state(point)):
                 limit = self._limit(point, slope)
-                self._edges.append((line.name, x, limit))
+                self._edges.insert(0, (line.name, x, limit, self.certain))
                 return limit, x
             self._known.clear()
 
@@ -397,9 +403,12 @@ class Explorer:
         """Find the highest speed of another engine, whose gas hardly counts; None if any is safe."""
         most, rpm = self.operation.fastest, self._axes.rpm
         least = float(of_rays.least(np.array(rpm), np.array(0.0)))
-        known = [min(rpm * math.sqrt(least), most)]
+        known = [self._fastest.get(operation, min(rpm * math.sqrt(least), most))]
         edge = root(lambda at: self._least((at, 1.0), operation)[0], most, known, self._within)
-        return None if edge is None else self._limit((edge[0], 1.0), edge[1], operation)
+        if edge is None:
+            return None
+        self._fastest[operation] = edge[0]
+        return self._limit((edge[0], 1.0), edge[1], operation)
 
 
 def _secant(

@@ -25,6 +25,7 @@ from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepare import PreparedRod
+from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.column import Plane, column
 from fea.judge.fatigue import criterion_strength, reversed_amplitude
@@ -66,6 +67,8 @@ class Worst:
 
 
 State = Mapping[Mode, Worst]
+#: Rows of parts with their stress (n, 6, n_instants), and the crank angles of these, rad
+Histories = tuple[list[tuple[PartRows, Ints, Floats]], list[float]]
 
 # Degrees from one instant of the first stage to the next, on all places and on those that may be the worst;
 # and half the width of the second, whose instants are a degree apart.
@@ -91,6 +94,7 @@ class States(ABC):
         material = rod.materials[part_at(rod.mesh.whole, least.x)]
         elastic = (material.youngs_modulus, material.yield_strength)
         self._column = min(column(plane, stations, least, *elastic).least for plane in Plane)
+        self._criterion, self._materials = rod.options.fatigue, rod.materials
 
     @property
     def rest(self) -> State:
@@ -101,13 +105,52 @@ class States(ABC):
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place."""
 
-    @abstractmethod
     def survey(self, cycle: CrankCycle) -> State:
         """Return the factors over a cycle, for a first map."""
+        return self.estimate(cycle)
+
+    def estimate(self, cycle: CrankCycle) -> State:
+        """Return the factors over a cycle, for a search."""
+        return self.at(cycle)
+
+    def certify(self, cycle: CrankCycle, state: State) -> bool:  # noqa: ARG002
+        """Look at every place; whether none is worse than those that a state is of, else follow it."""
+        return True
 
     @abstractmethod
-    def certify(self, cycle: CrankCycle, state: State) -> bool:
-        """Look at every place; whether none is worse than those that a state is of, else follow it."""
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:
+        """Return rows of parts with their stress at the instants that decide, and these, rad."""
+
+    @cached_property
+    def endless(self) -> bool | None:
+        """Whether stress below the endurance limit does no damage; None where no S–N line is known."""
+        known = (self._life_line(material, np.ones(1)) for material in self._materials)
+        lines = [line for line in known if line is not None]
+        return all(line.endless for line in lines) if lines else None
+
+    def lasting(self, cycle: CrankCycle, *, estimated: bool = False) -> float:
+        """Crank cycles to failure of the places that decide, as if every range of stress did damage.
+
+        Every range of the places of the largest ranges is counted, as `fea.analysis.life` does.
+        """
+        (places, angles), most = self.histories(cycle, estimated=estimated), 0.0
+        for part, rows, history in places:
+            line = self._life_line(part.material, part.surface(rows))
+            if line is None:
+                continue
+            signed = signed_equivalent(history)[:, np.argsort(angles)]
+            high, low = signed.max(axis=1), signed.min(axis=1)
+            largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
+            for row in np.argsort(-largest / line.limit)[:COUNTED]:
+                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
+                own = replace(line, limit=line.limit[[row]])
+                most = max(most, float((1 / own.cycles(amplitude[:, None])).sum()))
+        return 1 / max(most, _TINY)
+
+    def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
+        """The S–N line with factors of surfaces; None where it, or what mean stress does, is not known."""
+        known = criterion_strength(self._criterion, material) is not None
+        return LifeLine.of(material, surface) if known else None
 
     def buckling(self, cycle: CrankCycle) -> Worst:
         """Return the factor against buckling, which depends on the forces alone."""
@@ -173,43 +216,10 @@ class SuperposedStates(States):
 
     def at(self, cycle: CrankCycle) -> State:
         """Return the factor of each mode over a cycle, with its place."""
-        return worst(*self._places(cycle)) | {Mode.BUCKLING: self.buckling(cycle)}
+        return worst(*self.histories(cycle)) | {Mode.BUCKLING: self.buckling(cycle)}
 
-    @cached_property
-    def endless(self) -> bool | None:
-        """Whether stress below the endurance limit does no damage; None where no S–N line is known."""
-        lines = [
-            line for part in self._parts if (line := self._life_line(part, np.zeros(1, int))) is not None
-        ]
-        return all(line.endless for line in lines) if lines else None
-
-    def lasting(self, cycle: CrankCycle) -> float:
-        """Crank cycles to failure of the places that decide, as if every range of stress did damage.
-
-        Every range of the places of the largest ranges is counted, as `fea.analysis.life` does.
-        """
-        places, angles = self._places(cycle)
-        criterion, most = self._analysis.fatigue, 0.0
-        for part, rows, history in places:
-            line = self._life_line(part, rows)
-            if line is None:
-                continue
-            signed = signed_equivalent(history)[:, np.argsort(angles)]
-            high, low = signed.max(axis=1), signed.min(axis=1)
-            largest = reversed_amplitude(criterion, (high + low) / 2, (high - low) / 2, part.material)
-            for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(criterion, *rainflow(signed[row]), part.material)
-                own = replace(line, limit=line.limit[[row]])
-                most = max(most, float((1 / own.cycles(amplitude[:, None])).sum()))
-        return 1 / max(most, _TINY)
-
-    def _life_line(self, part: PartRows, rows: Ints) -> LifeLine | None:
-        """The S–N line at some rows; None where it is not known, or its correction for mean stress."""
-        known = criterion_strength(self._analysis.fatigue, part.material) is not None
-        return LifeLine.of(part.material, part.surface(rows)) if known else None
-
-    def _places(self, cycle: CrankCycle) -> tuple[list[tuple[PartRows, Ints, Floats]], list[float]]:
-        """Rows of each part with their histories at instants that decide, and these, rad."""
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:  # noqa: ARG002
+        """Return the places that may be the worst, with their stress: see `States.histories`."""
         if not any(map(len, self._followed)):
             self.follow()
         coarse = np.append(np.arange(0, 720, _COARSE) * DEG, gas_peak(cycle))
