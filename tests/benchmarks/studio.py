@@ -6,6 +6,7 @@ beside them stands the processor time of the processes.
 
 import argparse
 import os
+import signal
 import sys
 import tempfile
 import time
@@ -14,9 +15,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from browser import browser
-from studios import served
+from studios import gone, served
 
-KEY = "web_thickness_mm"
+KEY, SECONDS = "web_thickness_mm", 20
 # Move a slider to and fro for so many seconds; how many events, frames and pictures that were a second.
 DRAG = """(async (key, seconds) => {
   const own = document.getElementById(`in-${key}`), item = feaStudio.sliders.items.get(key);
@@ -71,6 +72,58 @@ def memory(pid):
     return next(int(line.split()[1]) // 1024 for line in lines if line.startswith("VmRSS"))
 
 
+def drag(studio, shown, options, began):
+    """Open the page, drag, and let go; say what each of these took."""
+
+    def wait(condition):
+        while not shown.run(f"Boolean({condition})"):
+            time.sleep(0.05)
+
+    def said(what, since):
+        pids = [studio.process.pid, *studio.workers()]
+        print(
+            f"{what}: {time.monotonic() - since:.1f} s; server and workers: processor "
+            f"{', '.join(f'{processor(pid):.1f}' for pid in pids)} s, memory "
+            f"{', '.join(str(memory(pid)) for pid in pids)} MiB",
+            flush=True,
+        )
+
+    def rest(what):
+        since = time.monotonic()
+        wait("feaStudio.current && feaStudio.shown.label !== 'interpolated'")
+        said(f"{what}, exact", since)
+        wait("feaStudio.current && feaStudio.shown.label === 'converged'")
+        said(f"{what}, converged", since)
+
+    shown.open(studio.address, 1400, 1130)
+    wait("feaStudio.shown?.figures")
+    said("first picture", began)
+    rest("first design")
+    shown.run("document.getElementById('variant-name').value = 'as published'")
+    shown.run("document.querySelector('#keep button').click()")
+    since = time.monotonic()
+    shown.run(f"{DRAG}('{KEY}', 1)")
+    wait("feaStudio.anchors === 1")
+    said("anchors", since)
+    since = time.monotonic()
+    while time.monotonic() - since < 60 * options.minutes:
+        pids = [studio.process.pid, *studio.workers()]
+        before = [processor(pid) for pid in pids]
+        found = shown.run(f"{DRAG}('{KEY}', {SECONDS})")
+        used = [processor(pid) - own for pid, own in zip(pids, before, strict=True)]
+        each = ", ".join(f"{1e3 * own / max(1, SECONDS * found['frames']):.1f}" for own in used)
+        print(f"a second: {found}; an update, ms of server and workers: {each}")
+        said("dragging", since)
+    shown.run(f"feaStudio.sliders.items.get('{KEY}').range.value = 5.4")
+    shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new Event('change'))")
+    rest("another design")
+    print("a picture, ms:", shown.run(COST))
+    if options.target:
+        shown.run(f"document.getElementById('in-{KEY}').scrollIntoView({{ block: 'center' }})")
+        shown.run("scrollTo(0, 0)")
+        shown.screenshot(options.target / "studio.png")
+
+
 def main():
     asked = argparse.ArgumentParser()
     asked.add_argument("target", nargs="?", type=Path)
@@ -81,54 +134,13 @@ def main():
     with (
         tempfile.TemporaryDirectory() as folder,
         served(folder, options.study, "--no-browser", "--tolerance", "5") as studio,
-        browser("chromium") as shown,
     ):
-
-        def wait(condition):
-            while not shown.run(f"Boolean({condition})"):
-                time.sleep(0.05)
-
-        def said(what, since):
-            pids = [studio.process.pid, *studio.workers()]
-            print(
-                f"{what}: {time.monotonic() - since:.1f} s; server and workers: processor "
-                f"{', '.join(f'{processor(pid):.1f}' for pid in pids)} s, memory "
-                f"{', '.join(str(memory(pid)) for pid in pids)} MiB",
-                flush=True,
-            )
-
-        def rest(what):
-            since = time.monotonic()
-            wait("feaStudio.current && feaStudio.shown.label !== 'interpolated'")
-            said(f"{what}, exact", since)
-            wait("feaStudio.current && feaStudio.shown.label === 'converged'")
-            said(f"{what}, converged", since)
-
-        def keep(name):
-            shown.run(f"document.getElementById('variant-name').value = '{name}'")
-            shown.run("document.querySelector('#keep button').click()")
-
-        shown.open(studio.address, 1400, 1130)
-        wait("feaStudio.shown?.figures")
-        said("first picture", began)
-        rest("first design")
-        keep("as published")
-        since = time.monotonic()
-        shown.run(f"{DRAG}('{KEY}', 1)")
-        wait("feaStudio.anchors === 1")
-        said("anchors", since)
-        since = time.monotonic()
-        while time.monotonic() - since < 60 * options.minutes:
-            print("a second:", shown.run(f"{DRAG}('{KEY}', 20)"))
-            said("dragging", since)
-        shown.run(f"feaStudio.sliders.items.get('{KEY}').range.value = 5.4")
-        shown.run(f"document.getElementById('in-{KEY}').dispatchEvent(new Event('change'))")
-        rest("another design")
-        print("a picture, ms:", shown.run(COST))
-        if options.target:
-            shown.run(f"document.getElementById('in-{KEY}').scrollIntoView({{ block: 'center' }})")
-            shown.run("scrollTo(0, 0)")
-            shown.screenshot(options.target / "studio.png")
+        with browser("chromium") as shown:
+            drag(studio, shown, options, began)
+        workers = studio.workers()
+        studio.process.send_signal(signal.SIGINT)
+        code = studio.process.wait(60)
+        print(f"tab closed, then Ctrl-C: code {code}, workers {'' if gone(workers) else 'not '}gone")
 
 
 main()

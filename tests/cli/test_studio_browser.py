@@ -20,6 +20,29 @@ WEB = "document.getElementById('in-web_thickness_mm')"
 WHY = "document.getElementById('in-web_thickness_mm-why')"
 ROWS = "Array.from(document.querySelectorAll('#compare tbody tr'), (row) => row.innerText)"
 NUMBER = f"Number({WEB}.value)"
+# Random events of a slider; what the page shows after each frame must be of the frame's own design.
+FLOOD = """(async (key, events) => {
+  const own = document.getElementById(`in-${key}`), hear = feaStudio.on_frame.bind(feaStudio), mixed = [];
+  let frames = 0, seed = 39;
+  const random = () => (seed = (16807 * seed) % 2147483647) / 2147483647;
+  feaStudio.on_frame = (message) => {
+    const { dropped } = feaStudio, { state, serial } = message.header;
+    hear(message);
+    if (feaStudio.dropped > dropped) return;
+    frames++;
+    const web = state.design[key] ?? 5, of = document.getElementById("of").textContent;
+    const mass = document.querySelector(".card .big").textContent, stress = feaStudio.stage.values[0];
+    const same = mass === `${(100 * web).toFixed(1)} g` && Math.abs(stress - (106 + 7 * web)) < 1e-3;
+    const told = of.includes(key in state.design ? web.toFixed(2) : "as it is");
+    if (!same || !told || feaStudio.shown.serial !== serial) mixed.push({ web, mass, stress, of, serial });
+  };
+  for (let k = 0; k <= events; k++) {
+    own.value = 4 + 2 * random();
+    own.dispatchEvent(new Event(k === events || random() < 0.002 ? "change" : "input"));
+    if (k % 250 === 0) await new Promise(requestAnimationFrame);
+  }
+  return { frames, mixed };
+})("web_thickness_mm", 10000)"""
 
 
 def wait(shown, condition):
@@ -86,6 +109,13 @@ def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
         click(shown, "#redo")
         wait(shown, f"{NUMBER} < 6 && {ANSWERED}")
 
+        found = shown.run(FLOOD)
+        assert found["mixed"] == []
+        assert found["frames"] > 10
+        wait(shown, ANSWERED)
+        assert shown.run(CARDS)[0] == f"{100 * shown.run(NUMBER):.1f} g"
+        shown.run("delete feaStudio.on_frame")
+
         if name == "chromium":  # what follows is of the server, whatever the browser
             outlives_its_worker(shown, studio)
         asked = {url for url in shown.requests() if not url.startswith("data:")}
@@ -94,6 +124,9 @@ def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
             (studio.url.netloc, "/socket"),
         }
         assert shown.run(UNNAMED) == []
+        shown.run("document.getElementById('even').click()")  # each band lighter than the one before
+        light = [sum(bytes.fromhex(one[1:])) for one in shown.run("feaStudio.stage.field.colours")]
+        assert light == sorted(light)
         shown.size(390, 844)
         assert shown.run("document.documentElement.scrollWidth") <= 390
         assert shown.complaints() == []

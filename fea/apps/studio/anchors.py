@@ -4,17 +4,19 @@ All anchors are on one mesh, moved. Their weights at a design are those of unive
 covariance of the scaled dimensions and a linear trend (Sacks et al. 1989, eqs. 5-7): close to the polynomial
 through a few anchors on a line, and to a quadratic without mixed terms at a star of them.
 
-The error of the interpolation has two parts. What leaving out one anchor at a time changes gives the scale of
-the first (Dubrule 1983), and the covariance how it grows between the anchors. The second is of mixed terms,
-which anchors on lines do not show: it is in proportion to the products of the dimensions' distances from the
-nearest anchor. Both constants are fitted on rods that are solved: tests/benchmarks/studio_gap.py.
+The error of the interpolation has two parts. The first is of each dimension alone, on the line of anchors
+through the nearest one: what leaving out one of them at a time changes gives the scale (Dubrule 1983), the
+covariance how it grows between them. All anchors together would give every dimension the scale of the least
+smooth one. The second is of mixed terms, which lines do not show: it is in proportion to the products of what
+two dimensions change alone on the way from the nearest anchor, as where the stress is a product of powers of
+the dimensions. The constants are fitted on rods that are solved: tests/benchmarks/studio_gap.py.
 """
 
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,9 +44,10 @@ from loads.instants import Instants, joined
 
 # A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
 UNIT, _REACH = 0.15, 2.5
-# Standard deviations of the interpolation that are shown as its error; and the share of the stress that mixed
-# terms have where products of two distances are 1.
-GAP, _MIXED = 3.0, 0.012
+# Standard deviations of the interpolation that are shown as its error; and what mixed terms are over the
+# products of what two dimensions change alone.
+GAP, _MIXED = 3.0, 10.0
+_LEAST = 2e-4  # of the stress: what elements change that are curved in some rods and straight in others
 VAGUE = 0.02  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
 # of that against fatigue.
@@ -88,11 +91,11 @@ class Anchor:
     x: Floats  #: (n,) its scaled dimensions
     loading: Callable[[Study], Loading]  #: of its length
     mass: MassProperties
-    points: Floats  #: (n_nodes, 3) of the nodes of the cell that are followed
+    points: Singles  #: (n_nodes, 3) of the nodes of the cell that are followed
     parts: list[PartRows]  #: their unit stresses
     loads: UnitLoads | None  #: None where forces are given, which do not change
     solved: tuple[object, ...]  #: the `Loaded.key` for which its load cases are solved
-    deviators: Mapping[str, Singles]  #: (n_rows, 5) of each of these; empty where there are several parts
+    deviators: Mapping[str, Singles]  #: (5, n_rows) of each of these; empty where there are several parts
     angles: Angles  #: their crank angles
     errors: Mapping[str, Singles]  #: (n_rows,) of each, relative to the stress
     column: tuple[tuple[Section, ...], Section]
@@ -116,7 +119,7 @@ class Anchor:
         )
 
     def stress(self, loaded: Loaded, cases: Instants) -> Singles:
-        """Deviators (n_rows, 5, n_cases) of load cases, as they were solved or superposed."""
+        """Deviators (5, n_cases, n_rows) of load cases, as they were solved or superposed."""
         same = loaded.key == self.solved
         solved = [same and case.name in self.deviators and not _apart(case, self.angles) for case in cases]
         own = [
@@ -125,8 +128,8 @@ class Anchor:
         if not all(solved):
             weights = self._unit_loads.weights(cases)
             every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
-            own = [every[..., number] if one is None else one for number, one in enumerate(own)]
-        return np.stack([one for one in own if one is not None], axis=-1).astype(np.float32)
+            own = [every[..., number].T if one is None else one for number, one in enumerate(own)]
+        return np.stack([one for one in own if one is not None], axis=1).astype(np.float32)
 
     @property
     def _unit_loads(self) -> UnitLoads:
@@ -213,14 +216,14 @@ class Followed:
             for name, case in cases.items()
         }
         deviators = {
-            name: ((case.stress[self.whole] * self.flip) @ FROM_TENSOR[:5].T).astype(np.float32)
+            name: (FROM_TENSOR[:5] @ (case.stress[self.whole] * self.flip).T).astype(np.float32)
             for name, case in cases.items()
         }
         found = Anchor(
             x=x,
             loading=partial(_loading, length) if isinstance(given, EngineLoading) else lambda _study: given,
             mass=rod.mass,
-            points=rod.mesh.cell.points[self.nodes],
+            points=rod.mesh.cell.points[self.nodes].astype(np.float32),
             parts=[],
             loads=None,
             solved=loaded.key,
@@ -313,11 +316,11 @@ class Anchors:
             else:
                 stack = _Stack(which, loaded, self.followed, _angles(cases))
                 stacks.append(stack)
-        return Between(stack, self.followed, loaded, x)
+        return Between(stack, self.followed, x)
 
 
 class _Stack:
-    """The fields of some anchors under one load, (n_anchors, …) each."""
+    """The fields of some anchors under one load, (n_anchors, …, n_rows) each."""
 
     def __init__(
         self, anchors: list[Anchor], loaded: Loaded, followed: Followed, angles: Angles | None = None
@@ -331,8 +334,10 @@ class _Stack:
         self.names = [case.name for case in cases[0] if all(case.name in other.names for other in cases)]
         some = [each[np.isin(each.names, self.names)] for each in cases]
         self.stress = np.stack([one.stress(loaded, each) for one, each in zip(anchors, some, strict=True)])
-        relative = [np.stack([one.relative_error(name) for name in self.names], -1) for one in anchors]
-        self.error = np.stack(relative) * np.sqrt(np.einsum("ankc,ankc->anc", self.stress, self.stress))
+        relative = np.array([[one.relative_error(name) for name in self.names] for one in anchors])
+        self.error = relative * np.linalg.norm(self.stress, axis=1)
+        strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
+        self.share = np.where(followed.counts, 1 / strength, 0)  # of what counts: utilisation over stress
         self.points = np.stack([one.points for one in anchors])
         self.buckles = np.stack([one.buckles(loaded, each) for one, each in zip(anchors, own, strict=True)])
         self.mass = np.array([one.mass.mass for one in anchors])
@@ -362,41 +367,80 @@ class _Stack:
     def _inverse(self) -> tuple[Ints, Floats]:
         """The dimensions that vary, and the inverse of the kriging equations."""
         varied = np.flatnonzero(np.ptp(self._x, axis=0) > SAME)
-        x, count = self._x[:, varied], len(self._x)
-        trend = np.column_stack([np.ones(count), x])
-        system = np.zeros((count + trend.shape[1],) * 2)
-        system[:count, :count] = _covariance(x, x) + 1e-10 * np.eye(count)
-        system[:count, count:], system[count:, :count] = trend, trend.T
-        return varied, np.linalg.pinv(system, hermitian=True)
+        return varied, _inverse(self._x[:, varied])
 
     def weights(self, x: Floats) -> tuple[Floats, float]:
-        """Weights (n_anchors,) at scaled dimensions, and the standard deviation there in units of `scale`."""
-        if len(self.anchors) == 1:
-            return np.ones(1), 0.0
+        """Weights (n_anchors,) at scaled dimensions, and the standard deviation there over the scale."""
         varied, inverse = self._inverse
-        right = np.concatenate([_covariance(self._x[:, varied], x[None, varied])[:, 0], [1.0], x[varied]])
-        solution = inverse @ right
-        return solution[: len(self.anchors)], float(np.sqrt(max(0.0, 1.0 - right @ solution)))
+        return _weights(self._x[:, varied], inverse, x[varied])
 
-    def mixed(self, x: Floats) -> float:
-        """Root of the sum of the squared products of two distances from an anchor, the least of all."""
-        squares = (self._x - x) ** 2
-        products = (squares.sum(axis=1) ** 2 - (squares**2).sum(axis=1)) / 2
-        return float(np.sqrt(np.maximum(0.0, products)).min())
+    def _nearest(self, x: Floats) -> int:
+        """The anchor from which the products of two dimensions' distances are least."""
+        return int(_products(x - self._x).argmin())
 
-    def scale(self, row: int, case: int, direction: Floats) -> float:
-        """Scale of the errors of the stress at a row along a deviator of length 1, MPa."""
-        count = len(self.anchors)
-        if count == 1:
-            return 0.0
-        own = self._inverse[1][:count, :count]
-        left = own @ (self.stress[:, row, :, case] @ direction)
-        return float(np.sqrt((left**2 / np.maximum(np.diag(own), 1e-12)).mean()))
+    def lines(self, x: Floats) -> list["_Line"]:
+        """A line of each dimension that is another than the nearest anchor's; of all where one is unknown."""
+        nearest, found = self._x[self._nearest(x)], []
+        for number in np.flatnonzero(np.abs(x - nearest) > SAME):
+            beside = np.delete(self._x - nearest, number, axis=1)
+            on = np.flatnonzero(np.abs(beside).max(axis=1, initial=0.0) <= SAME)
+            line = self._x[on, number, None]
+            if len(on) < 3:
+                return [_Line(np.arange(len(self._x)), self._inverse[1], self.weights(x)[1])]
+            own = _inverse(line)
+            found.append(_Line(on, own, _weights(line, own, x[number, None])[1]))
+        return found
+
+    def alone(self, x: Floats) -> Floats:
+        """Weights (n_varied, n_anchors) of what each dimension alone changes from the nearest anchor to x."""
+        (varied, inverse), count = self._inverse, len(self.anchors)
+        away = x[varied] - self._x[:, varied]
+        slope = -_covariance(self._x[:, varied], x[None, varied]) * away / _REACH**2
+        right = np.concatenate([slope, np.zeros((1, len(varied))), np.eye(len(varied))])
+        return np.asarray(away[self._nearest(x)][:, None] * (inverse[:count] @ right).T)
+
+
+class _Line(NamedTuple):
+    """Anchors on a line."""
+
+    on: Ints  #: their numbers
+    inverse: Floats  #: of their kriging equations
+    deviation: float  #: standard deviation of the interpolation over the scale
+
+    def error(self, stress: Floats) -> float:
+        """Standard deviation of the interpolation of stresses (n_anchors,), MPa."""
+        count = len(self.on)
+        own = self.inverse[:count, :count]
+        left = own @ stress[self.on]
+        return self.deviation * float(np.sqrt((left**2 / np.maximum(np.diag(own), 1e-12)).mean()))
+
+
+def _inverse(x: Floats) -> Floats:
+    """Inverse of the kriging equations of anchors at scaled dimensions (n, m)."""
+    count, trend = len(x), np.column_stack([np.ones(len(x)), x])
+    system = np.zeros((count + trend.shape[1],) * 2)
+    system[:count, :count] = _covariance(x, x) + 1e-10 * np.eye(count)
+    system[:count, count:], system[count:, :count] = trend, trend.T
+    return np.asarray(np.linalg.pinv(system, hermitian=True))
+
+
+def _weights(x: Floats, inverse: Floats, at: Floats) -> tuple[Floats, float]:
+    """Weights (n,) of anchors (n, m) at a place (m,), and the standard deviation there over the scale."""
+    right = np.concatenate([_covariance(x, at[None])[:, 0], [1.0], at])
+    solution = inverse @ right
+    return solution[: len(x)], float(np.sqrt(max(0.0, 1.0 - right @ solution)))
 
 
 def _tensor(rows: Floats) -> Tensor:
     first, second, third = (vector(row) for row in rows)
     return first, second, third
+
+
+def _products(of: Floats) -> Floats:
+    """Root of the sum of the squared products of every two of the last axis."""
+    squares = of**2
+    doubled = squares.sum(axis=-1) ** 2 - (squares**2).sum(axis=-1)
+    return np.asarray(np.sqrt(np.maximum(0.0, doubled) / 2))
 
 
 def _covariance(one: Floats, other: Floats) -> Floats:
@@ -407,23 +451,22 @@ def _covariance(one: Floats, other: Floats) -> Floats:
 class Between:
     """What is interpolated at one design."""
 
-    def __init__(self, stack: _Stack, followed: Followed, loaded: Loaded, x: Floats) -> None:
-        self._stack, self._followed, self._loaded = stack, followed, loaded
-        self._weights, self._deviation = stack.weights(x)
+    def __init__(self, stack: _Stack, followed: Followed, x: Floats) -> None:
+        self._stack, self._followed = stack, followed
+        self._weights, self._lines = stack.weights(x)[0], stack.lines(x)
         single = self._weights.astype(np.float32)
-        stress = np.tensordot(single, stack.stress, 1)
-        self.von_mises = np.sqrt(np.einsum("nkc,nkc->nc", stress, stress))
-        self._stress, self._mixed = stress, _MIXED * stack.mixed(x)
+        self._stress = np.tensordot(single, stack.stress, 1)
+        self._alone = stack.alone(x)
+        self.von_mises = np.sqrt((self._stress**2).sum(axis=0))
+        self.used = self.von_mises * stack.share
         error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
-        strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
-        self.used = np.where(followed.counts[:, None], self.von_mises / strength[:, None], -1.0)
-        self.highest = self.used + error / strength[:, None]
-        self._points = np.tensordot(self._weights, stack.points, 1)
+        self.highest = (self.used + error * stack.share).max(axis=1)
+        self._points = np.tensordot(single, stack.points, 1)
 
     @cached_property
     def worst_gap(self) -> float:
         """Estimated error of the largest utilisation over it."""
-        row, case = np.unravel_index(int(self.used.argmax()), self.used.shape)
+        case, row = np.unravel_index(int(self.used.argmax()), self.used.shape)
         return self.gap(int(row), int(case))
 
     @property
@@ -433,16 +476,20 @@ class Between:
 
     def gap(self, row: int, case: int) -> float:
         """Estimated error of the stress at a row over it."""
-        length = max(float(self.von_mises[row, case]), 1e-9)
-        direction = np.asarray(self._stress[row, :, case] / length, np.float64)
-        scale = self._stack.scale(row, case, direction)
-        return float(np.hypot(GAP * self._deviation * scale / length, self._mixed)) + self._stack.superposed
+        length = max(float(self.von_mises[case, row]), 1e-9)
+        direction = np.asarray(self._stress[:, case, row] / length, np.float64)
+        if not self._lines:  # solved here
+            return self._stack.superposed
+        stress = self._stack.stress[:, :, case, row] / length
+        mixed = _MIXED * float(_products(np.linalg.norm(self._alone @ stress, axis=-1)))
+        along = (GAP * line.error(stress @ direction) for line in self._lines)
+        return float(np.linalg.norm([mixed, *along])) + _LEAST + self._stack.superposed
 
     @property
     def figures(self) -> Figures:
         """The figures with their bars."""
         cases = [self._case(number) for number in range(len(self._stack.names))]
-        rows, top = self.used.argmax(axis=0), self.used.max(axis=0)
+        rows, top = self.used.argmax(axis=1), self.used.max(axis=1)
         worst = int(top.argmax())
         row, gap = int(rows[worst]), self.gap(int(rows[worst]), worst)
         bar = 100 * (float(self.highest.max()) / float(top[worst]) - 1 + gap)
@@ -456,11 +503,11 @@ class Between:
         )
 
     def _case(self, number: int) -> CaseFigures:
-        row = int(self.used[:, number].argmax())
-        used, gap = float(self.used[row, number]), self.gap(row, number)
-        bar = 100 * (float(self.highest[:, number].max()) / used - 1 + gap)
+        row = int(self.used[number].argmax())
+        used, gap = float(self.used[number, row]), self.gap(row, number)
+        bar = 100 * (float(self.highest[number]) / used - 1 + gap)
         factor = self._factor(1 / used, bar, 100 * gap, row)
-        peak = float(np.where(self._followed.counts, self.von_mises[:, number], 0.0).max())
+        peak = float(np.where(self._followed.counts, self.von_mises[number], 0.0).max())
         return CaseFigures(**vars(factor), name=self._stack.names[number], peak_MPa=peak)
 
     def _factor(self, factor: float, bar: float, gap: float, row: int) -> Factor:
@@ -489,5 +536,5 @@ class Between:
         """Places (n, 3) and stresses (n,) of the surface: of a load case, or the largest of all."""
         names, place = self._stack.names, self._followed.places
         of_case = shown != LARGEST_OF_CASES and shown in names
-        values = self.von_mises[:, names.index(shown)] if of_case else self.von_mises.max(axis=1)
-        return self._points.astype(np.float32)[place[0]] * place[1], values[self._followed.shown]
+        values = self.von_mises[names.index(shown)] if of_case else self.von_mises.max(axis=0)
+        return self._points[place[0]] * place[1], values[self._followed.shown]

@@ -7,12 +7,14 @@ import json
 import re
 import zlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import replace
+from functools import lru_cache, partial
 from itertools import chain, count
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from fea.apps.studio.frame import BUCKLING, FATIGUE, YIELDING, Frame
 from fea.apps.studio.operation import Operation, applied, controls
@@ -103,7 +105,12 @@ def converge(serial: int, state: State, top: float) -> Answer:
 
 
 def _operation(state: State) -> Operation:
-    return Operation.of(_Inside.study).changed(dict(state["operation"]))
+    return _operated(tuple(state["operation"].items()))
+
+
+@lru_cache(maxsize=8)
+def _operated(values: tuple[tuple[str, Any], ...]) -> Operation:
+    return Operation.of(_Inside.study).changed(dict(values))
 
 
 def _applied(state: State) -> Study:
@@ -112,7 +119,7 @@ def _applied(state: State) -> Study:
 
 def _plain(value: Any) -> JsonObject:
     """A dataclass as JSON has it: what is not finite is None."""
-    text = json.dumps(asdict(value), default=float)
+    text = json.dumps(value, default=lambda own: float(own) if isinstance(own, np.generic) else vars(own))
     plain: JsonObject = json.loads(text, parse_constant=lambda _: None)
     return plain
 
@@ -130,9 +137,10 @@ def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
         _Inside.mesh = (found.base, zlib.crc32(packed), packed)
     header["figures"] = _plain(found.figures) | {"governs": found.figures.governs, "failed": failed}
     peak = max(case.peak_MPa for case in found.figures.cases)
-    legend = case_fields({VON_MISES: found.values}, top if _KEEPS_LEGEND * top <= peak <= top else peak)[0]
+    largest = {VON_MISES: np.array([np.nanmax(found.values)])}
+    legend = case_fields(largest, top if _KEEPS_LEGEND * top <= peak <= top else peak)[0]
     header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": legend}
-    numbers = found.points.astype("<f4").tobytes() + found.values.astype("<f4").tobytes()
+    numbers = b"".join(np.ascontiguousarray(each, "<f4").data for each in (found.points, found.values))
     return Answer(header, numbers, _Inside.mesh[2])
 
 

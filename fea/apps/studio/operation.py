@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 from fea.base.choices import Finish
@@ -43,7 +44,7 @@ class Operation:
         scale = None if engine.gas == "none" else engine.gas_scale or 1.0
         return cls(rpm, scale, engine.piston_mass_kg, study.material, study.contact)
 
-    @property
+    @cached_property
     def values(self) -> dict[str, Any]:
         """What `changed` takes, as plain values."""
         resolved = self.material.resolved()
@@ -197,7 +198,8 @@ def fault(study: Study, design: Mapping[str, float]) -> str:
         if study.engine is not None and length is not None and length != study.rod.length:
             EngineLoading.of(study.engine, length)
     except InvalidValue as error:
-        return str(error)
+        label = unit_of(error.name.rpartition(".")[2])[0]
+        return f"the {label} {error.rule}"
     return ""
 
 

@@ -227,10 +227,11 @@ class Studio:
             task.add_done_callback(self._telling.discard)
 
         async def lighten() -> None:
-            text = "No rod was found that holds."
+            text = "The search has ended before a rod was found that holds."
             try:
                 found = await self._fresh.run(jobs.lighten, state, listener=tried)
                 best[:] = [found] if found["margin"] >= 0 else []
+                text = f"No rod was found that holds: the best one lacks {-found['margin']:.0%}."
             finally:  # also where it was stopped
                 if best:
                     await self._on_keep("lightest", best[-1]["state"])

@@ -66,10 +66,12 @@ class Sliders {
     item.row = element("div", { class: "row", title: help }, element("label", { for: id }, item.label),
       element("span", { class: "number" }, item.number, element("span", { class: "unit" }, item.unit)), track, item.why);
     const take = (value, rests) => {
+      this.hold(item);
       const within = this.within(item, value);
       this.write(item, within);
       this.changed(item, within, rests);
     };
+    item.range.addEventListener("focus", () => this.hold(item));
     item.range.addEventListener("input", () => take(Math.round(item.range.value / step) * step, false));
     item.range.addEventListener("change", () => take(Math.round(item.range.value / step) * step, true));
     item.range.addEventListener("keydown", (event) => {
@@ -107,12 +109,20 @@ class Sliders {
     this.reason(item);
   }
 
+  // The reason of the slider under the hand is shown; others would move it away.
+  hold(item) {
+    const before = this.held;
+    this.held = item;
+    if (before && before !== item) this.reason(before);
+    this.reason(item);
+  }
+
   // Why it ends here, at either end of what can be had.
   reason(item) {
     const { low, high, low_reason: below, high_reason: above } = item.feasible ?? {};
     const near = 0.51 * item.step;
     const why = below && item.now <= low + near ? below : above && item.now >= high - near ? above : "";
-    item.why.hidden = !why;
+    item.why.hidden = !why || item !== this.held;
     item.why.textContent = why && `Ends here: ${why}`;
     item.row.classList.toggle("ended", Boolean(why));
   }

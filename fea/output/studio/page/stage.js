@@ -1,3 +1,15 @@
+// From dark to light, read by the colour-blind: cividis without its darkest part (Nuñez et al. 2018).
+const EVEN = [[49, 68, 107], [87, 93, 109], [112, 113, 115], [138, 134, 120], [166, 157, 117], [196, 181, 108], [228, 207, 91], [254, 232, 56]];
+
+// Colours of so many bands between those of a scheme.
+function between(scheme, count) {
+  return Array.from({ length: count }, (_, band) => {
+    const at = count > 1 ? (band / (count - 1)) * (scheme.length - 1) : 0, k = Math.min(Math.floor(at), scheme.length - 2);
+    const mixed = scheme[k].map((low, c) => Math.round(low + (at - k) * (scheme[k + 1][c] - low)));
+    return `#${mixed.map((part) => part.toString(16).padStart(2, "0")).join("")}`;
+  });
+}
+
 // The rod as it is now: the same triangles at new places until another mesh comes.
 
 class Stage {
@@ -9,6 +21,11 @@ class Stage {
     this.hot = null;
     get("mesh").addEventListener("change", ({ target }) => {
       this.lines = target.checked;
+      this.repaint();
+    });
+    this.even = get("even");
+    this.even.addEventListener("change", () => {
+      this.key();
       this.repaint();
     });
     get("home").addEventListener("click", () => this.home());
@@ -23,16 +40,23 @@ class Stage {
 
   show({ places, values }, field, hot) {
     this.values = values;
-    this.field = field;
+    this.own = field;
     this.hot = hot;
     if (!this.surface) this.begin(places);
     for (let i = 0; i < places.length; i++) this.moved[i] = places[i] - this.surface.positions[i];
     this.painter.move(this.moved);
     this.painter.colour(values);
-    const key = `${field.labels.join()} ${field.above}`;
-    if (this.box.dataset.of !== key) drawLegend(this.box, field);
-    this.box.dataset.of = key;
+    this.key();
     this.repaint();
+  }
+
+  // The legend, and the colours that are asked for.
+  key() {
+    if (!this.own) return;
+    const { own, even: { checked } } = this, key = `${own.labels.join()} ${own.above} ${checked}`;
+    this.field = checked ? { ...own, colours: between(EVEN, own.colours.length) } : own;
+    if (this.box.dataset.of !== key) drawLegend(this.box, this.field);
+    this.box.dataset.of = key;
   }
 
   begin(places) {
