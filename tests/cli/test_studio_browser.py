@@ -21,9 +21,9 @@ WHY = "document.getElementById('in-web_thickness_mm-why')"
 ROWS = "Array.from(document.querySelectorAll('#compare tbody tr'), (row) => row.innerText)"
 NUMBER = f"Number({WEB}.value)"
 # Random events of a slider; what the page shows after each frame must be of the frame's own design.
-FLOOD = """(async (key, events) => {
+FLOOD = """(async (key, events, seed) => {
   const own = document.getElementById(`in-${key}`), hear = feaStudio.on_frame.bind(feaStudio), mixed = [];
-  let frames = 0, seed = 39;
+  let frames = 0;
   const random = () => (seed = (16807 * seed) % 2147483647) / 2147483647;
   feaStudio.on_frame = (message) => {
     const { dropped } = feaStudio, { state, serial } = message.header;
@@ -41,8 +41,9 @@ FLOOD = """(async (key, events) => {
     own.dispatchEvent(new Event(k === events || random() < 0.002 ? "change" : "input"));
     if (k % 250 === 0) await new Promise(requestAnimationFrame);
   }
+  delete feaStudio.on_frame;
   return { frames, mixed };
-})("web_thickness_mm", 10000)"""
+})"""
 
 
 def wait(shown, condition):
@@ -109,12 +110,11 @@ def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
         click(shown, "#redo")
         wait(shown, f"{NUMBER} < 6 && {ANSWERED}")
 
-        found = shown.run(FLOOD)
-        assert found["mixed"] == []
-        assert found["frames"] > 10
+        found = [shown.run(f"{FLOOD}('web_thickness_mm', 2000, {seed})") for seed in range(1, 6)]
+        assert [mixed for each in found for mixed in each["mixed"]] == []
+        assert sum(each["frames"] for each in found) > 10
         wait(shown, ANSWERED)
         assert shown.run(CARDS)[0] == f"{100 * shown.run(NUMBER):.1f} g"
-        shown.run("delete feaStudio.on_frame")
 
         if name == "chromium":  # what follows is of the server, whatever the browser
             outlives_its_worker(shown, studio)

@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 import numpy as np
 from websockets.sync.client import connect
 
-PATIENCE = 60  # seconds
+PATIENCE = 120  # seconds
 _FAKE = """
 import sys
 from pathlib import Path

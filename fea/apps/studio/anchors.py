@@ -7,9 +7,10 @@ through a few anchors on a line, and to a quadratic without mixed terms at a sta
 The error of the interpolation has two parts. The first is of each dimension alone, on the line of anchors
 through the nearest one: what leaving out one of them at a time changes gives the scale (Dubrule 1983), the
 covariance how it grows between them. All anchors together would give every dimension the scale of the least
-smooth one. The second is of mixed terms, which lines do not show: it is in proportion to the products of what
+smooth one. The second is of mixed terms, which lines do not show: the geometric mean of the products of what
 two dimensions change alone on the way from the nearest anchor, as where the stress is a product of powers of
-the dimensions. The constants are fitted on rods that are solved: tests/benchmarks/studio_gap.py.
+the dimensions, and of those of their distances, as where they act together only. The constants are fitted on
+rods that are solved: tests/benchmarks/studio_gap.py.
 """
 
 from collections.abc import Callable, Mapping
@@ -44,9 +45,9 @@ from loads.instants import Instants, joined
 
 # A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
 UNIT, _REACH = 0.15, 2.5
-# Standard deviations of the interpolation that are shown as its error; and what mixed terms are over the
-# products of what two dimensions change alone.
-GAP, _MIXED = 3.0, 10.0
+# Standard deviations of the interpolation that are shown as its error; and the square of mixed terms over the
+# products of what two dimensions change alone and of their distances.
+GAP, _MIXED = 3.0, 0.12
 _LEAST = 2e-4  # of the stress: what elements change that are curved in some rods and straight in others
 VAGUE = 0.02  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
@@ -378,6 +379,10 @@ class _Stack:
         """The anchor from which the products of two dimensions' distances are least."""
         return int(_products(x - self._x).argmin())
 
+    def apart(self, x: Floats) -> float:
+        """The products of two dimensions' distances from the nearest anchor."""
+        return float(_products(x - self._x).min())
+
     def lines(self, x: Floats) -> list["_Line"]:
         """A line of each dimension that is another than the nearest anchor's; of all where one is unknown."""
         nearest, found = self._x[self._nearest(x)], []
@@ -456,7 +461,7 @@ class Between:
         self._weights, self._lines = stack.weights(x)[0], stack.lines(x)
         single = self._weights.astype(np.float32)
         self._stress = np.tensordot(single, stack.stress, 1)
-        self._alone = stack.alone(x)
+        self._alone, self._apart = stack.alone(x), stack.apart(x)
         self.von_mises = np.sqrt((self._stress**2).sum(axis=0))
         self.used = self.von_mises * stack.share
         error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
@@ -481,7 +486,8 @@ class Between:
         if not self._lines:  # solved here
             return self._stack.superposed
         stress = self._stack.stress[:, :, case, row] / length
-        mixed = _MIXED * float(_products(np.linalg.norm(self._alone @ stress, axis=-1)))
+        alone = float(_products(np.linalg.norm(self._alone @ stress, axis=-1)))
+        mixed = float(np.sqrt(_MIXED * alone * self._apart))
         along = (GAP * line.error(stress @ direction) for line in self._lines)
         return float(np.linalg.norm([mixed, *along])) + _LEAST + self._stack.superposed
 
