@@ -8,7 +8,6 @@ which they are exact, until none is left.
 """
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,13 +15,11 @@ from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.criteria import Judge, Known, crossland, tiring, yielding
 from fea.analysis.cycle.envelope import Envelope
 from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.spanned_rod import SpannedRod
 from fea.machine.threads import one_blas_thread
 from fea.pins.model import Weights
 from geometry.arrays import Ints, Mask
 from mesh.mirror import MirroredMesh
-
-if TYPE_CHECKING:
-    from fea.analysis.cycle.superposition import CycleAnalysis
 
 # Places whose factor exceeds the smallest by more than so many errors of the basis are not looked at again;
 # and at most so many of them are.
@@ -56,12 +53,10 @@ def critical_places(found: Envelope, whole: MirroredMesh, counts: Mask, error: f
     return places
 
 
-def make_exact(
-    analysis: "CycleAnalysis", basis: SmallBasis, full: Weights, places: Mapping[Judge, Ints]
-) -> bool:
+def make_exact(rod: SpannedRod, basis: SmallBasis, full: Weights, places: Mapping[Judge, Ints]) -> bool:
     """Let the basis grow until the smallest factor of each criterion is exact; whether it became so.
 
-    `basis`: that of the analysis; `full`: weights of the full unit loads at the instants of the cycle;
+    `basis`: that of the rod; `full`: weights of the full unit loads at the instants of the cycle;
     `places`: as of `critical_places`.
     """
     for attempt in range(_ROUNDS):
@@ -69,7 +64,7 @@ def make_exact(
         wanted = np.zeros(len(pressure), dtype=bool)
         with one_blas_thread():
             for judge, nodes in places.items():
-                every, best = list(_known(analysis, basis, full, nodes, judge)), np.inf
+                every, best = list(_known(rod, basis, full, nodes, judge)), np.inf
                 for known in every:
                     best, _ = known.doubtful(best)
                 for known in every:
@@ -84,15 +79,13 @@ def make_exact(
     return False
 
 
-def _known(
-    analysis: "CycleAnalysis", basis: SmallBasis, full: Weights, nodes: Ints, judge: Judge
-) -> Iterator[Known]:
+def _known(rod: SpannedRod, basis: SmallBasis, full: Weights, nodes: Ints, judge: Judge) -> Iterator[Known]:
     """Judge both sides of the nodes of each part."""
     pressure, weights = basis.pressure(basis.left(full)), basis.projected(full)
     for number, own in enumerate(basis.units.parts):
         there = np.isin(own.nodes, nodes)
         if there.any():
-            part = PartRows(analysis, number, there)
+            part = PartRows(rod, number, there)
             influence = np.concatenate(basis.influence(number, np.flatnonzero(there)), axis=1)
             rows, errors = np.arange(len(part.points)), influence[..., None] * pressure
             yield judge(part, rows, part.every(weights), errors)

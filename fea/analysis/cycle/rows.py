@@ -2,20 +2,17 @@
 
 from copy import copy
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fea.analysis.cycle.screened import Path, norms, path, product, superposed
+from fea.analysis.cycle.spanned_rod import SpannedRod
 from fea.base.choices import Region
 from fea.base.material import Material
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints, Mask, Reals
-
-if TYPE_CHECKING:
-    from fea.analysis.cycle.superposition import CycleAnalysis
 
 # Number of nodes for which bounds are computed at once.
 _NODES = 2000
@@ -33,18 +30,18 @@ class PartRows:
     `counts` (n,): which nodes of the part; by default those away from singular places.
     """
 
-    def __init__(self, analysis: "CycleAnalysis", number: int, counts: Mask | None = None) -> None:
-        own, self._sides = analysis.units.parts[number], analysis.units.sides
+    def __init__(self, rod: SpannedRod, number: int, counts: Mask | None = None) -> None:
+        own, self._sides = rod.units.parts[number], rod.units.sides
         if counts is None:
-            counts = analysis.counts[own.nodes]
+            counts = rod.counts[own.nodes]
         if not counts.any():  # a part has a worst place
             counts[:] = True
         self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
-        self.joint, self._balanced = own.joint, analysis.loads.balanced
-        self.material = analysis.materials[number]
-        self._criterion, self.regions = analysis.fatigue, analysis.regions.at(own.nodes[counts])
+        self.joint, self._balanced = own.joint, rod.loads.balanced
+        self.material = rod.materials[number]
+        self._criterion, self.regions = rod.fatigue, rod.regions.at(own.nodes[counts])
         self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
-        points = analysis.mesh.cell.points[own.nodes[counts]]
+        points = rod.mesh.cell.points[own.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
 
     def made_of(self, material: Material) -> "PartRows":

@@ -5,21 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fea.analysis.cycle.basis import Basis, SmallBasis
+from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.critical import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
+from fea.analysis.cycle.spanned_rod import SpannedRod
 from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
-from fea.base.choices import Fatigue
-from fea.base.material import Material
 from fea.base.note import SINGULAR, Note, warning
 from fea.base.units import DEG, UM
 from fea.contact.assembly_state import FITS, AssemblyState, Touch, bolt_forces
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
-from fea.pins.model import UnitLoads, Weights
+from fea.pins.model import Weights
 from fea.pins.pressure import TOLERANCE
-from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints, Mask
@@ -119,35 +117,10 @@ class CycleResult:
 
 
 @dataclass(frozen=True)
-class CycleAnalysis:
-    """Superposes the unit solutions of a rod."""
+class CycleAnalysis(SpannedRod):
+    """Superposes the unit solutions of a rod, and judges its cycles."""
 
-    mesh: MeshedRod  #: the meshed rod
-    materials: tuple[Material, ...]  #: one per part
-    basis: Basis  #: what is superposed
-    fatigue: Fatigue  #: the mean-stress correction
-    masked: Mask  #: nodes of the cell near stress singularities, which do not count
-    regions: SurfaceRegions  #: of the surface of the cell
     direct: Direct  #: stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads
-
-    @property
-    def loads(self) -> UnitLoads:
-        """The unit loads that span every instant."""
-        return self.basis.loads
-
-    @property
-    def units(self) -> UnitSolutions:
-        """The unit solutions that are superposed."""
-        return self.basis.units
-
-    @property
-    def counts(self) -> Mask:
-        """Nodes of the cell that count; all nodes if none would be left."""
-        return counting(self.masked)
-
-    def weights(self, cycle: CrankCycle, angles: Floats) -> Weights:
-        """Weights of the unit solutions at crank angles (n_instants,), rad."""
-        return self.basis.weights(cycle.at(angles), cycle)
 
     def at(self, cycle: CrankCycle, cases: Sequence[CaseResult]) -> CycleResult:
         """Compute the cycle at one speed; its envelope includes the solved peak `cases`."""
@@ -281,11 +254,6 @@ class CycleAnalysis:
         solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
         largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
         return self._difference(weights.at(which), solved, largest)
-
-
-def counting(masked: Mask) -> Mask:
-    """Nodes that count: those that are not masked; all nodes if none would be left."""
-    return np.ones_like(masked) if masked.all() else ~masked
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:
