@@ -16,8 +16,9 @@ from geometry.arrays import Floats
 
 # Largest number of Newton's steps; about four are usual.
 _STEPS = 60
-# Relative changes of pressure and gap at which the iteration ends: the error left is about their square.
-_TOLERANCE = 2e-3
+# Relative changes of pressure, filling and gap at which the iteration ends: the error left is about their
+# square. Ten times as much, without the filling, lost 1.8 % of the oil of a film at 726 rpm.
+_TOLERANCE = 2e-4
 # The first instant of a squeezed film, relative to the time in which the journal crosses the clearance.
 _INSTANT = 1e-6
 # What rounding may leave of a full cell.
@@ -102,11 +103,12 @@ class _Iterate(NamedTuple):
     bulge: Floats
 
     def close_to(self, other: "_Iterate", clearance: float) -> bool:
-        """Whether the same cells are full, and pressures and gaps differ by the tolerance only."""
+        """Whether the same cells are full, and pressure, filling and gaps differ by the tolerance only."""
         new, old = self.film.pressure, other.film.pressure
         return bool(
             (self.film.full == other.film.full).all()
             and np.abs(new - old).max() <= _TOLERANCE * max(new.max(), old.max())
+            and np.abs(self.film.fill - other.film.fill).max() <= _TOLERANCE
             and np.abs(self.planes - other.planes).max() <= _TOLERANCE * clearance
         )
 
