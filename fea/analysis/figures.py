@@ -532,7 +532,7 @@ class FilmFigures(Figures):
     friction_mep_bar: float  #: mean effective pressure of that, of one cylinder
     flow_l_min: float  #: oil that leaves the bearing
     filled_percent: float  #: mean share of the gap that is full of oil
-    temperature_C: float | None  #: of the film, where the heat balance gives it
+    temperature_C: float | None  #: of the film; None where its viscosity is given
     viscosity_mPas: float  #: at that temperature, without pressure
     radial_clearance_um: float
     lambda_min: float | None  #: smallest gap over the roughness; None of smooth surfaces
@@ -558,7 +558,7 @@ class Summary(Figures):
     passes: WhereKnown[tuple[PassFigures, ...]] = None
     assembly: WhereKnown[AssemblyFigures] = None
     envelope: WhereKnown[CycleFigures | EnvelopeFigures] = None
-    film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``
+    film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
     checks: Mapping[str, Check]

@@ -1,6 +1,7 @@
-"""The oil film of the big end's bearing at one speed: how thin, at what pressure and cost, how certain."""
+"""The oil films of the bearings at one speed: how thin, at what pressure and cost, how certain."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -11,10 +12,12 @@ import numpy.typing as npt
 from fea.analysis.figures import FilmFigures
 from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
-from fea.base.note import Note, doubt, remark, warning
+from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
-from fea.film.cycle import HOTTEST, MOST_CYCLES, FilmCycle
-from fea.pins.lubrication import COARSE, FINE, MPAS, TOPIC, Lubrication, crank_angles
+from fea.film.cycle import HOTTEST, FilmCycle
+from fea.pins.lubrication import COARSE, CYCLES, FINE, MPAS, TOPICS, Films, Lubrication, crank_angles
+from fea.pins.yielding import End
+from fea.solid.errors import FilmError
 from geometry.arrays import Floats
 
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
@@ -41,12 +44,22 @@ class Regime(StrEnum):
 
 @dataclass(frozen=True)
 class FilmResult:
-    """The film at one speed, and a coarser one of the same bearing."""
+    """The film of one end at one speed, and a coarser one of the same bearing."""
 
     cycle: FilmCycle
     coarse: FilmCycle
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
+
+    @property
+    def end(self) -> End:
+        """The end of the rod."""
+        return self.lubrication.end
+
+    @property
+    def name(self) -> str:
+        """How its files begin."""
+        return "film" if self.end is End.BIG else f"film_{self.end}"
 
     @property
     def degrees(self) -> Floats:
@@ -92,7 +105,7 @@ class FilmResult:
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
             filled_percent=100 * float(cycle.filled.mean()),
-            temperature_C=cycle.temperature,
+            temperature_C=cycle.temperature if said.temperature is None else said.temperature,
             viscosity_mPas=cycle.bearing.reynolds.oil.viscosity / MPAS,
             radial_clearance_um=said.clearance / UM,
             lambda_min=self.ratio if said.asperities else None,
@@ -104,11 +117,10 @@ class FilmResult:
 
     @property
     def columns(self) -> dict[str, npt.ArrayLike]:
-        """Columns of ``film.csv``."""
+        """Columns of ``film.csv``; those of the small end are named after it."""
         cycle = self.cycle
         x, y = cycle.eccentricity.T
-        return {
-            "crank_deg": self.degrees,
+        columns = {
             "h_min_um": cycle.thinnest / UM,
             "p_max_MPa": cycle.highest,
             "eccentricity_x": x,
@@ -117,6 +129,8 @@ class FilmResult:
             "asperity_percent": 100 * cycle.asperities,
             "filled_percent": 100 * cycle.filled,
         }
+        own = "" if self.end is End.BIG else f"{self.end}_"
+        return {"crank_deg": self.degrees, **{f"{own}{name}": columns[name] for name in columns}}
 
     @property
     def checks(self) -> dict[str, Check]:
@@ -139,56 +153,74 @@ class FilmResult:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What a reader must know."""
-        found, notes = self.figures, [*self.lubrication.notes]
-        if self.verdict == Regime.STARVED:
-            text = (
-                f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % of "
-                f"the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
-                f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. Turn the oil hole "
-                "away from the load (film.hole_deg), or raise film.inlet_bar"
-            )
-            notes.append(doubt(text, TOPIC))
-        elif self.verdict == Regime.OVERHEATED:
-            text = (
-                f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
-                f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
-            )
-            notes.append(doubt(text, TOPIC))
-        elif self.verdict == Regime.METAL:
-            text = "the film is thinner than the surfaces are rough: they touch, and wear or seize"
-            notes.append(doubt(text, TOPIC))
-        elif self.verdict == Regime.MIXED:
+        topic, found = TOPICS[self.end], self.figures
+        notes = [*self.lubrication.notes, *(doubt(text, topic) for text in self._doubts(found))]
+        if self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
-            notes.append(warning(text, TOPIC))
-        if not self.cycle.repeats and self.sound:
-            text = (
-                f"it does not repeat itself within {MOST_CYCLES} cycles, although oil is supplied as it leaks"
-            )
-            notes.append(doubt(text, TOPIC))
-        if found.temperature_C is not None and self.sound:
+            notes.append(warning(text, topic))
+        if self.cycle.temperature is not None and self.sound:
             text = (
                 f"{100 * self.lubrication.heat:.0f} % of {found.power_W:.0f} W heat {found.flow_l_min:.2g} "
                 f"l/min of oil from {self.lubrication.inlet_temperature:.0f} to {found.temperature_C:.0f} "
                 f"°C, where it has {found.viscosity_mPas:.2f} mPa·s"
             )
-            notes.append(remark(text, TOPIC))
+            notes.append(remark(text, topic))
+        return tuple(notes)
+
+    def _doubts(self, found: FilmFigures) -> Iterator[str]:
+        if self.verdict == Regime.STARVED:
+            remedy = "Turn the oil hole away from the load (film.hole_deg), or raise film.inlet_bar"
+            yield (
+                f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % of "
+                f"the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
+                f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. "
+                f"{remedy if self.end is End.BIG else 'Raise film.small_end_bar'}"
+            )
+        elif self.verdict == Regime.OVERHEATED:
+            yield (
+                f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
+                f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
+            )
+        elif self.verdict == Regime.METAL:
+            yield (
+                "the film is thinner than the surfaces are rough: they touch, and wear or seize; its figures "
+                "depend on the model of the asperities more than on that of the oil"
+            )
+        if not self.cycle.repeats and self.sound:
+            yield (
+                f"it does not repeat itself within {CYCLES[self.end]} cycles, although oil is supplied as it "
+                "leaks"
+            )
         if found.lining_factor is not None and found.lining_factor < 1:
-            text = (
+            yield (
                 f"the specific load, {found.specific_load_MPa:.0f} MPa, exceeds what the lining endures, "
                 f"{self.lubrication.lining:g} MPa (film.lining_MPa)"
             )
-            notes.append(doubt(text, TOPIC))
-        return tuple(notes)
 
 
-def film_at(rod: PreparedRod, rpm: float) -> FilmResult:
-    """Film of the big end at a speed, rpm. Raises `InvalidValue`: [film] does not suit it; `FilmError`."""
-    cycle = rod.crank_cycle(rpm)
-    fine, coarse = rod.films.at(cycle)
+def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tuple[Note, ...]]:
+    """Films of both ends at a speed, rpm, and why there is none at the small end, if so.
+
+    Raises `InvalidValue`: [film] does not suit the rod; `FilmError`: that of the big end was not solved.
+    """
+    big, topic = film_at(rod, rpm), TOPICS[End.SMALL]
+    fit = rod.structure.contact.small_end_clearance_mm
+    if fit is not None and fit <= 0:
+        why = f"the pin is pressed into the bore (contact.small_end_clearance_mm = {fit:g})"
+        return (big,), (omission(topic, why),)
+    try:
+        return (big, film_at(rod, rpm, rod.small_end_films)), ()
+    except FilmError as error:
+        return (big,), (doubt(f"none was found: {error}", topic),)
+
+
+def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmResult:
+    """Film of an end, by default the big one, at a speed, rpm; errors as of `films_at`, of either end."""
+    cycle, films = rod.crank_cycle(rpm), films or rod.films
+    fine, coarse = films.at(cycle)
     engine = cycle.engine
-    return FilmResult(
-        fine, coarse, rod.films.lubrication, 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
-    )
+    displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
+    return FilmResult(fine, coarse, films.lubrication, displacement)
 
 
 def film_error(fine: float, coarse: float) -> float:

@@ -26,6 +26,7 @@ from fea.machine.clock import Clock
 from fea.pins.film_pins import FilmPins
 from fea.pins.lubrication import Films
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
+from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
@@ -136,6 +137,11 @@ class PreparedRod:
     def films(self) -> Films:
         """The oil films of the big end's bearing."""
         return self.pins.films if isinstance(self.pins, FilmPins) else Films(self.structure)
+
+    @cached_property
+    def small_end_films(self) -> Films:
+        """The oil films of the small end's bearing."""
+        return Films(self.structure, End.SMALL)
 
     @cached_property
     def prescribed(self) -> PinModel:

@@ -189,7 +189,8 @@ class RunResult:
     @property
     def film(self) -> Mapping[str, npt.ArrayLike] | None:
         """The columns of ``film.csv``; None where no oil film was computed."""
-        return None if self.speed is None or self.speed.film is None else self.speed.film.columns
+        films = () if self.speed is None else self.speed.films
+        return {name: values for film in films for name, values in film.columns.items()} or None
 
     @cached_property
     def contact(self) -> Arrays | None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
-from fea.analysis.film import FilmResult, film_at
+from fea.analysis.film import FilmResult, films_at
 from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import SINGULAR, Note, omission, remark, warning
@@ -100,7 +100,7 @@ class SpeedResult:
     checks: Mapping[str, Check]  #: by name
     notes: tuple[Note, ...]  #: what a reader must know beside the figures, and what was not computed
     cycle: CycleResult | None = None  #: the whole crank cycle, where it was asked for
-    film: FilmResult | None = None  #: of the big end's bearing, where it was asked for
+    films: tuple[FilmResult, ...] = ()  #: of the big end and of the small end, where they were asked for
 
     @property
     def trusted(self) -> bool:
@@ -144,10 +144,13 @@ def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
 
 
 def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
-    """Work out the oil film at a speed whose load cases are solved."""
-    film = film_at(rod, static.rpm or 0.0)
-    checks, notes = {**static.checks, **film.checks}, (*static.notes, *film.notes)
-    return replace(static, checks=checks, notes=notes, film=film)
+    """Work out the oil films at a speed whose load cases are solved."""
+    films, without = films_at(rod, static.rpm or 0.0)
+    checks = dict(static.checks)
+    for name, each in (item for film in films for item in film.checks.items()):
+        checks[name] = max(checks.get(name, each), each, key=lambda found: found.value)
+    notes = (*static.notes, *(note for film in films for note in film.notes), *without)
+    return replace(static, checks=checks, notes=notes, films=films)
 
 
 def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:

@@ -146,7 +146,7 @@ def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingRepor
         envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases),
         buckling=buckling.figures,
         assembly=assembly,
-        film=None if result.film is None else {"big_end": result.film.figures},
+        film={film.end.value: film.figures for film in result.films} or None,
         checks={**result.checks, **buckling.checks},
         notes=(
             *result.notes,

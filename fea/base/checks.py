@@ -54,9 +54,9 @@ LIMITS = {
     # iteration leaves, and what the cycle does not repeat.
     "film_oil": 1e-3,
     "film_force": 1e-4,
-    # Power of the journal and of the bore's motion, by differences of second order in time, against what
-    # the film dissipates; steps of twice the length leave four times as much.
-    "film_power": 3e-2,
+    # Power of the journal and of the bore's motion against what the film dissipates: what steps leave that
+    # had to be halved, and rough surfaces, whose mean gap is not the distance that they move.
+    "film_power": 1e-2,
     # What the heat balance leaves of the film's temperature, K: 2 % of the viscosity.
     "film_heat": 1.0,
     # Superposed against directly solved peak cases, and the error that a small basis states

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -49,6 +49,9 @@ class JournalLoads:
     hole_diameter: float = 0.0  #: of the oil hole in the journal, mm; 0 for none
     hole_angle: Floats | None = None  #: (n,) of it from +x, rad
     grooves: Floats | None = None  #: (n_angle, n_width) share of each cell that grooves of the bore cover
+    #: The same of grooves in the journal, from the angle of its hole
+    turning: Callable[[float], Floats] | None = None
+    flooded: bool = False  #: whether the ends of the bearing stand in oil of the inlet's pressure
     loaded: Floats | None = None  #: (n, n_functions) g of `fea.film.journal.ElasticBore`
 
     @property
@@ -67,9 +70,13 @@ class JournalLoads:
         share = self.grooves
         if self.hole_angle is not None and self.hole_diameter:
             turned = complex(self._at(np.exp(1j * self.hole_angle), place))
-            hole = bearing.reynolds.grid.hole(math.atan2(turned.imag, turned.real), self.hole_diameter)
+            angle = math.atan2(turned.imag, turned.real)
+            hole = bearing.reynolds.grid.hole(angle, self.hole_diameter)
+            hole = hole if self.turning is None else np.maximum(hole, self.turning(angle))
             share = hole if share is None else np.maximum(share, hole)
-        return None if share is None else Supply(share, self.inlet)
+        if share is None and self.flooded:
+            share = np.zeros(bearing.reynolds.grid.shape)
+        return None if share is None else Supply(share, self.inlet, self.flooded)
 
     def solve(
         self, bearing: Bearing, guess: JournalState, place: float, rate: float, before: Floats
@@ -151,14 +158,21 @@ class FilmCycle:
 
     @cached_property
     def driven(self) -> float:
-        """Mean power of rotation, motions and inlet, N·mm/s, which `dissipated` should equal."""
-        acting, step = self.acting, self.acting.period / self.acting.count
+        """Mean power of rotation, motions, voids and inlet, N·mm/s, which `dissipated` should equal.
+
+        Voids that close take up power by the differences in time, less of it the shorter the steps are.
+        """
+        acting, step, grid = self.acting, self.acting.period / self.acting.count, self.bearing.reynolds.grid
         places = np.array([state.position for state in self.states])
-        power = self.friction[0] * acting.speed + (acting.load * _slope(places, step)).sum(axis=1)
+        power = self.friction[0] * acting.speed + (acting.load * _rate(places, step)).sum(axis=1)
         if self.bearing.bore is not None:
             bulges = np.array([state.bulge for state in self.states])
-            power -= (self.weights * _slope(bulges, step)).sum(axis=1)
-        return float(power.mean() + acting.inlet * self.supplied)
+            power -= (self.weights * _rate(bulges, step)).sum(axis=1)
+        voids = np.array([state.gap - state.volume for state in self.states])
+        pressures = np.array([state.film.pressure for state in self.states])
+        power += grid.area * grid.images * (pressures * _rate(voids, step)).sum(axis=(1, 2))
+        drawn = self.supplied - acting.flooded * self.leaked
+        return float(power.mean() + acting.inlet * drawn)
 
     @cached_property
     def weights(self) -> Floats:
@@ -171,7 +185,7 @@ class FilmCycle:
 
     @cached_property
     def supplied(self) -> float:
-        """Mean flow of oil through holes and grooves, mm³/s."""
+        """Mean flow of oil through holes, grooves and flooded ends, mm³/s."""
         return float(np.mean([state.balance.supplied for state in self.states]))
 
     @cached_property
@@ -180,9 +194,9 @@ class FilmCycle:
         return float(np.mean([state.balance.leaked for state in self.states]))
 
 
-def _slope(values: Floats, step: float) -> Floats:
-    """Time derivative (n, …) of values (n, …) that repeat."""
-    return np.asarray((np.roll(values, -1, 0) - np.roll(values, 1, 0)) / (2 * step))
+def _rate(values: Floats, step: float) -> Floats:
+    """Time derivative (n, …) of values (n, …) that repeat, by the differences of the steps."""
+    return np.asarray((3 * values - 4 * np.roll(values, 1, 0) + np.roll(values, 2, 0)) / (2 * step))
 
 
 @dataclass

@@ -84,11 +84,12 @@ class FilmGrid:
         inside = np.clip((diameter / 2 - distance) / soft + 0.5, 0.0, 1.0)
         return np.asarray(inside.mean(axis=(2, 3)))
 
-    def groove(self, angle: float, arc: float) -> Floats:
-        """Share (n_angle, n_width) of each cell that a groove over the whole width covers; angles in rad."""
+    def groove(self, angle: float, arc: float, width: float = math.inf) -> Floats:
+        """Share (n_angle, n_width) of each cell that a groove in the middle of the width covers; rad, mm."""
         off = np.abs((self.angle - angle + math.pi) % (2 * math.pi) - math.pi)
-        cell = 2 * math.pi / self.n_angle
-        return np.broadcast_to(np.clip((arc / 2 - off) / cell + 0.5, 0.0, 1.0)[:, None], self.shape)
+        off = np.where(arc < 2 * math.pi, off, -math.inf)  # all round, it has no ends
+        around = np.clip((arc / 2 - off) * self.n_angle / (2 * math.pi) + 0.5, 0.0, 1.0)
+        return np.outer(around, np.clip((width / 2 - np.abs(self.z)) / self.dz + 0.5, 0.0, 1.0))
 
 
 class Stencil:

@@ -39,6 +39,7 @@ class Supply:
 
     share: Floats
     pressure: float  #: above the surroundings, MPa, positive: oil that is not pressed in fills no gap
+    flooded: bool = False  #: whether the ends of the bearing stand in oil of that pressure, too
 
     @cached_property
     def openness(self) -> Floats:
@@ -100,7 +101,7 @@ class Balance:
     excess: Floats  #: (n_angle, n_width), mm³/s
     by_film: Floats  #: (5, n_angle, n_width) of the unknown of each cell: p, MPa, or θ
     by_gap: Floats  #: (5, n_angle, n_width), mm²/s
-    supplied: float  #: through holes and grooves of the whole bearing, mm³/s
+    supplied: float  #: through holes, grooves and flooded ends of the whole bearing, mm³/s
     leaked: float  #: at the ends of the whole bearing, mm³/s
     pressed: float  #: power that the flow under pressure dissipates in the whole bearing, N·mm/s
 
@@ -132,8 +133,9 @@ class Reynolds:
         q, slope = self.oil.generalised(film.pressure)
         slope = np.where(film.full, slope, 0.0)
         around = self._around(film, gap, q, slope, conditions.speed)
-        along, ends = self._along(film, gap, q, slope), self._leaking(film, gap, q, slope)
-        supplied = self._supplied(film, gap, q, slope, conditions.supply)
+        along, supply = self._along(film, gap, q, slope), conditions.supply
+        ends = self._leaking(film, gap, q, slope, supply)
+        supplied = self._supplied(film, gap, q, slope, supply)
         excess = grid.area * (rate * film.fill * gap - conditions.before) + ends.flow - supplied.flow
         excess += around.flow - _last(around.flow) + along.flow
         excess[:, 1:] -= along.flow[:, :-1]
@@ -148,8 +150,8 @@ class Reynolds:
             excess,
             by_film,
             by_gap,
-            supplied=grid.images * float(supplied.flow.sum()),
-            leaked=grid.images * float(ends.flow.sum()),
+            supplied=grid.images * float(supplied.flow.sum() - np.minimum(ends.flow, 0.0).sum()),
+            leaked=grid.images * float(np.maximum(ends.flow, 0.0).sum()),
             pressed=grid.images * float(power.sum()),
         )
 
@@ -186,14 +188,15 @@ class Reynolds:
         by_film = np.stack([conducts * slope, -conducts * beyond])
         return _Flow(flow, by_film, np.stack([by_middle, by_middle]), -flow * rise)
 
-    def _leaking(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
+    def _leaking(self, film: Film, gap: Floats, q: Floats, slope: Floats, supply: Supply | None) -> _Flow:
         """Flow out of the cells at the ends."""
         grid, ends = self.grid, [-1] if self.grid.halved else [0, -1]
         factor = np.zeros(grid.shape)
         factor[:, ends] = grid.dx / grid.dz / (6 * self.oil.viscosity)
         conducts = factor * gap * gap * gap
-        out = conducts * q
-        return _Flow(out, conducts * slope, 3 * out / gap, out * film.pressure)
+        around = supply.pressure if supply is not None and supply.flooded else 0.0
+        out = conducts * (q - self.oil.generalised(np.array(around))[0])
+        return _Flow(out, conducts * slope, 3 * out / gap, out * (film.pressure - around))
 
     def _supplied(self, film: Film, gap: Floats, q: Floats, slope: Floats, supply: Supply | None) -> _Flow:
         """Flow into cells through holes and grooves."""

@@ -122,10 +122,10 @@ def _columns(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _films(run: RunResult) -> Iterator[RunFiles]:
-    if run.speed is not None and run.speed.film is not None:
-        cycle = run.speed.film.cycle
+    for film in () if run.speed is None else run.speed.films:
+        cycle = film.cycle
         for name, number in (("h_min", cycle.thinnest.argmin()), ("p_max", cycle.highest.argmax())):
-            yield _one(f"film_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number)))
+            yield _one(f"{film.name}_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number)))
 
 
 def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
@@ -154,19 +154,19 @@ def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _plots(run: RunResult) -> Iterator[RunFiles]:
-    title, film = run.summary.title, None if run.speed is None else run.speed.film
+    title, films = run.summary.title, () if run.speed is None else run.speed.films
     if run.cycle is not None:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
     touched = run.pictured and any(case.touch for case in run.cases.values())
     joined = any(case.assembly for case in run.cases.values())
-    if film is None and not touched and not joined:
+    if not films and not touched and not joined:
         return
     from fea.output.plots import joint  # noqa: PLC0415 - likewise
 
-    if film is not None:
-        yield _one("film.png", lambda path: joint.plot_film(path, film, title))
+    for film in films:
+        yield _one(f"{film.name}.png", partial(joint.plot_film, film=film, title=title))
     if touched:
         length = run.summary.rod.length_mm
         yield _one("bores.png", lambda path: joint.plot_bores(path, run.cases, length, title))

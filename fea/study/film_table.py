@@ -1,12 +1,13 @@
-"""The [film] table: the oil of the big end's bearing, how it gets there, and the surfaces."""
+"""The [film] table: the oil of the bearings at both ends, how it gets there, and the surfaces."""
 
 import math
 import re
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
+from itertools import pairwise
 
-from fea.study.tables import Table, key, not_negative, within
+from fea.study.tables import Table, key, not_negative, one_of, within
 from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
 
@@ -19,6 +20,16 @@ INLET_BAR, HOLE_DEG, HOLE_MM, ROUGHNESS_UM = 4.0, 30.0, 5.0, 0.4
 HEAT_PERCENT = 80.0
 DENSITY_15_KG_M3 = 860.0  # engine oils have 840 to 890; only the heat balance takes it
 BOUNDARY_FRICTION = 0.02
+# At the small end, splashed oil wets the sides, and the atmosphere presses it into a film that ruptures at
+# the pressure of its vapour; pin and piston heat it. Both figures are choices.
+SMALL_END_BAR, SMALL_END_C = 1.0, 140.0
+# How much of the rod's rotation the piston pin shares: none in the piston, half of it where bosses and small
+# end rub alike. In a gasoline engine a floating pin turns very slowly (Allmaier & Sander 2020, Piston-pin
+# rotation and lubrication, Lubricants 8, 30), which is nearer to a fixed one.
+FLOATING = "floating"
+TURNS = {FLOATING: 0.5, "fixed": 0.0}
+# Of the bore, grooves may leave this share at most to its ends, and cover this share in all.
+_WIDEST, _COVERED = 0.9, 0.5
 _THIN = Plausible(1.0, 200.0, "engine oils have 2 (hot) to 100 mPa·s (cold)")
 _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
@@ -27,8 +38,8 @@ _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 class FilmTable(
     Table,
     table="film",
-    intro="The oil film of the big end's bearing; switches it on. What is left out is assumed, and the run "
-    "says what",
+    intro="The oil films of both bearings; switches them on. What is left out is assumed, and the run says "
+    "what",
     optional=True,
 ):
     """[film]: pressures are above that of the surroundings."""
@@ -52,7 +63,8 @@ class FilmTable(
     )
     radial_clearance_um: float | None = key(
         "25.0",
-        "radius of the bore less that of the crank pin; default: half of contact.big_end_clearance_mm",
+        "radius of the big end's bore less that of the crank pin; default: half of "
+        "contact.big_end_clearance_mm; the small end has that of contact.small_end_clearance_mm",
         require_positive,
         Plausible(0.3, 2.0, "about a thousandth of the radius is usual", {"rod.big_end_bore_mm": 1}, 4.0),
     )
@@ -68,6 +80,34 @@ class FilmTable(
     )
     hole_diameter_mm: float | None = key(
         "5.0", "", require_positive, Plausible(0.02, 0.4, "a tenth is usual", {"rod.big_end_bore_mm": 1}, 2.0)
+    )
+    grooves_deg: tuple[float, ...] = key(
+        "[90.0, 270.0]",
+        "middle of each groove: in the shell from the rod's axis, in the pin as hole_deg",
+        within(-360, 360),
+        default=(),
+    )
+    groove_arc_deg: float | None = key(
+        "20.0", "length of each around the bore; 360: a groove all round", within(0.1, 360)
+    )
+    groove_width_mm: float | None = key("16.0", "along the pin, in the middle of the bore", require_positive)
+    grooves_in: str = key(
+        '"shell"', "or pin; they hold oil of inlet_bar", one_of(("shell", "pin")), default="shell"
+    )
+    piston_pin: str | None = key(
+        '"floating"',
+        "or fixed in the piston: the small end swings on it; a floating pin shares half of the swing",
+        one_of(TURNS),
+    )
+    small_end_C: float | None = key("140.0", "temperature of the small end's film", within(-40, 250))
+    small_end_bar: float | None = key(
+        "1.0",
+        "of the oil that wets the sides of the small end and fills its hole, above that of a ruptured film",
+        within(0.01, 100),
+    )
+    small_end_hole_mm: float | None = key("4.0", "diameter; none by default", require_positive)
+    small_end_hole_deg: float = key(
+        "0.0", "angle of that hole from the rod's axis, away from the crank", within(-360, 360), default=0.0
     )
     roughness_um: float | None = key(
         "0.4", "of both surfaces together: the root of the sum of the squares of their Rq", not_negative
@@ -92,6 +132,24 @@ class FilmTable(
             require(cold > hot, "film.viscosity_100C_mPas", hot, rule)
         if self.oil is not None:
             grade(self.oil)
+        of_grooves = {"groove_arc_deg": self.groove_arc_deg, "groove_width_mm": self.groove_width_mm}
+        for name, value in of_grooves.items():
+            rule = "is needed with film.grooves_deg, and has no use without"
+            require((value is None) == (not self.grooves_deg), f"film.{name}", value, rule)
+        starts = sorted(angle % 360 for angle in self.grooves_deg)
+        apart = min((b - a for a, b in pairwise([*starts, *(a + 360 for a in starts[:1])])), default=360)
+        rule = f"must not exceed the {apart:g}° from groove to groove, which would overlap"
+        arc = self.groove_arc_deg or 0.0
+        require(arc <= apart, "film.groove_arc_deg", arc, rule)
+
+    def require_land(self, width: float) -> None:
+        """Refuse grooves that do not leave enough of a bore of a width, mm."""
+        arc, wide = self.groove_arc_deg or 0.0, self.groove_width_mm or 0.0
+        rule = f"leaves no land at its ends: at most {_WIDEST * width:.4g} mm in this bore"
+        require(wide <= _WIDEST * width, "film.groove_width_mm", wide, rule)
+        covered = len(self.grooves_deg) * arc / 360 * wide / width
+        rule = f"lets the grooves cover {covered:.0%} of the bore, of which {_COVERED:.0%} must carry"
+        require(covered <= _COVERED, "film.groove_width_mm", wide, rule, "Use narrower or shorter ones.")
 
 
 def grade(name: str) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.film import FilmResult
-from fea.base.units import DEG, KN
+from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import AssemblyState, bolt_forces
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
@@ -222,17 +222,16 @@ _EVERY = 90  # degrees, at which the orbit is marked
 
 
 def plot_film(path: Path, film: FilmResult, title: str) -> None:
-    """Draw the film of the big end. Raises `PictureError`: the file could not be written."""
-    found, columns = film.figures, {name: np.asarray(values) for name, values in film.columns.items()}
-    degrees = columns["crank_deg"]
+    """Draw the film of an end. Raises `PictureError`: the file could not be written."""
+    found, cycle, degrees = film.figures, film.cycle, film.degrees
     figure = new_figure(12, 7.5)
     panels = figure.subplot_mosaic([["film", "orbit"], ["pressure", "map"]], width_ratios=[1.6, 1])
-    for name, heading, column, colour, at in (
-        ("film", "smallest film, µm", "h_min_um", _FILM, found.h_min_deg),
-        ("pressure", "highest pressure, MPa", "p_max_MPa", _PRESSURE, found.p_max_deg),
+    for name, heading, values, colour, at in (
+        ("film", "smallest film, µm", cycle.thinnest / UM, _FILM, found.h_min_deg),
+        ("pressure", "highest pressure, MPa", cycle.highest, _PRESSURE, found.p_max_deg),
     ):
         axes = panels[name]
-        axes.plot(degrees, columns[column], color=colour)
+        axes.plot(degrees, values, color=colour)
         axes.axvline(at, color="0.6", linestyle=":")
         axes.set(xlim=(0, 720), xticks=range(0, 721, _EVERY), ylim=(0, None))
         axes.grid(color="0.9")
@@ -241,9 +240,10 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     if roughness:
         panels["film"].axhline(roughness, color="0.4", linestyle="--", linewidth=1)
         panels["film"].text(715, roughness, "roughness", ha="right", va="bottom", fontsize=8, color="0.4")
-    _draw_orbit(panels["orbit"], columns["eccentricity_x"], columns["eccentricity_y"], degrees)
-    state = film.cycle.states[int(film.cycle.highest.argmax())]
-    grid = film.cycle.bearing.reynolds.grid
+    x, y = cycle.eccentricity.T
+    _draw_orbit(panels["orbit"], x, y, degrees)
+    panels["orbit"].set(title=f"centre of the {film.end.pin} in the bore, in clearances")
+    state, grid = cycle.states[int(cycle.highest.argmax())], cycle.bearing.reynolds.grid
     whole = (
         np.concatenate([state.pressure[:, ::-1], state.pressure], axis=1) if grid.halved else state.pressure
     )
@@ -254,7 +254,7 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     panels["map"].set(xticks=range(-180, 181, 90), title=f"pressure at {found.p_max_deg:.0f}°")
     label_axes(panels["map"], "angle in the bore from the rod's axis, °", "along the pin, mm")
     figure.colorbar(drawn, ax=panels["map"], label="MPa")
-    figure.suptitle(f"{title}: oil film of the big end, {found.verdict}", fontsize=11)
+    figure.suptitle(f"{title}: oil film of the {film.end.words}, {found.verdict}", fontsize=11)
     save(figure, path, 100)
 
 
@@ -269,5 +269,5 @@ def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats) -> None:
         axes.annotate(
             f"{angle}°", (x[number], y[number]), fontsize=7, xytext=(3, 3), textcoords="offset points"
         )
-    axes.set(aspect="equal", title="centre of the crank pin in the bore, in clearances")
+    axes.set(aspect="equal")
     label_axes(axes, "along the rod", "across the rod")

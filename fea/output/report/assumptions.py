@@ -163,7 +163,7 @@ def limits(run: Run) -> Iterator[str]:
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
     if run.summary.model.pressure == FILM:
-        yield "The bending and ovalisation of the pins, and contact or an oil film at the small end."
+        yield "The bending and ovalisation of the crank pin; the film of the small end does not load the rod."
     elif not pin_model(run.summary.model.pressure).in_contact:
         yield (
             "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "

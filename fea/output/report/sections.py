@@ -335,12 +335,18 @@ def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
     degrees = np.linspace(0.0, 720.0, 721)
     drawn = [
-        chart((f"chart-{column}", title, unit), degrees, {"": over_cycle}, marks(summary))
+        chart((f"chart-{column}", title, unit), degrees, of_ends, marks(summary))
         for column, title, unit in _FILM_CHARTS
-        for over_cycle in [np.interp(degrees, columns["crank_deg"], columns[column], period=720.0)]
+        for of_ends in [
+            {
+                words: np.interp(degrees, columns["crank_deg"], columns[first + column], period=720.0)
+                for words, first in (("big end", ""), ("small end", "small_end_"))
+                if first + column in columns
+            }
+        ]
     ]
-    tables = [film_table(figures) for figures in (summary.film or {}).values()]
-    return _tables("film", "Oil film of the big end", tables, film_lines(summary), drawn)
+    tables = [film_table(*each) for each in (summary.film or {}).items()]
+    return _tables("film", "Oil films of the bearings", tables, film_lines(summary), drawn)
 
 
 _FILM_CHARTS = (

@@ -193,8 +193,8 @@ def check_table(summary: Summary) -> Table:
     return Table(caption, ("check", "value", "limit", "verdict"), tuple(rows), tuple(marked), (0, 3))
 
 
-def film_table(film: FilmFigures) -> Table:
-    """Return the figures of an oil film."""
+def film_table(end: str, film: FilmFigures) -> Table:
+    """Return the figures of the oil film of an end, ``big_end`` or ``small_end``."""
     rows = []
     for field in fields(film):
         value, (words, unit) = getattr(film, field.name), named(field.name)
@@ -202,7 +202,8 @@ def film_table(film: FilmFigures) -> Table:
         if value is not None:
             text = value if isinstance(value, str) else figure(value)
             rows.append((f"{heading}, {unit}" if unit else heading, text))
-    return Table("The film over the crank cycle", _QUANTITY, tuple(rows))
+    caption = f"The film of the {end.replace('_', ' ')} over the crank cycle"
+    return Table(caption, _QUANTITY, tuple(rows))
 
 
 def convergence_tables(summary: Summary) -> list[Table]:

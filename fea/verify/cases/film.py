@@ -10,7 +10,7 @@ from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing, JournalState
 from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
-from fea.pins.lubrication import unit_forces, works
+from fea.pins.yielding import unit_forces, works
 from fea.solid.bore import bore_facets
 from fea.solvers.static import Model
 from fea.verify.benchmark import Quantities, Quantity, benchmark

@@ -1,0 +1,199 @@
+"""How a bore yields to the pressures of its film and to all else on the rod, in smooth functions."""
+
+import math
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
+from fea.film.functions import BoreFunctions
+from fea.film.grid import FilmGrid
+from fea.film.journal import ElasticBore
+from fea.machine.threads import one_blas_thread
+from fea.pins.bonded import BondedBore
+from fea.pins.fits import Fits
+from fea.pins.model import Structure, inertial_fields
+from fea.rod.meshed_rod import Bores
+from fea.solid.bore import BoreFacets, bore_facets, radial_forces
+from fea.solid.parity import Parity, Split
+from fea.solvers.static import Model
+from geometry.arrays import Floats, Ints
+from geometry.surfaces import Surface
+from loads.instants import Instants
+
+# On −1…1, and weights of a quadratic function's ends and middle, in sixths of its length.
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_SIMPSON = np.array([1.0, 4.0, 1.0])
+
+
+class End(StrEnum):
+    """The ends of a rod, each with a bearing."""
+
+    BIG = "big_end"
+    SMALL = "small_end"
+
+    @property
+    def words(self) -> str:
+        """The name in a sentence."""
+        return self.value.replace("_", " ")
+
+    @property
+    def pin(self) -> str:
+        """The pin in it."""
+        return "crank pin" if self is End.BIG else "piston pin"
+
+    @property
+    def other(self) -> "End":
+        """The end across the rod."""
+        return End.SMALL if self is End.BIG else End.BIG
+
+    def facets(self, structure: Structure) -> BoreFacets:
+        """Its bore in the mesh."""
+        x = 0.0 if self is End.BIG else structure.bores.rod_length
+        return bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
+
+    def size(self, bores: Bores) -> tuple[float, float]:
+        """Radius and mean width of its bore, mm."""
+        if self is End.BIG:
+            return bores.big_radius, bores.big_width
+        return bores.small_radius, bores.small_width
+
+    def force(self, instants: Instants) -> Floats:
+        """Force (2, n) of its pin on the rod, N."""
+        return instants.crank if self is End.BIG else instants.pin
+
+
+@dataclass(frozen=True)
+class YieldingBore:
+    """The displacement of a bore under pressures on it and all else that acts on the rod."""
+
+    end: End
+    functions: BoreFunctions
+    #: (n, n), mm³/N, between weights of the functions, without rigid translations: those are the journal's
+    compliance: Floats
+    #: (n, 6) weights of the displacement of unit forces of the other pin along x and y and unit motions
+    loaded: Floats
+    pin: "YieldingPin | None" = None  #: None for a rigid one
+    relief: Floats | float = 0.0  #: (n,) weights of how the bore widens as it is made
+
+    @classmethod
+    def of(cls, structure: Structure, end: End = End.BIG) -> "YieldingBore":
+        """Solve for unit pressures on the bore, unit forces of the other pin and unit motions.
+
+        The sum of what acts at an instant balances; each unit alone does not, and is held by the restraints.
+        """
+        functions, n_nodes = BoreFunctions(*end.size(structure.bores)), len(structure.mesh.points)
+        facets, pin = end.facets(structure), BondedBore.of(end.other.facets(structure), n_nodes)
+        even, odd = (
+            np.stack([*pressed, force, *motions])
+            for pressed, force, motions in zip(
+                unit_forces(functions, facets, n_nodes),
+                pin.forces,
+                inertial_fields(structure.inertia),
+                strict=True,
+            )
+        )
+        moments = works(structure.model, facets, even, odd)
+        # Of each parity, the last three are the force of the other pin and the two motions.
+        rest = np.concatenate([len(even) - 3 + np.arange(3), len(even) + len(odd) - 3 + np.arange(3)])
+        own = np.setdiff1d(np.arange(len(moments)), rest)
+        compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest[[0, 3, 1, 2, 4, 5]])]
+        compliance = (compliance + compliance.T) / 2
+        compliance[functions.translations] = loaded[functions.translations] = 0.0
+        return cls(end, functions, compliance, loaded)
+
+    def on(self, grid: FilmGrid) -> ElasticBore:
+        """The bore for a film on a grid."""
+        both = self.compliance if self.pin is None else self.compliance + self.pin.compliance
+        return ElasticBore(self.functions.means(grid), both)
+
+    def caused(self, instants: Instants) -> Floats:
+        """Weights (n_instants, n) of the displacement by all but the film: g of `ElasticBore`."""
+        caused = np.concatenate([self.end.other.force(instants), instants.motions]).T @ self.loaded.T
+        return (
+            caused + self.relief + (0.0 if self.pin is None else self.pin.carried(self.end.force(instants)))
+        )
+
+    def with_fits(self, fits: Fits) -> "YieldingBore":
+        """The small end's bore with its relief and an elastic piston pin, as contact has them."""
+        functions, relief = self.functions, np.zeros(self.functions.count)
+        if fits.relief is not None:
+            length, depth = fits.relief
+            z = functions.width / 4 * (_PLACES + 1)
+            widened = depth * np.maximum(0.0, 1 - (functions.width / 2 - z) / length) ** 2
+            even, _ = functions.at(np.zeros_like(z), z)
+            area = 4 * math.pi * functions.radius * functions.width / 4 * _WEIGHTS
+            plain = np.flatnonzero(functions.terms[:, 0] == 0)
+            relief[plain] = even[plain] @ (area * widened)
+        pin = None if fits.piston_pin is None else YieldingPin.of(functions, fits.piston_pin)
+        return replace(self, pin=pin, relief=relief)
+
+
+@dataclass(frozen=True)
+class YieldingPin:
+    """The inward displacement of an elastic pin, whose supports press with half a cosine on its far side."""
+
+    compliance: Floats  #: (n, n), mm³/N, as of `YieldingBore`
+    #: (n,) weights of the displacement by half a cosine of 1 N on the supports, along each function's wave
+    supported: Floats
+    orders: Ints  #: (n,) harmonic of each function, negative of the sines
+
+    @classmethod
+    def of(cls, functions: BoreFunctions, pin: Pin) -> "YieldingPin":
+        """Add up the harmonics of a pin."""
+        n, pin = functions.terms[:, 0], replace(pin, touching=functions.width / 2)
+        orders = np.concatenate([n, -n[n > 0]])
+        with one_blas_thread():
+            stations, answers = harmonics(pin, max(int(n.max()), ORDERS[-1]), mirrored=True)
+        along = np.zeros(len(stations))  # ∫ R dz of the stations' quadratic functions
+        for start in range(0, len(stations) - 2, 2):
+            along[start : start + 3] += pin.radius * (stations[start + 2] - stations[start]) / 6 * _SIMPSON
+        even, _ = functions.at(np.zeros_like(stations), stations)
+        near, far = pin.carried or (0.0, math.inf)
+        peak = 1 / (math.pi * pin.radius * (far - near))
+        compliance, supported = np.zeros((len(orders), len(orders))), np.zeros(len(orders))
+        for answer in answers:
+            work = math.pi * (1 + (answer.order == 0)) * even * along
+            for sign in (1, -1):
+                own = np.flatnonzero(orders == sign * answer.order)
+                rows = work[np.flatnonzero(n == answer.order)]
+                compliance[np.ix_(own, own)] = 2 * rows @ answer.compliance @ rows.T
+                if answer.order in ORDERS:
+                    share = peak * HALF_COSINE[ORDERS.index(answer.order)] * (-1) ** answer.order
+                    supported[own] = 2 * share * rows @ answer.carried
+        compliance[functions.translations] = supported[functions.translations] = 0.0
+        return cls(compliance, supported, orders)
+
+    def carried(self, force: Floats) -> Floats:
+        """Weights (n_instants, n) under forces (2, n_instants) of the pin on the rod, N."""
+        turned = np.multiply.outer(np.arctan2(force[1], force[0]), np.abs(self.orders))
+        waves = np.where(self.orders >= 0, np.cos(turned), np.sin(turned))
+        return np.asarray(np.hypot(*force)[:, None] * waves * self.supported)
+
+
+def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> tuple[Floats, Floats]:
+    """Nodal forces (n, n_nodes, 3) on the cell of pressures of 1 MPa·mm times each even and odd function."""
+    z = facets.corners[..., 2] @ facets.shape_values.T
+    even, odd = (
+        np.stack([radial_forces(facets, n_nodes, each) for each in pressures])
+        for pressures in functions.at(facets.angle, z)
+    )
+    return even, odd
+
+
+def works(model: Model, facets: BoreFacets, even: Floats, odd: Floats) -> Floats:
+    """Work (n, n) in the body of forces of both parities, (n_own, n_nodes, 3); even ones are not fewer."""
+    if not facets.cut_y:
+        every = np.concatenate([even, odd])
+        u = model.solve([Split(forces, None) for forces in every]).displacement[Parity.SYMMETRIC]
+        return np.asarray(facets.images * np.tensordot(every, u, axes=2))
+    none = np.zeros((len(even) - len(odd), *even.shape[1:]))
+    pairs = zip(even, np.concatenate([odd, none]), strict=True)
+    u_of = model.solve([Split(*pair) for pair in pairs]).displacement
+    of_parities = [
+        np.tensordot(own, u_of[parity], axes=2)[:, : len(own)]
+        for parity, own in ((Parity.SYMMETRIC, even), (Parity.ANTISYMMETRIC, odd))
+    ]
+    return np.asarray(facets.images * block_diag(*of_parities))

@@ -1,0 +1,195 @@
+"""The films of both ends: how pins and bores yield, and where their oil comes from."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fea.analysis.film import films_at
+from fea.analysis.prepare import prepare
+from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, bending
+from fea.film.cycle import JournalLoads, integrate
+from fea.film.functions import BoreFunctions
+from fea.film.grid import FilmGrid
+from fea.film.journal import Bearing
+from fea.film.oil import Oil
+from fea.film.reynolds import Conditions, Reynolds, Supply
+from fea.pins import lubrication
+from fea.pins.lubrication import Films, Grooves, Lubrication
+from fea.pins.yielding import End, YieldingPin
+from fea.solid.errors import FilmError
+from fea.study.film_table import FilmTable
+from fea.study.flags import Flags
+from fea.study.study import load_study
+from geometry.errors import InvalidValue
+
+E, NU = 206e3, 0.3
+
+
+def test_a_hollow_pin_yields_as_a_tube_of_lame():
+    outer, inner, width = 12.0, 7.0, 25.0
+    functions = BoreFunctions(outer, width)
+    pin = YieldingPin.of(functions, Pin(outer, inner, width / 2, None, E, NU))
+    # Displacement of the outside under 1 MPa there, in plane strain (Timoshenko & Goodier, article 28).
+    between = outer**2 - inner**2
+    exact = (1 + NU) / E * outer * ((1 - 2 * NU) * outer**2 + inner**2) / between
+    assert pin.compliance[0, 0] == pytest.approx(exact, rel=1e-3)
+
+
+def test_a_pin_bends_between_bore_and_bosses():
+    """Half a cosine of pressure all along the bore bends the pin as the relief of contact assumes."""
+    radius, width, force = 12.0, 30.0, 4e4
+    functions, whole = BoreFunctions(radius, width), Pin(radius, 7.2, width / 2, (16.5, 35.7), E, NU)
+    pin = YieldingPin.of(functions, whole)
+    n, m = functions.terms.T
+    peak, weights = 2 * force / (math.pi * radius * width), np.zeros(functions.count)
+    for number in np.flatnonzero((m == 0) & np.isin(n, ORDERS)):
+        weights[number] = peak * HALF_COSINE[ORDERS.index(n[number])] / functions.scales[number]
+    moved = pin.compliance @ weights + pin.carried(np.array([[force], [0.0]]))[0]
+    even, _ = functions.at(np.zeros(2), np.array([0.0, width / 2]))
+    middle, end = moved[: len(n)] @ even
+    assert middle - end == pytest.approx(bending(whole, force), rel=0.05)
+    # A force the other way bends it as much on the other side, and one across by the sines.
+    back = pin.carried(np.array([[-force], [0.0]]))[0]
+    ahead = pin.carried(np.array([[force], [0.0]]))[0]
+    assert back[: len(n)] == pytest.approx((-1.0) ** n * ahead[: len(n)], rel=1e-9, abs=1e-12)
+    across = pin.carried(np.array([[0.0], [force]]))[0]
+    (second,) = np.flatnonzero((functions.terms == [2, 0]).all(axis=1))
+    assert across[second] == pytest.approx(-ahead[second], rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return prepare(Flags(size=18.0, pressure="bonded").applied(load_study()))
+
+
+def test_the_small_end_swings_on_its_pin_as_the_study_says(rod):
+    def swing(**keys):
+        structure = replace(rod.structure, film=FilmTable(**keys))
+        films = Films(structure, End.SMALL)
+        return films.lubrication
+
+    assert swing(piston_pin="fixed").swing == 1.0
+    floating = swing()
+    assert floating.swing == 0.5
+    assert "assumed a floating piston pin (film.piston_pin)" in str(floating.notes)
+    assert floating.temperature == 140.0
+    assert swing(viscosity_mPas=6.0).temperature is None
+
+
+def test_where_no_film_of_the_small_end_can_be(rod, monkeypatch):
+    monkeypatch.setitem(films_at.__globals__, "film_at", lambda *_: None)
+    pressed = replace(rod.structure.contact, small_end_clearance_mm=-0.01)
+    one, (note,) = films_at(replace(rod, structure=replace(rod.structure, contact=pressed)), 6000.0)
+    assert one == (None,)
+    assert "the pin is pressed into the bore (contact.small_end_clearance_mm = -0.01)" in str(note)
+
+    def failing(_rod, _rpm, films=None):
+        if films is not None:
+            raise FilmError("not solved within 60 steps")
+
+    monkeypatch.setitem(films_at.__globals__, "film_at", failing)
+    one, (note,) = films_at(rod, 6000.0)
+    assert one == (None,)
+    assert str(note) == "oil film of the small end: none was found: not solved within 60 steps"
+
+
+def test_the_small_end_swings_on_a_fixed_pin_twice_as_fast_as_on_a_floating_one(rod, monkeypatch):
+    monkeypatch.setattr(lubrication, "COARSE", (16, 36))
+    cycle = rod.crank_cycle(6000.0)
+    films = {}
+    for kind in ("floating", "fixed"):
+        found = Films(replace(rod.structure, film=FilmTable(viscosity_mPas=8.0, piston_pin=kind)), End.SMALL)
+        films[kind] = found.coarse(cycle)
+    floating, fixed = (films[kind] for kind in ("floating", "fixed"))
+    assert fixed.acting.speed == pytest.approx(2 * floating.acting.speed)
+    instants = cycle.at(lubrication.crank_angles(36))
+    assert fixed.acting.speed == pytest.approx(-12.0 * instants.angular_velocity)
+    assert fixed.acting.load == pytest.approx(instants.pin.T)
+    for film in films.values():
+        assert film.repeats
+        assert film.supplied == pytest.approx(film.leaked, rel=1e-3)
+        assert film.driven == pytest.approx(film.dissipated, rel=1e-2)
+    assert fixed.dissipated > floating.dissipated
+
+
+R, WIDTH, CLEARANCE = 12.0, 25.0, 0.01
+
+
+def rigid(width=WIDTH, n=48, m=20):
+    return Bearing(Reynolds(FilmGrid(R, width, n, m), Oil(8e-9)), CLEARANCE)
+
+
+def test_flooded_ends_fill_a_film_at_rest_with_their_pressure():
+    film = rigid()
+    supply = Supply(np.zeros(film.reynolds.grid.shape), 0.1, flooded=True)
+    state = film.solve(film.start((0.3 * CLEARANCE, 0.0)), Conditions(0.0, supply))
+    assert state.film.pressure == pytest.approx(0.1, rel=1e-9)
+    assert state.balance.leaked == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_film_that_is_squeezed_draws_its_oil_from_flooded_ends():
+    film, count = rigid(m=4, n=16), 36
+    swing = np.cos(2 * math.pi * np.arange(count) / count)
+    load = np.stack([2000 * swing, np.zeros(count)], axis=1)
+    acting = JournalLoads(period=0.02, load=load, speed=np.zeros(count), inlet=0.1, flooded=True)
+    cycle = integrate(film, acting, most=40)
+    assert cycle.repeats
+    assert cycle.supplied == pytest.approx(cycle.leaked, rel=5e-3)
+    assert cycle.leaked > 0
+    assert cycle.driven == pytest.approx(cycle.dissipated, rel=1e-2)
+    # Without oil around it, what is squeezed out never comes back.
+    dry = integrate(film, replace(acting, flooded=False), most=3)
+    assert dry.filled.mean() < 0.8 * cycle.filled.mean()
+
+
+def test_a_groove_all_round_makes_two_bearings_of_one():
+    whole, half = rigid(m=60), rigid(width=10.0, m=24)
+    grooves = Grooves.of(FilmTable(grooves_deg=(90.0,), groove_arc_deg=360.0, groove_width_mm=5.0))
+    share = grooves.share(whole.reynolds.grid)
+    assert share.mean() == pytest.approx(5.0 / WIDTH)
+    position, speed = (-0.6 * CLEARANCE, 0.0), 3000.0
+    state = whole.solve(whole.start(position), Conditions(speed, Supply(share, 1e-6)))
+    fed = Supply(half.reynolds.grid.groove(math.pi, 0.13), 1e-6)
+    other = half.solve(half.start(position), Conditions(speed, fed))
+    carried = [
+        np.hypot(*film.reynolds.grid.resultant(each.pressure))
+        for film, each in ((whole, state), (half, other))
+    ]
+    assert carried[0] == pytest.approx(2 * carried[1], rel=0.02)
+
+
+def test_grooves_are_those_of_lund_and_thomsen():
+    grid = FilmGrid(25.0, 25.0, 64, 8)
+    table = FilmTable(grooves_deg=(90.0, 270.0), groove_arc_deg=20.0, groove_width_mm=20.0, grooves_in="pin")
+    grooves = Grooves.of(table)
+    both = sum(grid.groove(side * math.pi / 2, math.radians(20)) for side in (1, -1))
+    across = np.clip((10.0 - grid.z) / grid.dz + 0.5, 0.0, 1.0)
+    assert grooves.share(grid) == pytest.approx(both * across)
+    assert grooves.share(grid, math.pi / 2) == pytest.approx(np.roll(both * across, 16, axis=0), abs=1e-9)
+    assert grooves.turn
+    assert Grooves.of(FilmTable()) is None
+
+
+def test_grooves_in_the_shell_and_in_the_pin_feed_the_big_end(rod, monkeypatch):
+    """A groove all round feeds alike wherever it is; a longer one beside the hole raises the flow."""
+    monkeypatch.setattr(lubrication, "COARSE", (16, 36))
+    plain = {"viscosity_mPas": 8.0, "hole_diameter_mm": 5.0}
+    all_round = {**plain, "grooves_deg": (0.0,), "groove_arc_deg": 360.0, "groove_width_mm": 4.0}
+    cycle, flows = rod.crank_cycle(6000.0), []
+    for keys in (plain, all_round, {**all_round, "grooves_in": "pin"}):
+        films = Films(replace(rod.structure, film=FilmTable(**keys)))
+        films.__dict__["bore"] = rod.films.bore
+        flows.append(films.coarse(cycle).leaked)
+    without, shell, pin = flows
+    assert shell == pytest.approx(pin, rel=1e-9)
+    assert shell > 1.5 * without
+
+
+def test_a_lubrication_refuses_what_does_not_suit_the_small_end(rod):
+    tight = replace(rod.structure.contact, small_end_clearance_mm=0.001)
+    structure = replace(rod.structure, contact=tight, film=FilmTable(viscosity_mPas=8.0))
+    with pytest.raises(InvalidValue, match=r"small_end_clearance_mm = 0\.001: must lie between 0\.0024"):
+        _ = Films(structure, End.SMALL).lubrication
+    assert isinstance(Lubrication.of(structure), Lubrication)
