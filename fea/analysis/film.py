@@ -203,13 +203,15 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
 
     Raises `InvalidValue`: [film] does not suit the rod; `FilmError`: that of the big end was not solved.
     """
-    big, topic = film_at(rod, rpm), TOPICS[End.SMALL]
-    fit = rod.structure.contact.small_end_clearance_mm
+    topic, fit = TOPICS[End.SMALL], rod.structure.contact.small_end_clearance_mm
     if fit is not None and fit <= 0:
         why = f"the pin is pressed into the bore (contact.small_end_clearance_mm = {fit:g})"
-        return (big,), (omission(topic, why),)
+        return (film_at(rod, rpm),), (omission(topic, why),)
+    small = rod.small_end_films
+    _ = small.lubrication  # refuses what does not suit before a film is solved
+    big = film_at(rod, rpm)
     try:
-        return (big, film_at(rod, rpm, rod.small_end_films)), ()
+        return (big, film_at(rod, rpm, small)), ()
     except FilmError as error:
         return (big,), (doubt(f"none was found: {error}", topic),)
 

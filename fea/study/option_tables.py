@@ -175,9 +175,7 @@ class AnalysisTable(Table, table="analysis"):
         default=choices.Fatigue.GOODMAN,
         flag="fatigue",
     )
-    film: bool = switch(
-        "compute the oil film of the big end's bearing over the crank cycle, as [film] says", "film"
-    )
+    film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
     tolerance_percent: float | None = key(
         "2",

@@ -144,12 +144,12 @@ def test_where_no_film_can_be(study, flags, message):
         ('piston_pin = "loose"', "film.piston_pin = 'loose': must be one of floating, fixed"),
         ("grooves_deg = [0.0]\ngroove_arc_deg = 20.0", "film.groove_width_mm is needed with"),
         (
-            "grooves_deg = [0.0]\ngroove_arc_deg = 20.0\ngroove_width_mm = 24.0",
-            "film.groove_width_mm = 24: leaves no land at its ends",
+            "grooves_deg = [0.0]\ngroove_arc_deg = 20.0\ngroove_width_mm = 28.0",
+            "film.groove_width_mm = 28: leaves no land at its ends",
         ),
         (
-            "grooves_deg = [0.0]\ngroove_arc_deg = 360.0\ngroove_width_mm = 14.0",
-            "film.groove_width_mm = 14: lets the grooves cover 58% of the bore",
+            "grooves_deg = [0.0]\ngroove_arc_deg = 360.0\ngroove_width_mm = 18.0",
+            "film.groove_width_mm = 18: lets the grooves cover 60% of the bore",
         ),
         (
             "grooves_deg = [0.0, 15.0]\ngroove_arc_deg = 20.0\ngroove_width_mm = 9.0",

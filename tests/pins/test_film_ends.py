@@ -132,16 +132,18 @@ def test_flooded_ends_fill_a_film_at_rest_with_their_pressure():
 def test_a_film_that_is_squeezed_draws_its_oil_from_flooded_ends():
     film, count = rigid(m=4, n=16), 36
     swing = np.cos(2 * math.pi * np.arange(count) / count)
-    load = np.stack([2000 * swing, np.zeros(count)], axis=1)
+    load = np.stack([500 * swing, np.zeros(count)], axis=1)
     acting = JournalLoads(period=0.02, load=load, speed=np.zeros(count), inlet=0.1, flooded=True)
     cycle = integrate(film, acting, most=40)
     assert cycle.repeats
-    assert cycle.supplied == pytest.approx(cycle.leaked, rel=5e-3)
+    # The oil in the gap, many times what a cycle exchanges, repeats within 1e-3.
+    assert cycle.supplied == pytest.approx(cycle.leaked, rel=2e-2)
     assert cycle.leaked > 0
-    assert cycle.driven == pytest.approx(cycle.dissipated, rel=1e-2)
+    assert cycle.driven == pytest.approx(cycle.dissipated, rel=1e-3)
     # Without oil around it, what is squeezed out never comes back.
     dry = integrate(film, replace(acting, flooded=False), most=3)
-    assert dry.filled.mean() < 0.8 * cycle.filled.mean()
+    assert dry.supplied == 0 < dry.leaked
+    assert dry.filled[-1] < dry.filled[0]
 
 
 def test_a_groove_all_round_makes_two_bearings_of_one():
@@ -150,8 +152,8 @@ def test_a_groove_all_round_makes_two_bearings_of_one():
     share = grooves.share(whole.reynolds.grid)
     assert share.mean() == pytest.approx(5.0 / WIDTH)
     position, speed = (-0.6 * CLEARANCE, 0.0), 3000.0
-    state = whole.solve(whole.start(position), Conditions(speed, Supply(share, 1e-6)))
-    fed = Supply(half.reynolds.grid.groove(math.pi, 0.13), 1e-6)
+    state = whole.solve(whole.start(position), Conditions(speed, Supply(share, 1e-3, flooded=True)))
+    fed = Supply(np.zeros(half.reynolds.grid.shape), 1e-3, flooded=True)
     other = half.solve(half.start(position), Conditions(speed, fed))
     carried = [
         np.hypot(*film.reynolds.grid.resultant(each.pressure))
