@@ -174,7 +174,7 @@ class FilmResult:
                 f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % of "
                 f"the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
                 f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. "
-                f"{remedy if self.end is End.BIG else 'Raise film.small_end_bar'}"
+                f"{remedy if self.end is End.BIG else 'Raise film.small_end_inlet_bar'}"
             )
         elif self.verdict == Regime.OVERHEATED:
             yield (

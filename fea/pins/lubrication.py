@@ -144,10 +144,10 @@ class Lubrication:
         if isinstance(oil, WarmOil):
             text = "film at {:.3g} °C (film.small_end_C)"
             warm = said.or_else(table.small_end_C, assumed.SMALL_END_C, text)
-        text = "its sides in oil of {:.3g} bar above that of a ruptured film (film.small_end_bar)"
-        around = said.or_else(table.small_end_bar, assumed.SMALL_END_BAR, text)
-        diameter = table.small_end_hole_mm or 0.0
-        _require_hole("film.small_end_hole_mm", diameter, End.SMALL, bores.small_width)
+        text = "its sides in oil of {:.3g} bar above that of a ruptured film (film.small_end_inlet_bar)"
+        around = said.or_else(table.small_end_inlet_bar, assumed.SMALL_END_BAR, text)
+        diameter = table.small_end_hole_diameter_mm or 0.0
+        _require_hole("film.small_end_hole_diameter_mm", diameter, End.SMALL, bores.small_width)
         kind = table.piston_pin or assumed.FLOATING
         if table.piston_pin is None:
             said.append("a floating piston pin (film.piston_pin)")

@@ -100,12 +100,12 @@ class FilmTable(
         one_of(TURNS),
     )
     small_end_C: float | None = key("140.0", "temperature of the small end's film", within(-40, 250))
-    small_end_bar: float | None = key(
+    small_end_inlet_bar: float | None = key(
         "1.0",
         "of the oil that wets the sides of the small end and fills its hole, above that of a ruptured film",
         within(0.01, 100),
     )
-    small_end_hole_mm: float | None = key("4.0", "diameter; none by default", require_positive)
+    small_end_hole_diameter_mm: float | None = key("4.0", "diameter; none by default", require_positive)
     small_end_hole_deg: float = key(
         "0.0", "angle of that hole from the rod's axis, away from the crank", within(-360, 360), default=0.0
     )

@@ -140,7 +140,10 @@ def test_where_no_film_can_be(study, flags, message):
         ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed at 40 °C and at 100 °C"),
         ("viscosity_mPas = 0.0", "film.viscosity_mPas = 0: must be positive"),
         ("hole_diameter_mm = 30.0", "film.hole_diameter_mm = 30: must be less than the width"),
-        ("small_end_hole_mm = 40.0", "film.small_end_hole_mm = 40: must be less than the width"),
+        (
+            "small_end_hole_diameter_mm = 40.0",
+            "film.small_end_hole_diameter_mm = 40: must be less than the width",
+        ),
         ('piston_pin = "loose"', "film.piston_pin = 'loose': must be one of floating, fixed"),
         ("grooves_deg = [0.0]\ngroove_arc_deg = 20.0", "film.groove_width_mm is needed with"),
         (
