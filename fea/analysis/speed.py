@@ -107,6 +107,11 @@ class SpeedResult:
         """Whether every check passed."""
         return all(item.passed for item in self.checks.values())
 
+    @property
+    def film(self) -> FilmResult | None:
+        """The film of the big end, where films were asked for."""
+        return self.films[0] if self.films else None
+
 
 def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
     """Solve, judge and check the load cases of one speed, rpm; None for given forces.
