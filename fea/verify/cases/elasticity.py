@@ -8,6 +8,7 @@ import numpy.typing as npt
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
 from fea.solid.inertia import body_forces
+from fea.solid.parity import Parity
 from fea.solid.stress import matrices
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.constrained import displacement
@@ -93,6 +94,49 @@ def lame(size: float) -> Quantities:
     yield lame_hoop(body.mesh, body.stress)
     yield Quantity(name, "mm", target, worst, 0.02, _FASTER)
     return body.dofs
+
+
+# Weber's round shaft with a groove along it. The origin is at the centre of the groove, on the circumference.
+SHAFT, GROOVE, LENGTH, SHEAR = 10.0, 2.0, 4.0, 100.0
+
+
+@benchmark("Weber 1921; Timoshenko & Goodier 1970, chapter 10", size=1.0)
+def grooved_shaft(size: float) -> Quantities:
+    """Torsion of a round shaft with a groove.
+
+    Shear out of the plane is largest on a curved free surface. The half y ≥ 0 is antisymmetric about y = 0
+    and, like the end z = 0, free to warp. Prandtl's stress function is μθ/2 (b² − r² + 2a x (1 − b²/r²)) for
+    the radii a and b of shaft and groove, so that the shear at the bottom of the groove is μθ (2a − b),
+    nearly twice that of a shaft without one.
+    """
+    cut, twist = Surface.SYMMETRY_Y, SHEAR / (2 * SHAFT - GROOVE)  # μθ, MPa/mm
+    meet = math.acos(GROOVE / (2 * SHAFT))  # angle at the groove's centre to where it meets the circumference
+    sides = (
+        Side(Line((GROOVE, 0.0), (2 * SHAFT, 0.0)), cut),
+        Side(Arc((SHAFT, 0.0), SHAFT, 0.0, 2 * meet), Surface.OUTER),
+        Side(Arc((0.0, 0.0), GROOVE, meet, -meet), Surface.INNER),
+    )
+    body = Prism(sides, (0.0, LENGTH), Surface.ROLLER, Surface.LOADED)
+    mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 5)})
+
+    def shear(places: Floats, _normals: Floats) -> Floats:
+        x, y, _ = places.T
+        flow = SHAFT * (1 + (GROOVE / (x + 1j * y)) ** 2) - (x - 1j * y)
+        return np.asarray(-twist * np.stack([flow.imag, flow.real, 0 * x], axis=1))
+
+    fixed = held(mesh, {cut: (0, 2), Surface.ROLLER: (0, 1)})
+    fixed[nodes_of(mesh, cut, Surface.OUTER, Surface.LOADED), 1] = True  # or it would turn about the axis x
+    u = LoadedBody(mesh, STEEL, traction_forces(mesh, Surface.LOADED, shear), fixed).solved().displacement
+    known = (Surface.INNER, Surface.OUTER)
+    solved = SolvedBody(mesh, STEEL, u, known, parity=Parity.ANTISYMMETRIC)
+    # Surfaces of known traction need not hold an edge's nodes: at the ends, stress is that of one side only.
+    inside = (mesh.points[:, 2] > 0.0) & (mesh.points[:, 2] < LENGTH)
+    bottom, end = nodes_of(mesh, cut, Surface.INNER), solved.node_at(GROOVE, 0.0, LENGTH)
+    worst = furthest(solved.stress[bottom[inside[bottom]], 4], -SHEAR)
+    moved = -twist / STEEL.shear_modulus * LENGTH * (2 * SHAFT - GROOVE)
+    yield Quantity("σyz at the bottom of the groove, worst node", "MPa", -SHEAR, worst, 0.5, _AT_NODE)
+    yield Quantity("u_y of its end", "mm", moved, float(u[end, 1, 0]), 0.01, _FASTER)
+    return solved.dofs
 
 
 # Goodier's spherical cavity in an infinite body under tension. The model is an eighth of a ball around the
