@@ -21,19 +21,7 @@ from queue import SimpleQueue
 from tempfile import TemporaryFile
 from typing import IO, Any, Self, TypeVar
 
-from geometry.system import (
-    CAN_FORK,
-    ENDS,
-    OUT_OF_MEMORY,
-    OVERTIME,
-    broken_pipes_raise,
-    die_with_parent,
-    held_back,
-    interrupt_once,
-    limit_memory,
-    limit_processor_time,
-    through,
-)
+from geometry import system
 
 Result = TypeVar("Result")
 
@@ -94,7 +82,7 @@ def begun(
 ) -> "IsolatedProcess":
     """Return a process that does a job, and then those it is given; arguments as `isolated`."""
     limited = partial(_within, job, seconds, memory)
-    if CAN_FORK:
+    if system.CAN_FORK:
         return copied(limited)
     process = fresh()
     process.begin(limited)
@@ -109,7 +97,7 @@ def say(progress: str) -> None:
 def allow(seconds: float) -> None:
     """In a job with a limit: allow so much processor time from now on; elsewhere nothing happens."""
     if _Inside.limited:
-        limit_processor_time(seconds)
+        system.limit_processor_time(seconds)
         _send(_LIMIT, seconds)
 
 
@@ -148,7 +136,7 @@ class IsolatedProcess:
         # Two layers: only the thread that does the job may import its modules.
         order = pickle.dumps(pickle.dumps((job, arguments)))
         self._pending += 1
-        with suppress(OSError), broken_pipes_raise():  # it has ended: `result` says how
+        with suppress(OSError), system.broken_pipes_raise():  # it has ended: `result` says how
             self._jobs.write(order)
             self._jobs.flush()
 
@@ -198,7 +186,7 @@ class IsolatedProcess:
     def close(self) -> None:
         """End the process; one that is patient and at work may clean up first."""
         if self._pending and self._patient and self.alive:
-            if CAN_FORK:
+            if system.CAN_FORK:
                 os.kill(self.started.pid, signal.SIGTERM)
             else:  # Windows' `kill` waits for nothing; a process without orders interrupts itself
                 self._jobs.close()
@@ -207,7 +195,7 @@ class IsolatedProcess:
         self.started.kill()
         self.started.wait()
         for pipe in (self._jobs, self._answers):
-            with suppress(OSError), broken_pipes_raise():  # what was not sent
+            with suppress(OSError), system.broken_pipes_raise():  # what was not sent
                 pipe.close()
         if self._messages is not None and not self._messages.closed:
             with self._messages:
@@ -241,9 +229,9 @@ def copied(job: Callable[[], object]) -> IsolatedProcess:
     (jobs, ours_out), (ours_in, answers) = os.pipe(), os.pipe()
 
     def work() -> None:
-        for number in ENDS:
+        for number in system.ENDS:
             signal.signal(number, signal.SIG_DFL)
-        through()
+        system.through()
         if _Inside.answers is not None:  # of the process that is copied
             os.close(_Inside.answers.fileno())
         nowhere = os.open(os.devnull, os.O_RDWR)
@@ -301,13 +289,13 @@ def fresh(
 
 def serve(*, patient: bool) -> None:
     """In a fresh interpreter: do the jobs that come through standard input."""
-    die_with_parent()
+    system.die_with_parent()
     if patient:
-        interrupt_once(afresh=True)
+        system.interrupt_once(afresh=True)
     else:
-        for number in ENDS:
+        for number in system.ENDS:
             signal.signal(number, signal.SIG_IGN)
-    through()
+    system.through()
     orders: SimpleQueue[bytes] = SimpleQueue()
     pipe, _Inside.answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # On Windows, a library that looks at standard input as it loads would wait for the thread that reads it.
@@ -327,7 +315,7 @@ def _listen(pipe: IO[bytes], orders: "SimpleQueue[bytes]", *, patient: bool) -> 
             orders.put(pickle.load(pipe))  # noqa: S301 - from our own process
     if not patient:
         os._exit(0)
-    if CAN_FORK:
+    if system.CAN_FORK:
         os.kill(os.getpid(), signal.SIGTERM)
     else:
         interrupt_main(signal.SIGTERM)
@@ -357,7 +345,7 @@ def _within(job: Callable[[], Result], seconds: float | None, memory: int | None
         _Inside.limited = True
         allow(seconds)
     if memory is not None:
-        limit_memory(memory)
+        system.limit_memory(memory)
     return job()
 
 
@@ -365,7 +353,7 @@ def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
     """Start a process; an interrupt waits until it is known, and then ends it."""
     process = None
     try:
-        with held_back():
+        with system.held_back():
             process = start()
     except BaseException:
         if process:
@@ -376,7 +364,7 @@ def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
 
 def _interruptible(read: Callable[[], tuple[int, Any]]) -> tuple[int, Any]:
     """Read from a pipe, which Ctrl-C ends; on Windows it does not, so that another thread reads."""
-    if CAN_FORK:
+    if system.CAN_FORK:
         return read()
     answer: Future[tuple[int, Any]] = Future()
 
@@ -394,11 +382,11 @@ def _interruptible(read: Callable[[], tuple[int, Any]]) -> tuple[int, Any]:
 
 def _death(code: int, during: str, limit: float) -> BaseException:
     """Return the error of a process that ended with a code, negative for a signal, on Windows its status."""
-    if code == OUT_OF_MEMORY:
+    if code == system.OUT_OF_MEMORY:
         return MemoryError()
-    if code == OVERTIME or (limit and code == -getattr(signal, "SIGPROF", 0)):
+    if code == system.OVERTIME or (limit and code == -getattr(signal, "SIGPROF", 0)):
         return OvertimeError(f"it did not finish within {limit:.3g} s of processor time{during}")
-    if code == _STATUS_CTRL_C or -code in ENDS:
+    if code == _STATUS_CTRL_C or -code in system.ENDS:
         return KeyboardInterrupt()
     if code >= _STATUS_ERROR:
         return CrashError(f"it crashed (Windows' status {code:#x}){during}", f"status {code:#x}")
@@ -427,7 +415,7 @@ class Copy:
         if not self.pid:
             code = 1
             try:
-                die_with_parent()
+                system.die_with_parent()
                 work()
                 code = 0
             finally:

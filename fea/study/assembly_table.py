@@ -180,10 +180,9 @@ class AssemblyTable(
             return None
         text = f"{self.bolt_grade:g}" if isinstance(self.bolt_grade, float) else str(self.bolt_grade)
         if text not in list(BoltGrade):
-            remedy = (
-                f"{nearest(text, BoltGrade)} For others give yield_MPa and ultimate_MPa in [material.bolt]."
-            )
-            raise InvalidValue("assembly.bolt_grade", self.bolt_grade, "is not a grade of bolts", remedy)
+            rule, others = "is not a grade of bolts", "yield_MPa and ultimate_MPa in [material.bolt]"
+            remedy = f"{nearest(text, BoltGrade)} For others give {others}."
+            raise InvalidValue("assembly.bolt_grade", self.bolt_grade, rule, remedy)
         return BoltGrade(text)
 
     def require_dimensions(self, rod: Rod) -> None:
@@ -220,10 +219,8 @@ def table_name(part: str) -> str:
 def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: MaterialTable) -> MaterialTable:
     """Material of a part: of its [material.<part>] table in `given`, or `otherwise`, that of rod and cap."""
     name = table_name(part)
-    if part in given:
-        return given[part]
-    if name in given:
-        return given[name]
+    if part in given or name in given:
+        return given[part if part in given else name]
     return MaterialTable(preset=_ASSUMED[name]) if name in _ASSUMED else otherwise
 
 
@@ -236,12 +233,10 @@ def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -
 def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:
     """Say which materials of parts are assumed, with their figures."""
     names = dict.fromkeys(table_name(part) for part in parts if part not in given)
-    said = []
-    for name in names:
-        if name in _ASSUMED and name not in given:
-            table = MaterialTable(preset=_ASSUMED[name]).resolved()
-            said.append(
-                f"{name} of {_ASSUMED[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
-                f"([material.{name}])"
-            )
-    return tuple(said)
+    tables = {name: MaterialTable(preset=_ASSUMED[name]).resolved() for name in names if name in _ASSUMED}
+    return tuple(
+        f"{name} of {_ASSUMED[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
+        f"([material.{name}])"
+        for name, table in tables.items()
+        if name not in given
+    )

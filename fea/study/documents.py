@@ -156,11 +156,8 @@ def _kind(cls: Any, name: str, number: Schema) -> Schema:
 
 
 def _needs(names: Iterable[str]) -> Schema:
-    return {
-        "allOf": [
-            {"anyOf": [{"required": [key]} for key in dict.fromkeys((name, stem(name)))]} for name in names
-        ]
-    }
+    ways = [dict.fromkeys((name, stem(name))) for name in names]
+    return {"allOf": [{"anyOf": [{"required": [key]} for key in keys]} for keys in ways]}
 
 
 def _reference(name: str) -> Schema:

@@ -80,9 +80,7 @@ def _plain(name: str) -> str:
     return name.casefold().translate(_IGNORED)
 
 
-_BY_NAME = {
-    _plain(name): material for material in LIBRARY.values() for name in (*material.also, material.name)
-}
+_BY_NAME = {_plain(name): each for each in LIBRARY.values() for name in (*each.also, each.name)}
 
 
 def library_material(where: str, name: str) -> LibraryMaterial:

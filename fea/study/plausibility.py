@@ -66,10 +66,8 @@ class _Range:
         low, high = self.given.least * scale, self.given.most * scale
         beside = " and ".join(f"{name} = {_plain(values[name])}" for name in self.of)
         what = "it" if self.key == blamed else f"{self.key} = {_plain(values[self.key])}"
-        at = f" with {beside}" if beside else ""
-        return (
-            f"{what} is outside {_plain(low)} to {_plain(high)}, the range of engines{at} ({self.given.why})"
-        )
+        least, most, at = _plain(low), _plain(high), f" with {beside}" if beside else ""
+        return f"{what} is outside {least} to {most}, the range of engines{at} ({self.given.why})"
 
 
 @dataclass(frozen=True)

@@ -80,9 +80,8 @@ def _read(name: str) -> EnginePreset:
         }
         for table in ("engine", "rod", "speed")
     )
-    return EnginePreset(
-        name, raw["title"], raw["layout"], raw["sources"], engine, rod, redline=speed["redline_rpm"]
-    )
+    title, layout, sources = raw["title"], raw["layout"], raw["sources"]
+    return EnginePreset(name, title, layout, sources, engine, rod, redline=speed["redline_rpm"])
 
 
 def with_preset(raw: object) -> object:

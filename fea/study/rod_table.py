@@ -217,12 +217,9 @@ class RodTable:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
         if self.mass is None:
             return []
-        meshed = _mass_figures(drawn)
-        others = [
-            f"{name} = {given:.4g} (solid: {meshed[name]:.4g})"
-            for name, given in _mass_figures(self.mass).items()
-            if not math.isclose(given, meshed[name], rel_tol=_ALIKE)
-        ]
+        given, meshed = _mass_figures(self.mass), _mass_figures(drawn)
+        unlike = [name for name in MASS_KEYS if not math.isclose(given[name], meshed[name], rel_tol=_ALIKE)]
+        others = [f"{name} = {given[name]:.4g} (solid: {meshed[name]:.4g})" for name in unlike]
         if not others:
             return []
         text = (
@@ -241,11 +238,8 @@ class RodTable:
             given["cap"] = None if file.cap is MissingCap.REFUSED else str(file.cap)
             entries |= {name: value for name, value in given.items() if value}
         elif self.dimensions is not None:
-            entries = {
-                key_of(name): value
-                for name, value in vars(self.dimensions).items()
-                if value or name not in options()
-            }
+            given = vars(self.dimensions)
+            entries = {key_of(name): given[name] for name in given if given[name] or name not in options()}
         else:
             entries = {"length_mm": self.length}
         if self.mass is not None:

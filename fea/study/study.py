@@ -117,13 +117,11 @@ class Study:
 
     def require_film(self, name: str, value: float | str) -> None:
         """Raise `InvalidValue`, by the name and value of what asks for an oil film: it cannot be computed."""
+        clamped = self.analysis.support is choices.Support.CLAMPED
         for excluded, rule in (
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
             (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
-            (
-                self.analysis.support is choices.Support.CLAMPED,
-                'cannot be combined with support = "clamped", which replaces the crank pin',
-            ),
+            (clamped, 'cannot be combined with support = "clamped", which replaces the crank pin'),
         ):
             require(not excluded, name, value, rule, "Leave out the film, or that.")
 
@@ -323,25 +321,10 @@ class Study:
         return toml_text(self.as_dict())
 
 
+_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ForcesTable
+_ANALYSED = AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable, OptimiseTable, OutputTable
 # The tables of a study by their names, in the order of the commented study.
-TABLES: Mapping[str, Any] = {
-    table.TABLE: table
-    for table in (
-        RodKeys,
-        MaterialTable,
-        EngineTable,
-        SpeedTable,
-        DutyTable,
-        ForcesTable,
-        AssemblyTable,
-        MeshTable,
-        AnalysisTable,
-        ContactTable,
-        FilmTable,
-        OptimiseTable,
-        OutputTable,
-    )
-}
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_ANALYSED)}
 
 
 def shipped_studies() -> tuple[str, ...]:
@@ -403,14 +386,12 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     raw, part_material = _parted(_switched_on(with_own_units(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
-    tables = {
-        key: read_table(cls, key, raw[key]) for key, cls in TABLES.items() if key in raw and key != "rod"
-    }
+    given = [key for key in TABLES if key in raw and key != "rod"]
+    tables = {key: read_table(TABLES[key], key, raw[key]) for key in given}
     rod = _rod(raw, folder)
-    if "engine" in tables:
-        tables["engine"] = tables["engine"].located(folder)
-    if "duty" in tables:
-        tables["duty"] = tables["duty"].located(folder)
+    for key in ("engine", "duty"):
+        if key in tables:
+            tables[key] = tables[key].located(folder)
     return Study(name, rod, part_material=part_material, folder=folder, **tables)
 
 

@@ -225,11 +225,8 @@ def number_of(said: str, value: Any, name: str, *, bare: bool = False, change: b
 def required(cls: Any) -> list[str]:
     """Return the names of the fields without a default."""
     absent = dataclasses.MISSING
-    return [
-        field.name
-        for field in dataclasses.fields(cls)
-        if field.default is absent and field.default_factory is absent
-    ]
+    fields = dataclasses.fields(cls)
+    return [each.name for each in fields if each.default is absent and each.default_factory is absent]
 
 
 def checked(name: str, value: object, hint: Any) -> Any:
@@ -255,8 +252,7 @@ def checked(name: str, value: object, hint: Any) -> Any:
             return converted
     choices = [choice for option in options if _is_enum(option) for choice in option]
     if choices:
-        beside = " or give a number" if float in options else ""
-        remedy = f"Choose from {', '.join(choices)}{beside}."
+        remedy = f"Choose from {', '.join(choices)}{' or give a number' if float in options else ''}."
         raise InvalidValue(name, value, "is not a valid choice", remedy)
     raise InvalidValue(name, value, f"must be {' or '.join(_word(option) for option in options)}")
 

@@ -15,20 +15,8 @@ from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_positive
 
 _ANGLES = {
-    *(
-        "crank",
-        "crankangle",
-        "crankshaft",
-        "ca",
-        "cad",
-        "deg",
-        "degca",
-        "cadeg",
-        "degree",
-        "degrees",
-        "theta",
-    ),
-    *("phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw"),
+    *("crank", "crankangle", "crankshaft", "ca", "cad", "deg", "degca", "cadeg", "degree", "degrees"),
+    *("theta", "phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw"),
     *("°ca", "°kw", "°", "曲轴转角", "转角"),
 }
 _PRESSURES = {
@@ -94,9 +82,7 @@ def reference_of(name: str) -> PressureReference | None:
 def unknown_unit(name: str) -> str:
     """Return what stands in brackets where that is not a unit of pressure, as in ``[V]``; else nothing."""
     inside = [match[1].strip() for match in _BRACKETS.finditer(name)]
-    strange = [
-        text for text in inside if text and unit_of(text) is None and reference_of(f"bar {text}") is None
-    ]
+    strange = [each for each in inside if each and not (unit_of(each) or reference_of(f"bar {each}"))]
     return strange[-1] if strange and unit_of(name) is None else ""
 
 
@@ -196,6 +182,25 @@ class Columns(NamedTuple):
     pressure_name: str
     chosen: dict[str, str | int]
 
+    def unit(self, keys: TraceKeys, source: str) -> PressureUnit | None:
+        """Return the unit of the pressures by key or heading. Raises `InvalidValue`: that of none of ours."""
+        if keys.pressure_unit is not None:
+            return keys.pressure_unit
+        strange = unknown_unit(self.pressure_name)
+        rule = f"has pressures in an unknown unit, {strange}"
+        remedy = "Convert them, or set engine.pressure_unit to bar, kPa, MPa, Pa or psi."
+        require(not strange, f"{source}: column", self.pressure_name, rule, remedy)
+        return unit_of(self.pressure_name)
+
+    def reference(self, keys: TraceKeys) -> PressureReference | None:
+        """Return what the pressures refer to by key or heading; our own format has gauge pressures."""
+        if keys.pressure_reference is not None:
+            return keys.pressure_reference
+        own_format = self.pressure_name == DOCUMENTED[1] or speed_of(self.pressure_name) is not None
+        if own_format and self.angle_name == DOCUMENTED[0]:
+            return PressureReference.GAUGE
+        return reference_of(self.pressure_name)
+
 
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     """Choose columns by keys, names or content. Raises `InvalidValue`: a key names none, or several fit."""
@@ -224,10 +229,8 @@ def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
 
 def _require_consistent(keys: TraceKeys) -> None:
     triggered = keys.trigger_column is not None
-    rule, remedy = "cannot be combined with trigger_column, which gives the angles", "Remove one of them."
-    require(
-        not triggered or keys.angle_column is None, "engine.angle_column", keys.angle_column, rule, remedy
-    )
+    rule, angle = "cannot be combined with trigger_column, which gives the angles", keys.angle_column
+    require(not triggered or angle is None, "engine.angle_column", angle, rule, "Remove one of them.")
     rule, remedy = "needs trigger_column: times do not give crank angles", "Name the column of the trigger."
     for name in ("time_column", "trigger_pulses"):
         value = getattr(keys, name)

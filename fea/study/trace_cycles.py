@@ -194,18 +194,15 @@ def _axis(recording: Recording) -> float:
 
 def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
     """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
-    other = np.interp(
-        recording.angles + _TURN, recording.angles, recording.pressures, period=recording.period
-    )
+    angles, period = recording.angles, recording.period
+    other = np.interp(angles + _TURN, angles, recording.pressures, period=period)
     top = float(recording.pressures.max())
-    from_tdc = np.mod(recording.angles - tdc + _HALF_TURN, recording.period) - _HALF_TURN
+    from_tdc = np.mod(angles - tdc + _HALF_TURN, period) - _HALF_TURN
     near = (from_tdc >= _EARLIEST) & (from_tdc <= _LATEST)
-    if float(other[near].max(initial=0.0)) < _SECOND * top:
-        return
-    if float(np.abs(other - recording.pressures).max()) <= _REPEATS * top:
-        return
-    rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {tdc + _TURN:g}°"
-    raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, tdc, tdc + _TURN)
+    repeats = float(np.abs(other - recording.pressures).max()) <= _REPEATS * top
+    if float(other[near].max(initial=0.0)) >= _SECOND * top and not repeats:
+        rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {tdc + _TURN:g}°"
+        raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, tdc, tdc + _TURN)
 
 
 def _undecided(name: str, value: str, rule: str, first: float, second: float) -> InvalidValue:

@@ -70,7 +70,7 @@ class TraceTable:
         return np.asarray(self.values[:, self.numbers.index(index)], dtype=np.float64)
 
 
-def read_trace_table(lines: Sequence[Line], source: str, remedy: str) -> TraceTable:
+def find_table(lines: Sequence[Line], source: str, remedy: str) -> TraceTable:
     """Find the table in lines. Raises `InvalidValue`: none of two columns, or a line breaks its form."""
     require(bool(lines), "engine.gas", source, "contains no data", remedy)
     sample = lines[:_SAMPLE]

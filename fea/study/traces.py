@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,27 +11,9 @@ import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.base.units import BAR, DEG, RPM
-from fea.study.trace_columns import (
-    DOCUMENTED,
-    Columns,
-    TraceKeys,
-    reference_of,
-    speed_of,
-    trace_columns,
-    unit_of,
-    unknown_unit,
-)
+from fea.study.trace_columns import DOCUMENTED, Columns, TraceKeys, speed_of, trace_columns
 from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
-from fea.study.trace_table import (
-    Form,
-    Line,
-    TraceTable,
-    cells_of,
-    lines_of,
-    read_rows,
-    read_text,
-    read_trace_table,
-)
+from fea.study.trace_table import Form, Line, TraceTable, cells_of, find_table, lines_of, read_rows, read_text
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from loads.gas import ATMOSPHERE, LARGEST_PEAK
@@ -81,16 +64,12 @@ def read_as(
     unit, reference and compression ratio are None where they are not known. Raises `InvalidValue`: no
     reading, or more than one, is possible.
     """
-    readings = [
-        Reading(u, r)
-        for u in ([unit] if unit else PressureUnit)
-        for r in ([reference] if reference else PressureReference)
-    ]
+    units = [unit] if unit else list(PressureUnit)
+    references = [reference] if reference else list(PressureReference)
+    readings = [Reading(*each) for each in product(units, references)]
     possible = [r for r in readings if _is_plausible(r, pressures, atmosphere, known_unit=unit is not None)]
-    exponents = {
-        r: compression_exponent(angles, r.absolute(pressures, atmosphere), ratio)
-        for r in possible or readings
-    }
+    absolute = {r: r.absolute(pressures, atmosphere) for r in possible or readings}
+    exponents = {r: compression_exponent(angles, values, ratio) for r, values in absolute.items()}
     if len(readings) == 1:
         return readings[0], "", _doubt(exponents[readings[0]])
     fitting = [r for r in possible if exponents[r].is_compression]
@@ -119,9 +98,8 @@ def _level(pressures: Floats, percentile: float = _FILLING) -> float:
 def _is_plausible(reading: Reading, pressures: Floats, atmosphere: float, *, known_unit: bool) -> bool:
     absolute = reading.absolute(pressures, atmosphere)
     least, peak = _level(absolute), float(absolute.max()) - atmosphere
-    if known_unit:
-        return least > 0
-    return _within(least, _ANY) and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
+    usual = _within(least, _ANY) and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
+    return least > 0 if known_unit else usual
 
 
 def _within(value: float, limits: tuple[float, float]) -> bool:
@@ -192,7 +170,7 @@ class Imported:
     keys: TraceKeys
 
 
-_OF_FILE = TraceKeys()
+_NONE = TraceKeys()
 _NOWHERE = Surroundings()
 
 
@@ -202,22 +180,19 @@ def shipped_trace(name: str) -> Trace:
     return parse_trace((files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8"), "").trace
 
 
-def read_trace(path: Path, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE) -> Imported:
+def read_trace(path: Path, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> Imported:
     """Read a user's trace by its keys, and decide the rest. Raises `InvalidValue` with file and line."""
     return parse_trace(read_text(path, _REMEDY), path.name, keys, around)
 
 
-def parse_trace(
-    text: str, source: str, keys: TraceKeys = _OF_FILE, around: Surroundings = _NOWHERE
-) -> Imported:
+def parse_trace(text: str, source: str, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> Imported:
     """Turn the text of a file into a trace; `source` is its name in messages."""
     lines = lines_of(text)
     start, header = next(((i, line) for i, line in enumerate(lines) if not line.is_comment), (0, Line(0, "")))
     names = cells_of(header.text, ",")
     speeds = [name for name in names[1:] if speed_of(name) is not None]
-    documented = names[:1] == [DOCUMENTED[0]] and (
-        names[1:] == [DOCUMENTED[1]] or 0 < len(speeds) == len(names) - 1
-    )
+    of_speeds = names[:1] == [DOCUMENTED[0]] and 0 < len(speeds) == len(names) - 1
+    documented = of_speeds or names == [*DOCUMENTED]
     if documented and not keys.given:
         form = Form(",", comma=False, cells=len(names), numbers=tuple(range(len(names))), exact=True)
         table = read_rows(lines[start + 1 :], form, tuple(names), source)
@@ -226,10 +201,8 @@ def parse_trace(
             return Imported(_documented(table, speeds), keys)
     if documented and speeds and keys.pressure_column is None:
         first = _import(lines, source, replace(keys, pressure_column=speeds[0]), around)
-        rest = [
-            _import(lines, source, replace(first.keys, pressure_column=column), around)
-            for column in speeds[1:]
-        ]
+        others = [replace(first.keys, pressure_column=column) for column in speeds[1:]]
+        rest = [_import(lines, source, each, around) for each in others]
         trace = replace(
             first.trace,
             pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
@@ -282,7 +255,7 @@ class _Assumption(NamedTuple):
 
 
 def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroundings) -> Imported:
-    table = read_trace_table(lines, source, _REMEDY)
+    table = find_table(lines, source, _REMEDY)
     columns = trace_columns(table, keys)
     recording = recorded(columns.angles, columns.pressures, source, table.lines)
     offset, assumed = _offset(recording, keys, source)
@@ -291,11 +264,7 @@ def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroun
     smooth = smoothed(angles, pressures, recording.step, keys.smoothing_deg)
     reading, units, doubt = _reading(columns, (angles, smooth.pressures), keys, around, source)
     chosen = f"of {len(table.names)} columns"
-    assumptions = [
-        *(_Assumption(key, value, chosen) for key, value in columns.chosen.items()),
-        *units,
-        *assumed,
-    ]
+    assumptions = [_Assumption(key, value, chosen) for key, value in columns.chosen.items()] + units + assumed
     if not np.isnan(held) and keys.strokes is None:
         why = f"the gas exchange is held at {held:.4g} {reading.unit}, where compression begins"
         assumptions.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
@@ -325,16 +294,10 @@ def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, 
 def _reading(
     columns: Columns, cycle: tuple[Floats, Floats], keys: TraceKeys, around: Surroundings, source: str
 ) -> tuple[Reading, list[_Assumption], str]:
-    unit, reference = _known_unit(columns, keys, source), _known_reference(columns, keys)
+    unit, reference = columns.unit(keys, source), columns.reference(keys)
     _, pressures = cycle
-    reading, why, doubt = read_as(
-        *cycle,
-        unit,
-        reference,
-        atmosphere=around.atmosphere / BAR,
-        ratio=around.compression_ratio,
-        source=source,
-    )
+    atmosphere, ratio = around.atmosphere / BAR, around.compression_ratio
+    reading, why, doubt = read_as(*cycle, unit, reference, atmosphere=atmosphere, ratio=ratio, source=source)
     assumptions = []
     if unit is None:
         largest = f"which makes the largest {pressures.max() * reading.unit.bar:.4g} bar"
@@ -342,25 +305,6 @@ def _reading(
     if reference is None:
         assumptions.append(_Assumption("pressure_reference", reading.reference, why))
     return reading, assumptions, doubt
-
-
-def _known_unit(columns: Columns, keys: TraceKeys, source: str) -> PressureUnit | None:
-    if keys.pressure_unit is not None:
-        return keys.pressure_unit
-    strange = unknown_unit(columns.pressure_name)
-    rule = f"has pressures in an unknown unit, {strange}"
-    remedy = "Convert them, or set engine.pressure_unit to bar, kPa, MPa, Pa or psi."
-    require(not strange, f"{source}: column", columns.pressure_name, rule, remedy)
-    return unit_of(columns.pressure_name)
-
-
-def _known_reference(columns: Columns, keys: TraceKeys) -> PressureReference | None:
-    if keys.pressure_reference is not None:
-        return keys.pressure_reference
-    own_format = columns.pressure_name == DOCUMENTED[1] or speed_of(columns.pressure_name) is not None
-    if own_format and columns.angle_name == DOCUMENTED[0]:
-        return PressureReference.GAUGE
-    return reference_of(columns.pressure_name)
 
 
 def _told(
