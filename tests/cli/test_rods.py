@@ -25,6 +25,8 @@ def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):
     for name in ("area_mm2", "inertia_y_mm4", "inertia_z_mm4"):  # cut from flat-sided elements
         assert read["least_section"][name] == pytest.approx(drawn["least_section"][name], rel=0.01)
     assert read["slenderness"] == pytest.approx(drawn["slenderness"], rel=0.01)
+    listed = fea("rod", "drawn.step", *COARSE, cwd=tmp_path).stdout
+    assert " at (0, 0, 0) mm in the file" in listed  # and not at the kernel's 1e-15
     run = figures("run", "mine.toml", *COARSE, cwd=tmp_path)
     reference = figures("run", "drawn.toml", *COARSE, cwd=tmp_path)
     assert run["trusted"]

@@ -61,7 +61,8 @@ def print_rod(figures: "RodReport", console: Console | None = None) -> None:
 def _found(figures: "RodReport") -> list[str]:
     lines = []
     for name, bore in zip(("big end", "small end"), figures.bores, strict=True):
-        x, y, z = bore.at_mm or (0.0, 0.0, 0.0)
+        # The CAD kernel's 1e-14 is a zero, and has no sign.
+        x, y, z = (round(at, 3) + 0.0 for at in bore.at_mm or (0.0, 0.0, 0.0))
         place = f" at ({x:.4g}, {y:.4g}, {z:.4g}) mm in the file" if bore.at_mm else ""
         lines.append(f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}")
     if figures.solids is not None and len(figures.solids) > 1:
