@@ -91,21 +91,19 @@ def _prism(body: Prism) -> _Named:
     gmsh.model.occ.translate([(2, base)], 0, 0, body.levels[0])
     named, floor = [(body.bottom, base)], base
     for low, high in pairwise(body.levels):
-        floor_and_sides = gmsh.model.occ.extrude([(2, floor)], 0, 0, high - low)
-        floor, *lateral = _faces(floor_and_sides)
+        floor, *lateral = _faces(gmsh.model.occ.extrude([(2, floor)], 0, 0, high - low))
         named += _by_side(body.sides, lateral)
     return [*named, (body.top, floor)]
 
 
 def _revolution(body: Revolution) -> _Named:
     base = face([side.curve for side in body.sides], (), in_profile)
-    swept = gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2)
-    end, *lateral = _faces(swept)
-    on_axis = [
-        isinstance(one, Line) and abs(one.start[0]) + abs(one.end[0]) < 1e-12 * one.length
-        for one in (side.curve for side in body.sides)
-    ]
-    sweeping = [side for side, on in zip(body.sides, on_axis, strict=True) if not on]
+    end, *lateral = _faces(gmsh.model.occ.revolve([(2, base)], 0, 0, 0, 0, 0, 1, math.pi / 2))
+
+    def on_axis(one: Curve) -> bool:
+        return isinstance(one, Line) and abs(one.start[0]) + abs(one.end[0]) < 1e-12 * one.length
+
+    sweeping = [side for side in body.sides if not on_axis(side.curve)]
     return [(Surface.SYMMETRY_Y, base), (Surface.SYMMETRY_X, end), *_by_side(sweeping, lateral)]
 
 

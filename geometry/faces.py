@@ -129,17 +129,16 @@ def surfaces(
 ) -> dict[Surface, tuple[int, ...]]:
     """Sort faces into the named surfaces, by the bores of big and small end; each belongs to exactly one."""
     slack = SLACK * bores[1].x
-    names = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
-    places = {
-        name: (bore.x, 0.0, bore.radius, max(slack, bore.slack))
-        for name, bore in zip(names, bores, strict=True)
-    }
+    by_name = {Surface.BIG_END_BORE: bores[0], Surface.SMALL_END_BORE: bores[1]}
 
     def surface(face: Face) -> Surface:
         for plane in mirror.planes:
             if face.lies_at(PLANE_AXIS[plane], 0.0, slack):
                 return plane
-        return next((name for name, place in places.items() if face.about(*place)), Surface.FREE)
+        for name, bore in by_name.items():
+            if face.about(bore.x, 0.0, bore.radius, max(slack, bore.slack)):
+                return name
+        return Surface.FREE
 
     named: dict[Surface, tuple[int, ...]] = {}
     for face in faces:

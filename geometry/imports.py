@@ -9,6 +9,8 @@ from geometry.arrays import Vector
 from geometry.errors import InvalidValue, require
 from geometry.holes import Diameters
 
+CAP_ASSUMED = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
+
 
 class Role(StrEnum):
     """What a solid of a file is."""

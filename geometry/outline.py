@@ -90,10 +90,8 @@ def fillet_center(edge: Edge, ring: Point, ring_radius: float, radius: float, si
     # The centre lies `radius` outside the edge and `ring_radius + radius` from the ring's centre.
     out = edge.distance(ring) + radius
     across = side * math.sqrt((ring_radius + radius) ** 2 - out**2)
-    return (
-        ring[0] + across * edge.along[0] + out * edge.normal[0],
-        ring[1] + across * edge.along[1] + out * edge.normal[1],
-    )
+    (u, v), (nx, ny) = edge.along, edge.normal
+    return ring[0] + across * u + out * nx, ring[1] + across * v + out * ny
 
 
 def foot(edge: Edge, point: Point) -> Point:
@@ -384,11 +382,10 @@ def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
             in_sides=True,
         )
     big, small = ring_steps(rod)
+    small_foot = small.foot if small.height > 0 else rod.small_end_radius
     return Pocket(
         big_end=(big.foot if big.height > 0 else rod.big_end_radius) + rod.pocket_setback,
-        small_end=rod.length
-        - (small.foot if small.height > 0 else rod.small_end_radius)
-        - rod.pocket_setback,
+        small_end=rod.length - small_foot - rod.pocket_setback,
         edge=edge.inset(rod.flange_thickness),
         corner=rod.pocket_corner_radius,
         floor=rod.web_thickness / 2,
@@ -397,7 +394,7 @@ def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
     )
 
 
-def slanted_half_width(rod: Dimensions, x: Floats) -> Floats:
+def slant_half_width(rod: Dimensions, x: Floats) -> Floats:
     """Return z of the slanted faces at `x`, mm; infinite where there are none."""
     begin, slope = _slope(rod)
     if slope == 0:

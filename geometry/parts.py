@@ -100,9 +100,8 @@ def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
         pieces[BUSHING] = [tag for _, tag in became[BUSHING]]
     for name, tags in pieces.items():
         if len(tags) != 1:
-            raise GeometryError(
-                f"the {name} would consist of {len(tags)} pieces. Change the split or the rod's dimensions"
-            )
+            what = f"the {name} would consist of {len(tags)} pieces"
+            raise GeometryError(f"{what}. Change the split or the rod's dimensions")
     return {name: pieces[name][0] for name in NAMES if name in pieces}
 
 

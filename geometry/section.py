@@ -10,7 +10,7 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
 from geometry.mass import MassProperties
-from geometry.outline import Outline, Pocket, RingStep, ring_steps, slanted_half_width, web_pocket
+from geometry.outline import Outline, Pocket, RingStep, ring_steps, slant_half_width, web_pocket
 from geometry.rod import Rod
 from geometry.segments import half_chord
 
@@ -80,7 +80,7 @@ class HeightField:
         beside = np.arctan2(y, x) > self.outline.shank_sector  # the bosses and the ring between them
         z_big = np.where(beside, big.ring, big.half_width(np.hypot(x, y)))
         z = np.maximum(z_big, small.half_width(np.hypot(x - small.center, y)))
-        return np.minimum(z, slanted_half_width(self.rod, x))
+        return np.minimum(z, slant_half_width(self.rod, x))
 
     def half_width(self, x: Floats, y: Floats) -> Floats:
         """Return z of the upper surface at points of the plan, mm; 0 in the bores."""
@@ -281,7 +281,6 @@ def walls(rod: Dimensions) -> dict[str, float]:
     if drilled := max(rod.oil_gallery, rod.shank_bore):
         thickness["wall beside the hole along the shank"] = (rod.drilled_thickness - drilled) / 2
     if rod.cap_bolt:
-        thickness["wall between bolt hole and bore"] = (
-            rod.cap_bolt_spacing - rod.cap_bolt - rod.big_end_bore
-        ) / 2
+        apart = rod.cap_bolt_spacing - rod.cap_bolt
+        thickness["wall between bolt hole and bore"] = (apart - rod.big_end_bore) / 2
     return thickness

@@ -60,11 +60,8 @@ class Arc:
 
     def at(self, share: float) -> Point:
         """Return the point at a share (0…1) of the sweep."""
-        angle = self.begin + share * self.sweep
-        return (
-            self.center[0] + self.radius * math.cos(angle),
-            self.center[1] + self.radius * math.sin(angle),
-        )
+        angle, (x, y) = self.begin + share * self.sweep, self.center
+        return x + self.radius * math.cos(angle), y + self.radius * math.sin(angle)
 
     @property
     def start(self) -> Point:

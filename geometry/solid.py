@@ -21,15 +21,7 @@ from geometry.errors import GeometryError, require
 from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
-from geometry.outline import (
-    Outline,
-    Pocket,
-    RingStep,
-    ring_steps,
-    slanted_half_width,
-    space_beside,
-    web_pocket,
-)
+from geometry.outline import Outline, Pocket, RingStep, ring_steps, slant_half_width, space_beside, web_pocket
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.section import HeightField
@@ -58,11 +50,9 @@ class _Expected:
     thickness: float = math.inf
 
 
-def _cylinder(
-    kind: FeatureKind, arc: Arc, area: float, sweep: float, thickness: float = math.inf
-) -> _Expected:
+def _cylinder(kind: FeatureKind, arc: Arc, area: float, sweep: float, wall: float = math.inf) -> _Expected:
     matches = partial(Face.about, x=arc.center[0], y=arc.center[1], radius=arc.radius)
-    return _Expected(kind, matches, area, arc.radius, sweep, thickness)
+    return _Expected(kind, matches, area, arc.radius, sweep, wall)
 
 
 def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
@@ -146,16 +136,12 @@ def checked_features(
     Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: faces are
     missing, or their area is off by more than `TOLERANCE`.
     """
-    slack, every = SLACK * rod.length, list(_expected(rod, turn))
-    matching = [tuple(face.tag for face in faces if one.matches(face, slack=slack)) for one in every]
-    features = [
-        Feature(one.kind, tags, one.radius, one.sweep, one.thickness)
-        for one, tags in zip(every, matching, strict=True)
-        if tags
-    ]
+    slack, every, features = SLACK * rod.length, list(_expected(rod, turn)), []
     drawn: dict[FeatureKind, list[int]] = {}
-    for feature in features:
-        drawn.setdefault(feature.kind, []).extend(feature.faces)
+    for one in every:
+        if tags := tuple(face.tag for face in faces if one.matches(face, slack=slack)):
+            features.append(Feature(one.kind, tags, one.radius, one.sweep, one.thickness))
+            drawn.setdefault(one.kind, []).extend(tags)
     _compare(drawn, _by_kind(every), mirror, "feature")
     return tuple(features)
 
@@ -196,7 +182,7 @@ def _ring_step(field: HeightField, step: RingStep) -> float:
     height = step.shank + step.radius * (1 - np.cos(rise))
     y = distance * np.sin(azimuth)
     within = (np.arctan2(y, x) < field.outline.shank_sector) & (y < field.outline.height(x))
-    within &= height < slanted_half_width(field.rod, x)
+    within &= height < slant_half_width(field.rod, x)
     return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
 
 
@@ -229,12 +215,10 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
         whole = 2 * math.pi * radius * rod.big_end_width
         areas[Surface.SHELL_SEAT] = whole - _window(radius, max(rod.oil_gallery, rod.shank_bore) / 2)
     if (seat := assembly.bolt) is not None:
-        head, nut = (
-            math.pi / 2 * (outer**2 - rod.cap_bolt**2) for outer in (seat.head_diameter, seat.nut_diameter)
-        )
-        areas[Surface.BOLT_HEAD] = head
+        outer = seat.head_diameter, seat.nut_diameter
+        head, nut = (math.pi / 2 * (diameter**2 - rod.cap_bolt**2) for diameter in outer)
         wall = 2 * math.pi * rod.cap_bolt * seat.engaged
-        areas[Surface.BOLT_THREAD] = wall or nut
+        areas |= {Surface.BOLT_HEAD: head, Surface.BOLT_THREAD: wall or nut}
     return areas
 
 
@@ -321,8 +305,7 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
         cutters = [*_holes(rod, turn), *_chamfers(rod, mirror)]
         volumes = dict(zip(volumes, kernel.drilled(list(volumes.values()), cutters), strict=True))
     bolts = () if assembly is None else bolt_axes(rod, assembly)
-    if assembly is not None:
-        volumes = parted(rod, volumes, assembly, bolts)
+    volumes = volumes if assembly is None else parted(rod, volumes, assembly, bolts)
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
     faces = faces_of(tuple(volumes.values()))
@@ -336,11 +319,8 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     solid = Solid(mirror, bores, parts, named, features, mass, bolts=bolts)
     if assembly is None:
         return solid
-    walls = {
-        Surface.JOINT: rod.big_end_ring,
-        Surface.BUSHING_SEAT: rod.bushing,
-        Surface.SHELL_SEAT: assembly.shell,
-    }
+    walls = {Surface.JOINT: rod.big_end_ring, Surface.BUSHING_SEAT: rod.bushing}
+    walls[Surface.SHELL_SEAT] = assembly.shell
     solid = with_contacts(solid, assembly, lambda _: walls)
     check_contacts(rod, assembly, mirror, solid.interfaces, solid.faces)
     return solid

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import ClassVar
 
 # Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
-ENDS = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
-)
+_ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+ENDS = tuple(getattr(signal, name) for name in _ENDS if hasattr(signal, name))
 # Whether this process can be copied: what macOS's libraries do in threads does not survive it.
 CAN_FORK = hasattr(os, "fork") and sys.platform != "darwin"
 # Exit codes of a process that has exceeded a limit which it watches itself.
@@ -43,9 +42,7 @@ def held_back() -> Iterator[None]:
     came: list[int] = []
     # A mask alone would do if this were the only thread, but the system may deliver a signal to any thread.
     handlers = {number: signal.getsignal(number) for number in ENDS}
-    awaited = {
-        number: handler for number, handler in handlers.items() if handler not in (signal.SIG_IGN, None)
-    }
+    awaited = {number: how for number, how in handlers.items() if how not in (signal.SIG_IGN, None)}
     for number in awaited:
         signal.signal(number, lambda number, _frame: came.append(number))
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)

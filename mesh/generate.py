@@ -132,8 +132,7 @@ def mesh_body(
     """
     with session():
         faces = draw(body)
-        refinements = [
-            Refinement(faces[surface], asked.size, 4 * asked.reach) for surface, asked in (fine or {}).items()
-        ]
+        finer = (fine or {}).items()
+        refinements = [Refinement(faces[surface], each.size, 4 * each.reach) for surface, each in finer]
         mesh, _ = tetrahedralise(faces, refinements, Sizing(size, order, growth))
     return mesh

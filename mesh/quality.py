@@ -43,9 +43,7 @@ def shape(mesh: TetMesh) -> Floats:
 
 
 # Places of a cubic's Bernstein coefficients, in thirds: the barycentric coordinates of a lattice.
-_LATTICE = np.array(
-    [(i, j, k, 3 - i - j - k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
-)
+_LATTICE = np.array([each for each in np.ndindex(4, 4, 4, 4) if sum(each) == 3])
 
 
 def scaled_jacobian(mesh: TetMesh) -> Floats:

@@ -43,10 +43,8 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
         """New numbers of the nodes of facets, by the elements behind them."""
         return np.searchsorted(keys, body[elements][:, None] * n_points + facets)
 
-    facets = {
-        surface: [renumbered(mesh.facets[surface], face // 4)]
-        for surface, (face, _) in faces_behind(mesh).items()
-    }
+    behind_of = faces_behind(mesh).items()
+    facets = {name: [renumbered(mesh.facets[name], face // 4)] for name, (face, _) in behind_of}
     outwards = mesh.tets[first[:, None], FACE_NODES[mesh.tets.shape[1]][behind[0] % 4]]
     turn = FACET_TURN[outwards.shape[1]]
     for (one, other), (surface, opposite) in interfaces.items():

@@ -142,11 +142,8 @@ def apply(
 ) -> None:
     """Give the open model a background field of this size, these refinements, spots and wanted sizes."""
     field = gmsh.model.mesh.field
-    bounds = [
-        _bound(refinement, sizing)
-        for refinement in refinements
-        if refinement.size < sizing.size and refinement.faces
-    ]
+    finer = [each for each in refinements if each.size < sizing.size and each.faces]
+    bounds = [_bound(refinement, sizing) for refinement in finer]
     bounds += [field.graded(sizing.growth).add() for field in wanted]
     bounds += [spot.add(sizing.size, sizing.growth) for spot in spots]
     if bounds:

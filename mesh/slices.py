@@ -78,9 +78,8 @@ def _cuts(mesh: TetMesh, stations: Iterable[float]) -> Iterator[Slice]:
         by_x = np.argsort(heights, axis=1)
         tets, heights = np.take_along_axis(tets, by_x, axis=1), np.take_along_axis(heights, by_x, axis=1)
         below = (heights < station).sum(axis=1)
-        ends = np.concatenate(
-            [tets[below == count][:, edges] for count, pieces in _CUTS.items() for edges in pieces]
-        )
+        edges = [(count, edges) for count, pieces in _CUTS.items() for edges in pieces]
+        ends = np.concatenate([tets[below == count][:, pair] for count, pair in edges])
         if not len(ends):
             raise ValueError(f"the plane x = {station:g} mm misses the mesh")
         start, end = mesh.points[ends[..., 0]], mesh.points[ends[..., 1]]

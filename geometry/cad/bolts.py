@@ -104,10 +104,8 @@ def bolts_in(
     notes = [*dimensions.assumed]
     grips = [bolt.grip for bolt in bolts]
     if max(grips) > _SAME_SIZE * min(grips):
-        listed = ", ".join(f"{grip:.4g}" for grip in grips)
-        notes.append(
-            f"the bolts have different grips ({listed} mm); each is taken to be as stiff as the first"
-        )
+        listed = f"({', '.join(f'{grip:.4g}' for grip in grips)} mm)"
+        notes.append(f"the bolts have different grips {listed}; each is taken to be as stiff as the first")
     return tuple(bolts), tuple(notes)
 
 

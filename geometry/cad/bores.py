@@ -63,9 +63,7 @@ def through_holes(interior: Interior, faces: Sequence[Face]) -> list[CadHole]:
     for group in _coaxial(faces):
         walls = [wall for wall in _walls(group) if wall.turn > CLOSED and _is_hollow(wall, interior)]
         ends = 0.55 * np.linspace(-1, 1, 5)  # a little beyond the wall's
-        walls = [
-            wall for wall in walls if not any(interior.contains(wall.at(end * wall.width)) for end in ends)
-        ]
+        walls = [w for w in walls if not any(interior.contains(w.at(end * w.width)) for end in ends)]
         if walls:
             holes.append(pin_wall(walls))
     return sorted(holes, key=lambda hole: -hole.radius)
@@ -189,9 +187,8 @@ class Walls:
 def walls_of(volume: int) -> Walls:
     """Return the walls of a volume of the open model."""
     groups = wall_groups(recognised_faces((volume,)))
-    return Walls(
-        Interior((volume,)), tuple(sorted(groups, key=lambda group: -max(wall.radius for wall in group)))
-    )
+    groups.sort(key=lambda group: -max(wall.radius for wall in group))
+    return Walls(Interior((volume,)), tuple(groups))
 
 
 # Largest deviation from a circle, relative to the radius, with which an opening is meant to be round: that of
@@ -202,9 +199,8 @@ _ABOUT = 0.02
 # Relative tolerance of diameters that the user gives.
 SAME_DIAMETER = 1e-3
 _LISTED = 8  # holes in a message
-_ROUND = (
-    f"Bores must be cylinders, to within {100 * ROUND:g} % of the radius: correct them in the CAD program"
-)
+_TO_WITHIN = f"to within {100 * ROUND:g} % of the radius"
+_ROUND = f"Bores must be cylinders, {_TO_WITHIN}: correct them in the CAD program"
 
 Pair = tuple[CadHole, CadHole]
 

@@ -94,15 +94,11 @@ def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) 
     alike = _rods(walls, diameters) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}
     if not rods:
-        return [
-            cad_solid(tag, name, Role.OTHER, kept=not wanted or tag in wanted) for tag, name in names.items()
-        ]
-    sizes = np.array(
-        [
-            (big.radius, small.radius, big.apart(small), gmsh.model.occ.getMass(3, tag))
-            for tag, (big, small) in rods.items()
-        ]
-    )
+        kept = wanted or set(names)
+        return [cad_solid(tag, name, Role.OTHER, kept=tag in kept) for tag, name in names.items()]
+    volume_of = gmsh.model.occ.getMass
+    measures = [(a.radius, b.radius, a.apart(b), volume_of(3, tag)) for tag, (a, b) in rods.items()]
+    sizes = np.array(measures)
     if (np.abs(sizes / sizes[0] - 1) > _ALIKE).any():
         listed = "; ".join(
             f"{names[tag]} (bores of {2 * big:.4g} and {2 * small:.4g} mm, {apart:.4g} mm apart, "
@@ -204,10 +200,9 @@ def named_parts(
         remedy = "Add them to the file, or leave it out."
         raise InvalidValue("assembly.shell_thickness_mm", assembly.shell, rule, remedy)
     bodies = {name: volumes[name][0] for name in (ROD, BUSHING) if name in volumes}
-    far = 3 * (bores[1].x + 2 * bores[0].radius)
-    divided_bodies = divided(bodies, normal, radius, far)
+    bodies = divided(bodies, normal, radius, far=3 * (bores[1].x + 2 * bores[0].radius))
     gmsh.model.occ.synchronize()
-    return {name: [tag] for name, tag in divided_bodies.items()}
+    return {name: [tag] for name, tag in bodies.items()}
 
 
 def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
@@ -215,9 +210,7 @@ def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
         return ROD if one.role is Role.ROD else CAP
     x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, one.tag)
     if one.role is Role.BUSHING:
-        if abs(x - bores[1].x) < bores[1].x / 2:
-            return BUSHING
-        return UPPER_SHELL if x > 0 else LOWER_SHELL
+        return BUSHING if abs(x - bores[1].x) < bores[1].x / 2 else UPPER_SHELL if x > 0 else LOWER_SHELL
     raise GeometryError(
         f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Say it in "
         'rod.solids, as "cap: NAME" (rod, cap, bushing, shell, bolt or nut), or keep other solids'

@@ -265,20 +265,13 @@ def _right_way_round(solid: NamedSolid) -> NamedSolid:
     if gmsh.model.occ.getMass(kernel.SOLID, solid.tag) > 0:
         return solid
     with kernel.attempt("turn a solid that is inside out", "Export the rod again, as STEP"):
-        made = gmsh.model.occ.healShapes(
-            [(kernel.SOLID, solid.tag)],
-            fixDegenerated=False,
-            fixSmallEdges=False,
-            fixSmallFaces=False,
-            sewFaces=False,
-        )
+        off = dict.fromkeys(("fixDegenerated", "fixSmallEdges", "fixSmallFaces", "sewFaces"), False)
+        made = gmsh.model.occ.healShapes([(kernel.SOLID, solid.tag)], **off)
         gmsh.model.occ.synchronize()
     tags = [tag for dim, tag in made if dim == kernel.SOLID]
     if len(tags) != 1 or gmsh.model.occ.getMass(kernel.SOLID, tags[0]) <= 0:
-        name = f"the solid {solid.name}" if solid.name else "a solid"
-        raise GeometryError(
-            f"{name} has no positive volume. Repair it in the CAD program, and export it again"
-        )
+        what = f"{f'the solid {solid.name}' if solid.name else 'a solid'} has no positive volume"
+        raise GeometryError(f"{what}. Repair it in the CAD program, and export it again")
     return NamedSolid(tags[0], solid.name)
 
 

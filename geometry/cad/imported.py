@@ -21,6 +21,7 @@ from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, edge_points, face_of, parameter_grid, surfaces
 from geometry.holes import EQUAL_BORES, rod_frame
 from geometry.imports import (
+    CAP_ASSUMED,
     DECLARED,
     UNITS,
     BoreLocation,
@@ -93,9 +94,7 @@ def _within(face: int) -> Floats:
         return np.zeros((0, 3))
     grid = parameter_grid(face, _WITHIN).reshape(-1, 2)
     on = [place for place in grid if gmsh.model.isInside(2, face, list(place), True)]  # noqa: FBT003 - gmsh's
-    if not on:
-        return np.zeros((0, 3))
-    return np.reshape(gmsh.model.getValue(2, face, np.ravel(on)), (-1, 3))
+    return np.reshape(gmsh.model.getValue(2, face, np.ravel(on)) if on else [], (-1, 3))
 
 
 def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
@@ -195,10 +194,8 @@ def sharing(
         every = [(kernel.SOLID, tag) for cell in volumes for tag in cell]
         with kernel.attempt("join the parts at their common faces"):
             _, pieces = gmsh.model.occ.fragment(every, list(borders))
-        became = {
-            tag: [piece for _, piece in made]
-            for (_, tag), made in zip(every, pieces[: len(every)], strict=True)
-        }
+        of_solids = zip(every, pieces[: len(every)], strict=True)
+        became = {tag: [piece for _, piece in made] for (_, tag), made in of_solids}
         volumes = [[piece for tag in cell for piece in became[tag]] for cell in volumes]
         every_piece = [piece for cell in volumes for piece in cell]
         if len(set(every_piece)) < len(every_piece):
@@ -326,9 +323,7 @@ def _assumed(
             for other in list(usual_units(number))[:1]
         ]
     if any(one.role is Role.ASSUMED_CAP for one in solids):
-        notes.append(
-            "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
-        )
+        notes.append(CAP_ASSUMED)
     kept = [f"{one.name} ({one.role})" if one.name != one.role else one.name for one in solids if one.kept]
     if len(kept) > 1 and bonded:
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
@@ -402,9 +397,7 @@ def _remove(volumes: Sequence[int]) -> None:
         bounding = gmsh.model.getBoundary(gone, combined=False, oriented=False)
         gmsh.model.occ.remove(gone)
         gmsh.model.occ.synchronize()
-        gone = [
-            entity for entity in dict.fromkeys(bounding) if not gmsh.model.getAdjacencies(*entity)[0].size
-        ]
+        gone = [each for each in dict.fromkeys(bounding) if not gmsh.model.getAdjacencies(*each)[0].size]
 
 
 def _solid(
@@ -413,12 +406,9 @@ def _solid(
     volumes = [tag for part in parts for tag in part.volumes]
     faces = recognised_faces(volumes)
     named = with_seats(surfaces(bores, mirror, faces), faces, bolts)
-    features = [
-        Feature(FeatureKind.BORE, named[surface], bore.radius, 2 * math.pi)
-        for surface, bore in zip((Surface.BIG_END_BORE, Surface.SMALL_END_BORE), bores, strict=True)
-    ]
-    free = [face for face in faces if face.tag in named[Surface.FREE]]
-    features += concave_rounds(free, bores[1].x)
+    ends = (Surface.BIG_END_BORE, bores[0]), (Surface.SMALL_END_BORE, bores[1])
+    features = [Feature(FeatureKind.BORE, named[at], bore.radius, 2 * math.pi) for at, bore in ends]
+    features += concave_rounds([face for face in faces if face.tag in named[Surface.FREE]], bores[1].x)
     mass = joined([part.mass for part in parts])
     return Solid(mirror, bores, parts, named, tuple(features), mass, bolts=bolts)
 

@@ -61,13 +61,8 @@ def joint_of(rod: Sequence[int], cap: Sequence[int], radius: float) -> Joint:
     normal = -normal if normal @ away > 0 else normal
     height = points @ normal
     middles = np.array([gmsh.model.occ.getCenterOfMass(2, face) for face in faces])
-    joint = Joint(
-        normal + 0.0,
-        float(areas @ (middles @ normal) / areas.sum()),
-        float(areas.sum()),
-        float(np.ptp(height)),
-        len(faces),
-    )
+    offset, area = float(areas @ (middles @ normal) / areas.sum()), float(areas.sum())
+    joint = Joint(normal + 0.0, offset, area, float(np.ptp(height)), len(faces))
     if abs(joint.normal[2]) > 1e-3 or joint.flatness > _ROUGH * radius or abs(joint.offset) > _OFF * radius:
         raise GeometryError(
             f"the faces that rod and cap share are no joint across the big end: their mean normal is "
@@ -188,9 +183,7 @@ def _narrowest_walls(
     interior, narrowest = Interior(volumes), []
     for group in wall_groups(faces):
         if np.linalg.norm(np.cross(group[0].direction, direction)) < _PARALLEL:
-            walls = [
-                wall for wall in group if wall.radius < _LARGEST * bore and wall.width > _LIP * wall.radius
-            ]
+            walls = [w for w in group if w.radius < _LARGEST * bore and w.width > _LIP * w.radius]
             walls.sort(key=lambda wall: wall.radius)
             narrowest.append(next((wall for wall in walls if hollow_wall(interior, [wall])), None))
     return [wall for wall in narrowest if wall is not None]
@@ -226,11 +219,8 @@ def _seat_at(
     faces: Sequence[Face], point: Floats, direction: Floats, end: float, radius: float
 ) -> Seat | None:
     annuli = [seat for face in faces if face.shape == "Plane" and (seat := _annulus(face, point, direction))]
-    near = [
-        seat
-        for seat in annuli
-        if -1e-3 * radius <= seat.level - end <= _BEYOND * radius and seat.inner < _INNER * radius
-    ]
+    near = [one for one in annuli if -1e-3 * radius <= one.level - end <= _BEYOND * radius]
+    near = [one for one in near if one.inner < _INNER * radius]
     seat = min(near, key=lambda seat: (round(seat.level, 6), seat.inner), default=None)
     if seat is not None:  # imprinted circles may divide the face into several annuli
         for other in sorted(annuli, key=lambda one: one.inner):
@@ -314,10 +304,8 @@ def _cut_seat(cap: int, hole: BoltHole, wanted: float | None) -> tuple[float, fl
 def _level(cap: int, hole: BoltHole, radius: float) -> float:
     """Position below which a cylinder around the hole lies in the material, mm."""
     occ = gmsh.model.occ
-    core, inner = (
-        occ.addCylinder(*hole.center, *(1.1 * hole.cap_end * hole.direction), r)
-        for r in (radius, 1.01 * hole.radius)
-    )
+    along = 1.1 * hole.cap_end * hole.direction
+    core, inner = (occ.addCylinder(*hole.center, *along, r) for r in (radius, 1.01 * hole.radius))
     with kernel.attempt("look for a seat for a bolt's head on the cap"):
         tube, _ = occ.cut([(SOLID, core)], [(SOLID, inner)])
         void, _ = occ.cut(tube, [(SOLID, cap)], removeTool=False)

@@ -37,8 +37,7 @@ def circles_through(triples: Floats) -> tuple[Floats, Floats]:
         y = (spans[:, 0, 0] * squares[:, 1] - spans[:, 1, 0] * squares[:, 0]) / cross
     center = np.column_stack([x, y])
     radius = np.linalg.norm(center, axis=1)
-    wrong = ~np.isfinite(radius)
-    radius[wrong] = np.nan
+    radius[~np.isfinite(radius)] = np.nan
     return center + first, radius
 
 
@@ -59,9 +58,8 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
 
     across = basis_across(direction)
     middles = [cloud.mean(axis=0) for cloud in clouds]
-    starts = [
-        fitted_circle((cloud - middle) @ across.T) for cloud, middle in zip(clouds, middles, strict=True)
-    ]
+    placed = list(zip(clouds, middles, strict=True))
+    starts = [fitted_circle((cloud - middle) @ across.T) for cloud, middle in placed]
     first = [(*circle.center, circle.radius) if circle else (0.0, 0.0, 1.0) for circle in starts]
     scale = max(radius for *_, radius in first)
 
@@ -70,11 +68,9 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
         return np.asarray(vector / np.linalg.norm(vector))
 
     def off(unknowns: Floats) -> Floats:
-        axis = turned(unknowns[:2])
+        axis, circles = turned(unknowns[:2]), scale * unknowns[2:].reshape(-1, 3)
         parts = []
-        for cloud, middle, (u, v, radius) in zip(
-            clouds, middles, scale * unknowns[2:].reshape(-1, 3), strict=True
-        ):
+        for (cloud, middle), (u, v, radius) in zip(placed, circles, strict=True):
             arm = cloud - middle - (u * across[0] + v * across[1])
             parts.append(np.linalg.norm(np.cross(arm, axis), axis=1) / radius - 1)
         return np.concatenate(parts)
@@ -82,7 +78,7 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
     solution = least_squares(off, np.concatenate([[0, 0], np.ravel(first) / scale])).x
     axis, circles = turned(solution[:2]), scale * solution[2:].reshape(-1, 3)
     centers = np.array(
-        [m + u * across[0] + v * across[1] for m, (u, v, _) in zip(middles, circles, strict=True)]
+        [m + c[0] * across[0] + c[1] * across[1] for m, c in zip(middles, circles, strict=True)]
     )
     ends = np.cumsum([len(cloud) for cloud in clouds])[:-1]
     worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(solution), ends))
@@ -180,10 +176,9 @@ class _Plan:
         return np.asarray(facets[near & ((self.normals[facets] * inwards).sum(axis=1) > 0.8 * circle.radius)])
 
 
-def _circles(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> list[Circle]:
+def _circles(flat: _Plan, rest: Ints, tolerance: float, largest: float) -> list[Circle]:
     """Circles that take up much of a patch: one fits a whole wall, samples find those among other faces."""
     circles = []
-    rest = patch
     for _ in range(_ROUNDS):
         if len(rest) < _LEAST_FACETS:
             break
@@ -213,9 +208,8 @@ def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> C
     first = random.integers(len(places), size=_SAMPLES)
     near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
     picks = random.integers(near.shape[1], size=(_SAMPLES, 2))
-    centers, radii = circles_through(
-        places[np.column_stack([first, near[np.arange(_SAMPLES)[:, None], picks]])]
-    )
+    triples = np.column_stack([first, near[np.arange(_SAMPLES)[:, None], picks]])
+    centers, radii = circles_through(places[triples])
     usable = radii < largest
     centers, radii = centers[usable], radii[usable]
     few = places[random.permutation(len(places))[:_MOST_PLACES]]
@@ -235,12 +229,8 @@ def _distinct_circles(circles: list[Circle]) -> list[Circle]:
     """One of each group of circles that differ by rounding, or by what patches of one wall differ."""
     kept: list[Circle] = []
     for circle in sorted(circles, key=lambda circle: -circle.radius):
-        same = (
-            np.linalg.norm(circle.center - other.center) < 0.02 * other.radius
-            and abs(circle.radius - other.radius) < 0.01 * other.radius
-            for other in kept
-        )
-        if not any(same):
+        near = [one for one in kept if np.linalg.norm(circle.center - one.center) < 0.02 * one.radius]
+        if not any(abs(circle.radius - one.radius) < 0.01 * one.radius for one in near):
             kept.append(circle)
     return kept
 
@@ -302,15 +292,8 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
         raise MeshError(f"no two parallel round bores were found on its surface. {_listed(every)}. {remedy}")
     best = _straightened(surface, _largest(pairs))
     for bore, diameter in zip(best, diameters, strict=True):
-        twins = [
-            hole
-            for hole in every
-            if hole.closed
-            and hole.through
-            and hole.same_radius(bore.radius, _SAME)
-            and all(_beside(hole, other) for other in best)
-        ]
-        if twins:
+        like = [one for one in every if one.closed and one.through and one.same_radius(bore.radius, _SAME)]
+        if any(all(_beside(hole, other) for other in best) for hole in like):
             known = f" of {diameter:g} mm" if diameter else ""
             raise MeshError(f"more than one hole{known} could be a bore. {_listed(every)}. {NAME_BORES}")
     if not any(diameters):

@@ -15,7 +15,15 @@ import numpy as np
 from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
 from geometry.holes import EQUAL_BORES, Diameters, basis_across, place_text, rod_frame
-from geometry.imports import UNITS, BoreLocation, ImportReport, MissingCap, RodFile, plausible_unit
+from geometry.imports import (
+    CAP_ASSUMED,
+    UNITS,
+    BoreLocation,
+    ImportReport,
+    MissingCap,
+    RodFile,
+    plausible_unit,
+)
 from geometry.surfaces import Surface
 from mesh.files.bore_pair import Axes, MeshHole, Pair, find_bore_pair, fitted_axes, open_wall
 from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
@@ -147,21 +155,14 @@ def _joint_face(surface: SurfaceMesh, patch: Ints, wall: MeshHole) -> _JointFace
         return None
     loops = _loops(surface.facets[patch])
     loops.sort(key=lambda loop: -float(np.ptp(surface.points[loop], axis=0).max()))
-    vector = surface.vectors[patch].sum(axis=0)
-    return _JointFace(
-        patch,
-        angle,
-        corners.reshape(-1, 3).mean(axis=0),
-        vector / np.linalg.norm(vector),
-        loops[0],
-        tuple(loops[1:]),
-    )
+    vector, center = surface.vectors[patch].sum(axis=0), corners.reshape(-1, 3).mean(axis=0)
+    normal = vector / np.linalg.norm(vector)
+    return _JointFace(patch, angle, center, normal, loops[0], tuple(loops[1:]))
 
 
 def _loops(facets: Ints) -> list[Ints]:
     """Closed lines of vertices around some facets, in their sense."""
-    sides = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    known = {(int(a), int(b)) for a, b in sides}
+    known = set(map(tuple, facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
     after = {a: b for a, b in known if (b, a) not in known}
     loops = []
     while after:
@@ -176,10 +177,7 @@ def _loops(facets: Ints) -> list[Ints]:
 
 
 def _kept(surface: SurfaceMesh, faces: Sequence[_JointFace]) -> Ints:
-    keep = np.ones(len(surface.facets), dtype=bool)
-    for face in faces:
-        keep[face.facets] = False
-    return surface.facets[keep]
+    return np.delete(surface.facets, np.concatenate([face.facets for face in faces]), axis=0)
 
 
 def _turned(arms: Floats, axis: Floats, angle: float) -> Floats:
@@ -217,9 +215,8 @@ def _partners(places: Floats, other: Floats, radius: float) -> Ints | None:
     """Which vertex of another line lies at each of one; None unless they are the same, but alike."""
     apart = np.linalg.norm(places[:, None] - other[None], axis=2)
     corners = max(float(apart.min(axis=axis).max()) for axis in (0, 1))
-    edges = max(
-        float(np.linalg.norm(np.roll(each, -1, axis=0) - each, axis=1).max()) for each in (places, other)
-    )
+    sides = [np.roll(line, -1, axis=0) - line for line in (places, other)]
+    edges = max(float(np.linalg.norm(side, axis=1).max()) for side in sides)
     if corners > _OUTLINE * radius + edges / 2:
         raise MeshError(
             f"the outlines of rod and cap at the joint differ by {corners:.3g}. Join the two in the CAD "
@@ -246,7 +243,6 @@ _ROUGHEST = 0.01
 _SAME_BORE = 5e-3  # relative difference up to which radii count as equal
 _ROUGH = 1e-3  # from here on a note says so
 _BONDED = "rod and cap are bonded at the joint"
-_ASSUMED_CAP = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
 # Below this extent a rod cannot be meant in millimetres.
 _LEAST_EXTENT = 3.0
 
@@ -310,7 +306,7 @@ def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
             find_bore_pair(surface)  # refused before its inside is meshed
         return sound or mended(filled(surface)), ()
     require_closed(completed)
-    return mended(filled(completed)), (_ASSUMED_CAP,)
+    return mended(filled(completed)), (CAP_ASSUMED,)
 
 
 def _joined(rod: SurfaceMesh, cap: SurfaceMesh) -> Mended:
@@ -399,15 +395,14 @@ def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tupl
     big, small = (c + (m - c @ z) * z for c, m in zip(axes.centers, middles, strict=True))
     turn, length = rod_frame(z, small - big)
     placed = replace(mesh, points=(mesh.points - big) @ turn.T)
-    corners = (
-        ((surface.corners - big) @ turn.T)[pair[0].facets],
-        ((surface.corners - small) @ turn.T)[pair[1].facets],
+    walls = [
+        ((surface.corners - at) @ turn.T)[bore.facets] for at, bore in ((big, pair[0]), (small, pair[1]))
+    ]
+    radii = axes.radii.tolist()
+    (width, _), (small_width, taper) = (
+        _width(wall, radius) for wall, radius in zip(walls, radii, strict=True)
     )
-    widths = [_width(wall, float(radius)) for wall, radius in zip(corners, axes.radii, strict=True)]
-    return placed, (
-        Bore(0.0, float(axes.radii[0]), widths[0][0]),
-        Bore(length, float(axes.radii[1]), *widths[1]),
-    )
+    return placed, (Bore(0.0, radii[0], width), Bore(length, radii[1], small_width, taper))
 
 
 def _width(corners: Floats, radius: float) -> tuple[float, float]:
@@ -421,14 +416,9 @@ def _width(corners: Floats, radius: float) -> tuple[float, float]:
 
 
 def _named(facets: Ints, pair: Pair) -> dict[Surface, Ints]:
-    free = np.ones(len(facets), dtype=bool)
-    for bore in pair:
-        free[bore.facets] = False
-    return {
-        Surface.BIG_END_BORE: facets[pair[0].facets],
-        Surface.SMALL_END_BORE: facets[pair[1].facets],
-        Surface.FREE: facets[free],
-    }
+    big, small = (bore.facets for bore in pair)
+    free = np.delete(facets, np.concatenate([big, small]), axis=0)
+    return {Surface.BIG_END_BORE: facets[big], Surface.SMALL_END_BORE: facets[small], Surface.FREE: free}
 
 
 def mean_edge(mesh: TetMesh) -> float:

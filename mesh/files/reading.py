@@ -216,9 +216,8 @@ def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, In
     words = [word for line in lines for word in line.split(",") if word.strip()]
     values = np.array(words, dtype=float) if words else np.empty(0)
     if values.size % (count + 1) or not (values == np.round(values)).all():
-        raise MeshError(
-            f"an element of {count} nodes is incomplete: {len(words)} numbers in {len(lines)} lines"
-        )
+        held = f"{len(words)} numbers in {len(lines)} lines"
+        raise MeshError(f"an element of {count} nodes is incomplete: {held}")
     table = values.astype(np.int64).reshape(-1, count + 1)
     if not ids.size:
         raise MeshError("it holds elements but no nodes")
@@ -303,9 +302,8 @@ def _through_meshio(path: Path, name: str) -> TetFile:
     if name == "nastran":
         frames = mesh.point_data.get("nastran:ref", ())
         if np.any(np.asarray(frames) != 0):
-            raise MeshError(
-                "its GRID entries use coordinate systems (field CP). Write them in the basic system"
-            )
+            what = "its GRID entries use coordinate systems (field CP)"
+            raise MeshError(f"{what}. Write them in the basic system")
     first = 1
     blocks = []
     for block in mesh.cells:
@@ -318,9 +316,8 @@ def _bulk_data(path: Path) -> io.StringIO:
     """Nastran's bulk data as meshio insists on it: marked continuation lines, between two other lines."""
     text = path.read_text(encoding="utf-8", errors="replace")
     if "\nCTETRA*" in text:
-        raise MeshError(
-            "its CTETRA entries are in large fields, which are not supported. Write them in small ones"
-        )
+        what = "its CTETRA entries are in large fields, which are not supported"
+        raise MeshError(f"{what}. Write them in small ones")
     text = re.sub(r"(?m)^(?: {8}|(?=,))(?=.*\S)", lambda blank: "+".ljust(len(blank[0])), text)
     begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
     end = "" if "\nENDDATA" in text else "\nENDDATA\n"

@@ -60,11 +60,8 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
     for kind, rows, _ in blocks:
         count[kind] += len(rows)
     tets = [block for block in blocks if block[0] in ("tetra", "tetra10")]
-    others = {
-        kind: number
-        for kind, number in count.items()
-        if kind.startswith(_SOLIDS) and kind not in ("tetra", "tetra10")
-    }
+    solid = {kind: number for kind, number in count.items() if kind.startswith(_SOLIDS)}
+    others = {kind: number for kind, number in solid.items() if kind not in ("tetra", "tetra10")}
     if others:
         raise MeshError(
             f"it holds {_listed(others)}; only tetrahedra with four or ten nodes (C3D4, C3D10) are "
@@ -206,19 +203,15 @@ def _refuse(wrong_elements: npt.ArrayLike, numbers: Ints, what: str) -> None:
 def _astray(points: Floats, tets: Ints) -> Mask:
     ends = points[tets[:, EDGES]]
     off = np.linalg.norm(points[tets[:, 4:]] - ends.mean(axis=2), axis=2)
-    return np.asarray(
-        (off > _FARTHEST_MIDDLE * np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)).any(axis=1)
-    )
+    lengths = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+    return np.asarray((off > _FARTHEST_MIDDLE * lengths).any(axis=1))
 
 
 def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
     """Require that no face has three elements, and that an edge has one mid-side node, which is no vertex."""
     which, counts = face_counts(tets)
-    _refuse(
-        (counts[which] > 2).any(axis=1),
-        numbers,
-        "a face that belongs to more than two elements: they overlap",
-    )
+    what = "a face that belongs to more than two elements: they overlap"
+    _refuse((counts[which] > 2).any(axis=1), numbers, what)
     what = (
         "a neighbour on the same side of their common face: they overlap, perhaps because a node is misplaced"
     )
