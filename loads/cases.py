@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,15 +33,10 @@ class Peaks(NamedTuple):
 # Forces below this fraction of the largest axial force are rounding errors.
 _ROUNDING = 1e-12
 # The quantity that is largest in each case; if even its maximum is not positive, the case does not occur.
+_PUSHED, _PULLED = (f"the rod is in {state} throughout the cycle" for state in ("compression", "tension"))
 _MEASURES: dict[str, tuple[Measure, str]] = {
-    "tension": (
-        lambda c: np.maximum(c.pin_axial, c.crank_axial),
-        "the rod is in compression throughout the cycle",
-    ),
-    "compression": (
-        lambda c: -np.minimum(c.pin_axial, c.crank_axial),
-        "the rod is in tension throughout the cycle",
-    ),
+    "tension": (lambda c: np.maximum(c.pin_axial, c.crank_axial), _PUSHED),
+    "compression": (lambda c: -np.minimum(c.pin_axial, c.crank_axial), _PULLED),
     "side": (lambda c: np.abs(c.wall), "there is no force between piston and wall"),
     "bending": (lambda c: np.abs(c.crank_transverse), "there is no transverse force on the crank end"),
 }
@@ -67,17 +63,9 @@ def peak_cases(cycle: CrankCycle) -> Peaks:
             left_out.append((name, reason))
     angle, largest = _refine(lambda c: c.gas, cycle, whole)
     if largest > 0:
-        cases.append(
-            Instants(
-                names=np.array("gas"),
-                pin=np.array([-largest, 0.0]),
-                crank=np.array([largest, 0.0]),
-                crank_angle=np.array(angle),
-                gas=np.array(largest),
-                wall=np.zeros(()),
-                torque=np.zeros(()),
-            )
-        )
+        alone = Instants(names=np.array("gas"), pin=np.array([-largest, 0.0]), crank=np.array([largest, 0.0]))
+        at, gas, none = np.array(angle), np.array(largest), np.zeros(())
+        cases.append(replace(alone, crank_angle=at, gas=gas, wall=none, torque=none))
     else:
         left_out.append(("gas", "there is no gas force on the piston"))
     return Peaks(joined(cases), tuple(left_out))

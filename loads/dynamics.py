@@ -141,10 +141,8 @@ def whole_engine(
     theta = np.asarray(crank_angle, dtype=np.float64)
     cycles = tuple(cycle(engine, rod, gas, speed, theta - after) for after in engine.firing_angles)
     axes = engine.axes or (0.0,) * engine.cylinders
-    shaking = [
-        to_engine_axes(Vector(c.shaking_x, c.shaking_y), np.asarray(-axis))
-        for c, axis in zip(cycles, axes, strict=True)
-    ]
+    frames = [(Vector(c.shaking_x, c.shaking_y), -axis) for c, axis in zip(cycles, axes, strict=True)]
+    shaking = [to_engine_axes(force, np.asarray(turn)) for force, turn in frames]
     return WholeEngine(
         cylinders=cycles,
         torque=np.sum([c.torque for c in cycles], axis=0),

@@ -115,12 +115,8 @@ class Otto(GasModel):
         stroke = np.searchsorted([bottom - top, 2 * math.pi, 2 * math.pi + bottom - top], turn, side="right")
         shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
         peak = self.compressed if self.peak is None else self.peak
-        strokes = (
-            np.full_like(shrunk, self.intake),
-            self.compressed * shrunk,
-            peak * shrunk,
-            np.full_like(shrunk, self.atmosphere),
-        )
+        intake, exhaust = np.full_like(shrunk, self.intake), np.full_like(shrunk, self.atmosphere)
+        strokes = intake, self.compressed * shrunk, peak * shrunk, exhaust
         return at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
 
 

@@ -96,9 +96,8 @@ class SymmetricMatrix:
         second, third = scalar.indptr[1:-1:3], scalar.indptr[2:-1:3]
         above[np.concatenate([second, third, third + 1])] = False  # of the diagonal blocks, which come first
         indptr = scalar.indptr - np.append(0, np.cumsum(np.tile([0, 1, 2], len(second))))
-        return sparse.csr_array(
-            (scalar.data[above], scalar.indices[above], indptr.astype(np.int32)), shape=scalar.shape
-        )
+        entries = scalar.data[above], scalar.indices[above], indptr.astype(np.int32)
+        return sparse.csr_array(entries, shape=scalar.shape)
 
     def full(self) -> sparse.bsr_array:
         """Both triangles, in blocks."""
@@ -143,9 +142,8 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
     by_key = np.argsort(keys, kind="stable")  # three times as fast, because the keys contain sorted runs
     sorted_keys = keys[by_key]
     starts = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
-    scatter = sparse.csr_array(
-        (np.ones(keys.size), by_key, np.r_[starts, keys.size]), shape=(starts.size, keys.size)
-    )
+    sums = np.ones(keys.size), by_key, np.r_[starts, keys.size]
+    scatter = sparse.csr_array(sums, shape=(starts.size, keys.size))
     rows, columns = np.divmod(sorted_keys[starts], n_points)
     indptr = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
     return Pattern(node_order, scatter, columns.astype(np.int32), indptr.astype(np.int32))
@@ -228,17 +226,15 @@ class GeometricStiffness:
             for number in range(count):
                 pushed = gauss.gradients @ np.ascontiguousarray(stress[..., number])
                 values[part, ..., number] = gradients @ pushed.swapaxes(2, 3).reshape(n, -1, n_nodes)
-        summed = (
-            np.add.reduceat(values[..., number].ravel()[self._order], self._starts) for number in range(count)
-        )
+        of_loads = (values[..., number].ravel()[self._order] for number in range(count))
+        summed = (np.add.reduceat(entries, self._starts) for entries in of_loads)
         shape = (len(self._mesh.points),) * 2
         return [sparse.csr_array((data, self._columns, self._indptr), shape=shape) for data in summed]
 
 
 def _stress(slope: Floats, constants: Material | Constants) -> Floats:
     """Stress tensors (n_elements, n_points, 3, 3, k), MPa, of ∂u_j/∂x_i."""
-    lam, mu = (
-        np.reshape(value, (-1, 1, 1, 1, 1)) for value in (constants.lame_lambda, constants.shear_modulus)
-    )
+    both = constants.lame_lambda, constants.shear_modulus
+    lam, mu = (np.reshape(value, (-1, 1, 1, 1, 1)) for value in both)
     trace = np.einsum("npiik->npk", slope)[:, :, None, None]
     return np.asarray(lam * trace * np.eye(3)[..., None] + mu * (slope + slope.swapaxes(2, 3)))

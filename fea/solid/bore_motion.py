@@ -13,6 +13,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
+BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
 # Each motion's parity about y = 0 and about z = 0.
 MOTION_PARITY = (
     (Parity.SYMMETRIC, Parity.SYMMETRIC),

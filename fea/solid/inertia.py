@@ -39,16 +39,10 @@ class Inertia:
     def forces(self, motion: Instants) -> Split:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
         ax, square, ay, alpha = motion.motions
-        none = np.zeros_like(self.weight)
-        symmetric = np.stack(
-            [square * self.weight_x - ax * self.weight, square * self.weight_y, none], axis=1
-        )
-        antisymmetric = np.stack(
-            [alpha * self.weight_y, -ay * self.weight - alpha * self.weight_x, none], axis=1
-        )
-        if self.cut_y:
-            return Split(symmetric, antisymmetric)
-        return Split(symmetric + antisymmetric, None)
+        m, mx, my, none = self.weight, self.weight_x, self.weight_y, np.zeros_like(self.weight)
+        symmetric = np.stack([square * mx - ax * m, square * my, none], axis=1)
+        antisymmetric = np.stack([alpha * my, -ay * m - alpha * mx, none], axis=1)
+        return Split(symmetric, antisymmetric) if self.cut_y else Split(symmetric + antisymmetric, None)
 
 
 def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembly.BATCHED) -> Inertia:

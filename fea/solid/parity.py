@@ -106,9 +106,8 @@ class MirrorUnfolding:
         if not self.both_sides:
             return even
         odd = self.images * parts[Parity.ANTISYMMETRIC]
-        off, across = (
-            mask.reshape(-1, *(1,) * (even.ndim - 1)) for mask in (~self.on_y, self.on_y & self._across)
-        )
+        masks, extra = (~self.on_y, self.on_y & self._across), (1,) * (even.ndim - 1)
+        off, across = (mask.reshape(-1, *extra) for mask in masks)
         here = np.where(off, (even + odd) / 2, np.where(across, odd, even))
         return np.concatenate([here, ((even - odd) / 2)[~self.on_y]])
 

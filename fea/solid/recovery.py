@@ -225,10 +225,8 @@ class SurfaceStress:
             # along[:, a, b]: component a of the derivative along axis b.
             along = np.einsum("nai,nbk->nabki", self._axes, self._combine).reshape(-1, 2, 2, 6)
             e11, e22, g12 = along[:, 0, 0], along[:, 1, 1], along[:, 0, 1] + along[:, 1, 0]
-            membrane = E / (1 - nu**2)
-            stress = np.stack(
-                [membrane * (e11 + nu * e22), membrane * (e22 + nu * e11), E / (2 * (1 + nu)) * g12], axis=1
-            )
+            membrane, shear = E / (1 - nu**2), E / (2 * (1 + nu))
+            stress = np.stack([membrane * (e11 + nu * e22), membrane * (e22 + nu * e11), shear * g12], axis=1)
             self._known[E, nu] = share[:, :, 3:] @ stress, TRACTION_WEIGHT * share[:, :, :3]
         return self._known[E, nu]
 
@@ -309,9 +307,8 @@ class Recovery:
         n_places = weights.shape[2]
         places = np.broadcast_to(np.arange(n_elements * n_places).reshape(-1, 1, n_places), weights.shape)
         nodes = np.broadcast_to(mesh.tets[:, :, None], weights.shape)
-        mean = sparse.csr_array(
-            (weights.ravel(), (nodes.ravel(), places.ravel())), shape=(n_points, n_elements * n_places)
-        )
+        entries = weights.ravel(), (nodes.ravel(), places.ravel())
+        mean = sparse.csr_array(entries, shape=(n_points, n_elements * n_places))
         self._inside = np.setdiff1d(np.arange(n_points), self._surface.nodes if self._surface else [])
         mean = mean[self._inside]
         slopes = self.gauss_stress.slopes()
@@ -319,9 +316,8 @@ class Recovery:
         columns = np.repeat(mesh.tets.astype(mean.indices.dtype), n_places, axis=0).ravel()
         starts = np.arange(0, columns.size + 1, n_nodes, dtype=columns.dtype)
         shape = (n_elements * n_places, len(mesh.points))
-        along = [
-            sparse.csr_array((slopes[:, :, axis].ravel(), columns, starts), shape=shape) for axis in range(3)
-        ]
+        of_axes = (slopes[:, :, axis].ravel() for axis in range(3))
+        along = [sparse.csr_array((values, columns, starts), shape=shape) for values in of_axes]
         self._gradient = sparse.csr_array(sparse.vstack([mean @ slope for slope in along], format="csr"))
 
     def nodal_stress(
@@ -391,16 +387,11 @@ class PartRecovery:
         There is one material per part, and pressures are given by the number of each part that has one; the
         rest is as for `Recovery.nodal_stress`.
         """
-        stresses = []
-        for piece, stress in zip(
-            self._pieces, self.part_stress(displacement, materials, parity, traction, pressure), strict=True
-        ):
-            if len(piece.nodes) < self._n_points:
-                every = np.full((self._n_points, *stress.shape[1:]), np.nan)
-                every[piece.nodes] = stress
-                stresses.append(every)
-            else:
-                stresses.append(stress)
+        stresses = list(self.part_stress(displacement, materials, parity, traction, pressure))
+        for number, (nodes, stress) in enumerate(zip(self.nodes, stresses, strict=True)):
+            if len(nodes) < self._n_points:
+                stresses[number] = np.full((self._n_points, *stress.shape[1:]), np.nan)
+                stresses[number][nodes] = stress
         return stresses
 
     def part_stress(
@@ -414,10 +405,7 @@ class PartRecovery:
         """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
         for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
             nodes = piece.nodes
-            known = {
-                surface: values[nodes]
-                for surface, values in (traction or {}).items()
-                if surface in piece.surfaces
-            }
+            loaded = [surface for surface in traction or () if surface in piece.surfaces]
+            known = {surface: traction[surface][nodes] for surface in loaded} if traction else {}
             p = pressure[number][nodes] if pressure and number in pressure else None
             yield piece.recovery.nodal_stress(displacement[nodes], material, parity, known, p)

@@ -61,8 +61,5 @@ def _inertia(body: MassProperties, motion: Instants) -> tuple[float, float, floa
     """D'Alembert force along x and y, N, and moment about the centre of gravity, N·mm."""
     x, y, _ = body.center
     ax, square, ay, alpha = map(float, motion.motions)
-    return (
-        -body.mass * (ax - alpha * y - square * x),
-        -body.mass * (ay + alpha * x - square * y),
-        -body.inertia_z * alpha,
-    )
+    along, across = ax - alpha * y - square * x, ay + alpha * x - square * y
+    return -body.mass * along, -body.mass * across, -body.inertia_z * alpha

@@ -87,9 +87,8 @@ class Ground:
         _, candidates = self._tree.query(places, k=min(_CANDIDATES, len(self.facets)))
         corners = self._flat.corners[candidates]
         share, inside = _barycentric(corners, places[:, None])
-        at = corners[..., 0, :] + np.einsum(
-            "...k,...kx->...x", share, corners[..., 1:, :] - corners[..., :1, :]
-        )
+        sides = corners[..., 1:, :] - corners[..., :1, :]
+        at = corners[..., 0, :] + np.einsum("...k,...kx->...x", share, sides)
         apart = np.linalg.norm(at - places[:, None], axis=2)
         apart = np.where(self.patch[candidates] == patch[:, None], apart, np.inf)
         best = (apart - 1e-9 * inside).argmin(axis=1)

@@ -8,6 +8,7 @@ of interfaces and bolt seats.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -80,12 +81,8 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
     """
     planes = tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
     surfaces = [surface for surface in mesh.facets if surface not in planes]
-    border = [
-        np.intersect1d(mesh.facets[surface], mesh.facets[other])
-        for surface in held
-        for other in surfaces
-        if other not in held
-    ]
+    pairs = product(held, [surface for surface in surfaces if surface not in held])
+    border = [np.intersect1d(mesh.facets[one], mesh.facets[other]) for one, other in pairs]
     body = BoundarySurface.of(mesh, surfaces, planes)
     edges = body.edges
     facet, place = edges.facet[:, 0], edges.place[:, 0]

@@ -34,10 +34,8 @@ def traction_forces(mesh: TetMesh, surface: Surface, traction: Traction) -> Floa
 
 def scattered(nodes: npt.NDArray[np.int64], forces: Floats, n_nodes: int) -> Floats:
     """Sum forces (n_elements, n_local, 3) at the nodes (n_elements, n_local) they act on: (n_nodes, 3)."""
-    return np.stack(
-        [np.bincount(nodes.ravel(), forces[..., axis].ravel(), minlength=n_nodes) for axis in range(3)],
-        axis=1,
-    )
+    of_axes = (forces[..., axis].ravel() for axis in range(3))
+    return np.stack([np.bincount(nodes.ravel(), each, minlength=n_nodes) for each in of_axes], axis=1)
 
 
 def nodal_traction(mesh: TetMesh, surface: Surface, traction: Callable[[Floats], Floats]) -> Floats:

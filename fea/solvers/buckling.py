@@ -15,15 +15,7 @@ from scipy import sparse
 
 from fea.base.choices import SolverName
 from fea.solid.assembly import GeometricStiffness
-from fea.solid.bore_motion import (
-    SLIDE_Y,
-    SLIDE_Z,
-    TURN_X,
-    TURN_Z,
-    ConstrainedSurface,
-    mean_motions,
-    motions_with,
-)
+from fea.solid.bore_motion import BENDING, TURN_Z, ConstrainedSurface, mean_motions, motions_with
 from fea.solid.parity import Parity
 from fea.solid.supports import rigid_motions
 from fea.solvers.constrained import Constrained, constrained, stopping
@@ -252,11 +244,10 @@ class Buckling:
 
     def _enough(self, load: ReferenceLoad, count: int) -> float:
         """Lower bound of the `count` largest values of 1/λ: Ritz values are bounds from below."""
-        values = [
-            ritz_values(space, self._pushed(load, parity_z, space.vectors))
-            for parity_z, space in self._spaces.items()
+        pushed = [
+            (each, self._pushed(load, parity_z, each.vectors)) for parity_z, each in self._spaces.items()
         ]
-        ranked = np.sort(np.concatenate(values))[::-1]
+        ranked = np.sort(np.concatenate([ritz_values(*each) for each in pushed]))[::-1]
         return max(0.0, float(ranked[:count][-1]) * (1 - _ACCURACY))
 
     def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
@@ -284,7 +275,7 @@ class Buckling:
         shapes = rigid_motions(points, np.zeros(3))[..., None] * along[:, None]
         spaces = []
         for place, (side, body) in enumerate(self._bodies[parity_z].items()):
-            bending = {SLIDE_Y, SLIDE_Z, TURN_X}.intersection(motions_with(self._mesh, side, parity_z))
+            bending = BENDING.intersection(motions_with(self._mesh, side, parity_z))
             bent = [shapes[motion] for motion in sorted(bending)]
             odd = np.sin(np.arange(1.0, points.size + 1)).reshape(-1, 3, 1)
             forces = np.concatenate([*bent, odd], axis=2).reshape(points.size, -1)
@@ -299,8 +290,6 @@ class Buckling:
         return dict(zip(self._sides, parts, strict=True))
 
     def _solved(self, parity_z: Parity, f: Floats) -> Floats:
-        parts = f.reshape(len(self._sides), -1, f.shape[1])
-        bodies = self._bodies[parity_z]
-        return np.concatenate(
-            [bodies[side].solve(part) for side, part in zip(self._sides, parts, strict=True)]
-        )
+        parts, bodies = f.reshape(len(self._sides), -1, f.shape[1]), self._bodies[parity_z]
+        pairs = zip(self._sides, parts, strict=True)
+        return np.concatenate([bodies[side].solve(part) for side, part in pairs])

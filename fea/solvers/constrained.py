@@ -53,12 +53,8 @@ def constrained(
     `inverse` is K_c⁻¹. Raises `UnderconstrainedError`: the surfaces leave a rigid motion free.
     """
     rigid, free = _rigid(mesh, parities), motions_with(mesh, *parities)
-    rows = [
-        mean_motions(mesh, end.surface, end.center)[motion].ravel()
-        for end in surfaces
-        for motion in end.motions
-        if motion in free
-    ]
+    held = [(end, motion) for end in surfaces for motion in end.motions if motion in free]
+    rows = [mean_motions(mesh, end.surface, end.center)[motion].ravel() for end, motion in held]
     C = np.stack(rows) if rows else np.zeros((0, mesh.points.size))
     if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
         raise UnderconstrainedError(

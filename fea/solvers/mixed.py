@@ -125,16 +125,14 @@ def _minimal_residuals(operator: Operator, precondition: Operator, right: Floats
         return np.zeros_like(right)
 
     def on_all(times: Operator) -> LinearOperator:
-        return LinearOperator(
-            (scaled.size,) * 2, matvec=lambda v: times(v.reshape(scaled.shape)).ravel(), dtype=np.float64
-        )
+        shape = (scaled.size,) * 2
+        return LinearOperator(shape, lambda v: times(v.reshape(scaled.shape)).ravel(), dtype=np.float64)
 
     # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution, of
     # which the first step tells the size: so the tolerance is that of the residual in any units.
     tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, live] / sizes[live])
-    x, failed = minres(
-        on_all(operator), scaled.ravel(), M=on_all(precondition), rtol=tolerance, maxiter=MOST_ITERATIONS
-    )
+    limits = {"rtol": tolerance, "maxiter": MOST_ITERATIONS}
+    x, failed = minres(on_all(operator), scaled.ravel(), M=on_all(precondition), **limits)
     if failed:
         raise StagnationError(f"minimal residuals stagnated after {MOST_ITERATIONS} steps. {_REMEDY}")
     solved = np.zeros_like(right)
@@ -172,9 +170,8 @@ class PressureSpace:
         """
         bounds = np.cumsum([nodes.size for nodes in self.vertex])[:-1]
         fields = {}
-        for number, tets, nodes, values in zip(
-            self.parts, self.tets, self.vertex, np.split(pressure, bounds), strict=True
-        ):
+        of_parts = zip(self.parts, self.tets, self.vertex, np.split(pressure, bounds), strict=True)
+        for number, tets, nodes, values in of_parts:
             field = np.zeros((n_points, pressure.shape[1]))
             field[nodes] = values
             for middle, (a, b) in enumerate(EDGES, start=VERTICES):
@@ -185,18 +182,14 @@ class PressureSpace:
 
 def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpace:
     """Number and integrate the pressure of parts of a mesh of second order, given by number with material."""
-    part = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
+    number_of = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
     parts = tuple(materials)
-    elements = [np.flatnonzero(part == number) for number in parts]
-    tets = tuple(mesh.tets[of_part] for of_part in elements)
+    tets = tuple(mesh.tets[number_of == number] for number in parts)
     vertex = tuple(np.unique(of_part[:, :VERTICES]) for of_part in tets)
     sizes = [nodes.size for nodes in vertex]
-    unknowns = np.concatenate(
-        [
-            first + np.searchsorted(nodes, of_part[:, :VERTICES])
-            for first, nodes, of_part in zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
-        ]
-    )
+    of_parts = zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
+    rows = [first + np.searchsorted(nodes, part[:, :VERTICES]) for first, nodes, part in of_parts]
+    unknowns = np.concatenate(rows)
     soft, size = TetMesh(mesh.points, np.concatenate(tets)), sum(sizes)
     n_elements, n_nodes = soft.tets.shape
     values, _ = shape_functions(VERTICES, gauss_places(n_nodes).T)
@@ -331,8 +324,7 @@ class MixedModel(Model):
         clock: Clock | None = None,
         assembly: Assembly = Assembly.BATCHED,
     ) -> None:
-        shear = shear_materials(materials, soft)
-        elastic = of_parts(shear, mesh.part)
+        elastic = of_parts(shear_materials(materials, soft), mesh.part)
         super().__init__(mesh, elastic, support, solver, clock, assembly=assembly)
         with self._clock("assembly"):
             self._space = pressure_space(mesh, {number: materials[number] for number in soft})

@@ -43,11 +43,8 @@ class Solution:
 
     def moved(self, shifts: Sequence[Split]) -> "Solution":
         """Return the solution with a further displacement in each case, which causes no stress."""
-        displacement = {
-            parity: u + np.stack([shift.part(parity) for shift in shifts], axis=-1)
-            for parity, u in self.displacement.items()
-        }
-        return replace(self, displacement=displacement)
+        moved = {p: np.stack([each.part(p) for each in shifts], axis=-1) for p in self.displacement}
+        return replace(self, displacement={p: u + moved[p] for p, u in self.displacement.items()})
 
 
 @dataclass(frozen=True)
@@ -79,11 +76,11 @@ class Model:
     ) -> None:
         self.mesh = mesh
         self._clock = clock or Clock()
-        cut = Surface.SYMMETRY_Y in mesh.facets
         self.material = material
         if symbolic is not None and not np.array_equal(symbolic.tets, mesh.tets):
             symbolic = None
-        self._begun = partial(linear_solver, solver, mesh, material, slots=len(Parity) if cut else 1)
+        self._slots = len(Parity) if Surface.SYMMETRY_Y in mesh.facets else 1
+        self._begun = partial(linear_solver, solver, mesh, material, self._slots)
         self._solver = self._begun() if symbolic is None else symbolic.solver
         self._factorised: list[Parity] = []
         self._condition: dict[Parity, float] = {}
@@ -91,10 +88,9 @@ class Model:
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._layout = pattern(mesh.tets, len(mesh.points)) if symbolic is None else symbolic.layout
+            batched = assembly is Assembly.BATCHED
             self._K = (
-                assembled_stiffness(mesh, material)
-                if assembly is Assembly.SCIKIT_FEM
-                else stiffness(mesh, material, self._layout)
+                stiffness(mesh, material, self._layout) if batched else assembled_stiffness(mesh, material)
             )
 
     @property
@@ -230,10 +226,10 @@ class Model:
 
     def _hand_over(self, error: StagnationError) -> None:
         """Continue with the direct solver, or raise the iterative one's error if memory does not allow it."""
-        slots = len(Parity) if Surface.SYMMETRY_Y in self.mesh.facets else 1
-        if memory.direct_bytes(self.mesh.points.size, slots) > memory.SHARE * memory.available_bytes():
+        need = memory.direct_bytes(self.mesh.points.size, self._slots)
+        if need > memory.SHARE * memory.available_bytes():
             raise error
-        self._solver = linear_solver(direct(), self.mesh, self.material, slots)
+        self._solver = linear_solver(direct(), self.mesh, self.material, self._slots)
         parities, self._factorised = self._factorised, []
         for parity in parities:
             self._slot(parity)

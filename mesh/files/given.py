@@ -395,14 +395,10 @@ def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tupl
     big, small = (c + (m - c @ z) * z for c, m in zip(axes.centers, middles, strict=True))
     turn, length = rod_frame(z, small - big)
     placed = replace(mesh, points=(mesh.points - big) @ turn.T)
-    walls = [
-        ((surface.corners - at) @ turn.T)[bore.facets] for at, bore in ((big, pair[0]), (small, pair[1]))
-    ]
-    radii = axes.radii.tolist()
-    (width, _), (small_width, taper) = (
-        _width(wall, radius) for wall, radius in zip(walls, radii, strict=True)
-    )
-    return placed, (Bore(0.0, radii[0], width), Bore(length, radii[1], small_width, taper))
+    big_radius, small_radius = axes.radii.tolist()
+    width, _ = _width(((surface.corners - big) @ turn.T)[pair[0].facets], big_radius)
+    widths = _width(((surface.corners - small) @ turn.T)[pair[1].facets], small_radius)
+    return placed, (Bore(0.0, big_radius, width), Bore(length, small_radius, *widths))
 
 
 def _width(corners: Floats, radius: float) -> tuple[float, float]:

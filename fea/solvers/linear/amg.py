@@ -46,21 +46,16 @@ def conjugate_gradients(
         if iteration == MOST_ITERATIONS:
             break
         active, goal, last, energy = active[going], goal[going], last[going], energy[going]
-        residual, direction, preconditioned = (
-            residual[:, going],
-            direction[:, going],
-            preconditioned[:, going],
-        )
+        vectors = residual, direction, preconditioned
+        residual, direction, preconditioned = (each[:, going] for each in vectors)
         direction = preconditioned + direction * (energy / last)
         image = operator(direction)
         step = energy / (direction * image).sum(axis=0)
         x[:, active] += step * direction
         residual -= step * image
     reached = tolerance * float(np.sqrt((energy / goal).max()))
-    message = (
-        f"conjugate gradients stagnated at a relative residual of {reached:.1e} after {iteration} steps. "
-    )
-    raise StagnationError(message + remedy)
+    at = f"at a relative residual of {reached:.1e} after {iteration} steps"
+    raise StagnationError(f"conjugate gradients stagnated {at}. {remedy}")
 
 
 class SmoothedAggregation(LinearSolver):
@@ -99,9 +94,8 @@ class SmoothedAggregation(LinearSolver):
         if not f.any():
             return np.zeros_like(f)
         residuals: list[float] = []
-        u = self._hierarchies[slot].solve(
-            f, tol=TOLERANCE, maxiter=MOST_ITERATIONS, accel="cg", residuals=residuals
-        )
+        limits = {"tol": TOLERANCE, "maxiter": MOST_ITERATIONS}
+        u = self._hierarchies[slot].solve(f, **limits, accel="cg", residuals=residuals)
         reached = residuals[-1] / residuals[0]
         if not reached <= TOLERANCE * 10:
             message = (

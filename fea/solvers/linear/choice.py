@@ -19,11 +19,8 @@ from geometry.arrays import Floats
 from geometry.system import free_memory
 from mesh.tetmesh import TetMesh
 
-_PACKAGES = {
-    SolverName.PARDISO: ("pypardiso",),
-    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
-    SolverName.AMG: ("pyamg",),
-}
+_PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
+_PACKAGES[SolverName.AMG] = ("pyamg",)
 
 
 @runtime_checkable
@@ -73,8 +70,7 @@ def linear_solver(
 
 def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
     """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
-    named = choice in {SolverName.PARDISO, SolverName.CHOLMOD}
-    choice = choice if named else direct()
+    choice = choice if choice in {SolverName.PARDISO, SolverName.CHOLMOD} else direct()
     _require_packages(choice)
     return pardiso.Pardiso(slots) if choice is SolverName.PARDISO else CholmodCholesky()
 
