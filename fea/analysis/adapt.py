@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from fea.judge.fatigue import fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.verdict import Peak, peak
-from fea.machine.clock import Clock
+from fea.machine.clock import Clock, Listener
 from fea.rod.discretise import drawn_once
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
@@ -72,7 +72,7 @@ def adapt_mesh(
     study: Study,
     speeds: Sequence[float | None],
     clock: Clock,
-    listener: Callable[[str], None] | None = None,
+    listener: Listener | None = None,
     mesh: MeshedRod | None = None,
     *,
     movable: bool = False,

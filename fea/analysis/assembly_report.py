@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 from scipy.optimize import brentq
 
+States = Mapping[str, AssemblyState]  #: by load case, `ASSEMBLY` among them
 # Unknowns of the contact problem above which a dozen further states cost more than the rest of a run.
 MOST_UNKNOWNS = 1500
 
@@ -80,9 +81,7 @@ _APART = 1e-3
 class Onsets:
     """Follows the worst load cases as all loads grow, until parts separate; None where none do."""
 
-    def __init__(
-        self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: Mapping[str, AssemblyState]
-    ) -> None:
+    def __init__(self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: States) -> None:
         self._pins, self._cases, self._assembled = pins, cases, states[ASSEMBLY]
         self._states = {(name, 1.0): state for name, state in states.items() if name != ASSEMBLY}
 
@@ -106,14 +105,12 @@ class Onsets:
         return (state.separating(self._assembled),)
 
     def _of(
-        self,
-        severity: Callable[[AssemblyState], tuple[float, ...]],
-        measure: Callable[[AssemblyState], float],
+        self, weight: Callable[[AssemblyState], tuple[float, ...]], measure: Callable[[AssemblyState], float]
     ) -> OnsetFigures | None:
         if self._pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
             return None
         loaded = [key for key in self._states if key[1] == 1]
-        case, _ = max(loaded, key=lambda key: severity(self._states[key]))
+        case, _ = max(loaded, key=lambda key: weight(self._states[key]))
         lost = _LOST * measure(self._assembled)
 
         def left(factor: float) -> float:
@@ -171,9 +168,7 @@ def touch_notes(found: AssemblyFigures | None) -> Iterator[Note]:
 _LITTLE = 0.01
 
 
-def bolts_figures(
-    assembling: Assembling, states: Mapping[str, AssemblyState], cycle: CycleResult | None = None
-) -> BoltsFigures:
+def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | None = None) -> BoltsFigures:
     """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
     chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
     cases = list(states)
@@ -263,6 +258,7 @@ def assembly_figures(
         return None
     table = rod.assembling.table
     states = {name: case.assembly for name, case in cases.items() if case.assembly is not None}
+    ends = {Surface.SMALL_END_BORE: rod.mesh.bores.rod_length, Surface.BIG_END_BORE: 0.0}
     onsets = Onsets(pins, {name: case.load for name, case in cases.items()}, states)
     return AssemblyFigures(
         parts=tuple(rod.mesh.parts),
@@ -280,17 +276,12 @@ def assembly_figures(
         },
         ovality={
             surface.value: {name: ovality_figures(case, surface, x) for name, case in cases.items()}
-            for surface, x in (
-                (Surface.SMALL_END_BORE, rod.mesh.bores.rod_length),
-                (Surface.BIG_END_BORE, 0.0),
-            )
+            for surface, x in ends.items()
         },
     )
 
 
-def _joint(
-    friction: float, states: Mapping[str, AssemblyState], onsets: Onsets, cycle: CycleResult | None
-) -> JointFigures:
+def _joint(friction: float, states: States, onsets: Onsets, cycle: CycleResult | None) -> JointFigures:
     assembled = states[ASSEMBLY]
     by_case = {
         name: figures(
@@ -342,11 +333,11 @@ def _face(face: FaceState) -> FaceCaseFigures:
 def ovality_figures(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
     """Return the change of shape of a bore whose centre is at x, mm."""
     shape = bore_shape(case.mesh, surface, x, case.distortion)
-    (widest, wide), (narrowest, narrow) = shape.widest, shape.narrowest
+    (widest, wide), (least, narrow) = shape.widest, shape.narrowest
     return OvalityFigures(
         ovality_mm=shape.ovality,
         widest_mm=widest,
         widest_deg=wide / DEG,
-        narrowest_mm=narrowest,
+        narrowest_mm=least,
         narrowest_deg=narrow / DEG,
     )

@@ -7,12 +7,7 @@ import numpy as np
 
 from fea.analysis.buckling import column_figures
 from fea.analysis.cycle.search import SpeedSearch, Worst
-from fea.analysis.figures import (
-    BucklingFigures,
-    CycleFigures,
-    PassFigures,
-    Summary,
-)
+from fea.analysis.figures import BucklingFigures, CycleFigures, PassFigures, Summary
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import first_below, opening_speeds
@@ -26,10 +21,8 @@ from loads.slider_crank import cycle_angles
 MOST_FULL_RUNS = 10
 # To which the speed where a safety factor falls below 1 is found.
 _WITHIN_RPM = 0.1
-_NO_EDGES = omission(
-    "structural stress at sharp edges", "they are judged at the worst speeds only, run in full"
-)
-_NO_FILM = omission("oil film", "many speeds: it is computed at the worst ones")
+_EDGES = omission("structural stress at sharp edges", "they are judged at the worst speeds only, run in full")
+_FILM = omission("oil film", "many speeds: it is computed at the worst ones")
 _LEFT_OUT = (
     omission(
         "fields of the load cases and of the envelope", "many speeds: they are written at the worst ones"
@@ -55,12 +48,10 @@ class SpeedSweep:
         self._rod, loading = rod, rod.engine
         # A speed at which nothing loads the rod is refused.
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
-        analysis = rod.full_cycle
+        analysis, rising = rod.full_cycle, sorted(speeds)
         with one_blas_thread():  # the speeds have a thread each
-            self._search = SpeedSearch(analysis, rod.crank_cycle, sorted(speeds))
-            self._found = dict(
-                zip(sorted(speeds), side_by_side(self._search.at, sorted(speeds)), strict=True)
-            )
+            self._search = SpeedSearch(analysis, rod.crank_cycle, rising)
+            self._found = dict(zip(rising, side_by_side(self._search.at, rising), strict=True))
             self.critical = dict(zip(_MODES, side_by_side(self._critical, _MODES.values()), strict=True))
         self.critical |= opening_speeds(rod, speeds)
 
@@ -104,8 +95,8 @@ class SpeedSweep:
                 *(note for note in near.notes if note not in near.loads.notes),
                 *loads.notes,
                 *_LEFT_OUT,
-                *([_NO_EDGES] if self._rod.sharp_places else []),
-                *([_NO_FILM] if self._rod.options.needs_film else []),
+                *([_EDGES] if self._rod.sharp_places else []),
+                *([_FILM] if self._rod.options.needs_film else []),
             ],
         )
         return replace(summary, critical_speeds_rpm=self.critical)
@@ -114,9 +105,7 @@ class SpeedSweep:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
         cycle, fatigue, multiaxial = self._rod.cycle, worst.fatigue, _crossland(worst)
         place, angle = worst.yielding.figures.at_mm, worst.yielding.crank_angle
-        case, peak = min(
-            zip(worst.cases, worst.peaks, strict=True), key=lambda pair: pair[1].min_safety_factor
-        )
+        case, peak = min(zip(worst.cases, worst.peaks, strict=True), key=lambda one: one[1].min_safety_factor)
         if peak.min_safety_factor < worst.yielding.factor:
             place, angle = peak.at_mm, float(case.crank_angle)
         return CycleFigures(

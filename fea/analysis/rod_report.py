@@ -101,10 +101,10 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
     materials = study.materials(mesh.parts)
     rod = inertia(mesh.cell, of_parts(materials, mesh.cell.part).density).properties
     along, least = _sections(study.rod.dimensions, mesh.whole, mesh.bores)
-    quality = quality_figures(mesh.meshing.quality, mesh.meshing.repair)
+    quality, length = quality_figures(mesh.meshing.quality, mesh.meshing.repair), mesh.bores.rod_length
     report = RodReport(
         study=study.name,
-        length_mm=mesh.bores.rod_length,
+        length_mm=length,
         mass_kg=rod.mass / KG,
         center_of_gravity_mm=rod.center,
         inertia_kg_m2=tuple(tuple(value / KG_M2 for value in row) for row in rod.inertia),
@@ -113,10 +113,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         symmetry=mesh.symmetry.value,
         sections=tuple(figures(SectionFigures, section) for section in along),
         least_section=figures(SectionFigures, least),
-        slenderness={
-            plane.value: plane.length_factor * mesh.bores.rod_length / plane.gyration(least)
-            for plane in Plane
-        },
+        slenderness={plane.value: plane.length_factor * length / plane.gyration(least) for plane in Plane},
         mesh=RodMeshFigures(
             **vars(quality),
             nodes=len(mesh.whole.points),
@@ -134,13 +131,13 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
         assumed=(*study.unusual_notes(mesh.bores.lengths), *study.material_notes),
     )
     if (read := mesh.imported) is not None:
+        density = materials[0].density
         report = dataclasses.replace(
             report,
             bores=tuple(figures(RodBoreFigures, bore, at_mm=bore.center) for bore in read.bores),
             unit=read.unit,
             solids=tuple(
-                figures(SolidFigures, solid, mass_kg=materials[0].density * solid.volume / KG)
-                for solid in read.solids
+                figures(SolidFigures, solid, mass_kg=density * solid.volume / KG) for solid in read.solids
             ),
             assumed=(*report.assumed, *map(assumption, read.assumed)),
             assembly=found_assembly(study.rod, read),
@@ -173,29 +170,22 @@ def fitted(
         No target, nothing free, a key that is no dimension, or a rod without dimensions.
     """
     rod = study.rod.solid()
-    density, *others = (
-        part.density for part in study.materials(["rod", "bushing"] if rod.bushing else ["rod"])
-    )
+    parts = ["rod", "bushing"] if rod.bushing else ["rod"]
+    density, *others = (part.density for part in study.materials(parts))
     bushing = next(iter(others), None)
     given = study.rod.mass
-    if (mass_kg, center_of_gravity_mm, inertia_kg_m2) == (None, None, None):
+    asked = dict(zip(MASS_KEYS, (mass_kg, center_of_gravity_mm, inertia_kg_m2), strict=True))
+    as_given = set(asked.values()) == {None}
+    if as_given:
         remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
         require(given is not None, "--fit", list(free), "has no target", remedy)
-    as_given = mass_kg is center_of_gravity_mm is inertia_kg_m2 is None
     if given is not None and as_given:
         targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)
     else:
-        mass, center, inertia_z = (
-            number_of(f"--{name.replace('_', '-')}", value, name)
-            for name, value in zip(MASS_KEYS, (mass_kg, center_of_gravity_mm, inertia_kg_m2), strict=True)
-        )
-        targets = Targets(
-            density,
-            None if mass is None else mass * KG,
-            center,
-            None if inertia_z is None else inertia_z * KG_M2,
-            bushing,
-        )
+        sought = (number_of(f"--{name.replace('_', '-')}", value, name) for name, value in asked.items())
+        in_units = zip(sought, (KG, 1.0, KG_M2), strict=True)
+        mass, center, inertia_z = (None if value is None else value * unit for value, unit in in_units)
+        targets = Targets(density, mass, center, inertia_z, bushing)
     fitted_rod = fit(rod, targets, [dimension_of(key) for key in free])
     table = dataclasses.replace(study.rod, dimensions=fitted_rod.rod, length=fitted_rod.rod.length)
     return (table if as_given else dataclasses.replace(table, mass=None)), fitted_rod

@@ -5,13 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    BucklingFigures,
-    CaseFigures,
-    CycleFigures,
-    SurvivalFigures,
-)
+from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5

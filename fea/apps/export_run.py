@@ -1,7 +1,7 @@
 """The jobs behind `fea export` and `fea report`: a stored run for another program, or as a report."""
 
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -16,7 +16,7 @@ from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
-from fea.machine.clock import Clock
+from fea.machine.clock import Clock, Listener
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.inp import Step, write_deck
 from fea.output.pictures.process import ready_to_draw
@@ -92,9 +92,7 @@ _REFUSALS = (
 )  # fmt: skip
 
 
-def report_run(
-    folder: Path, listener: Callable[[str], None] | None = None, units: UnitSystem | None = None
-) -> list[Path]:
+def report_run(folder: Path, listener: Listener | None = None, units: UnitSystem | None = None) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
     The listener is told the name of each stage as it begins. The figures are in the given units, or in those

@@ -1,11 +1,11 @@
 """Run a study: mesh its rod first, and meanwhile load what the rest needs."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from fea.analysis.meshing import adaptive_mesh
 from fea.apps.places import places_of
-from fea.machine.clock import Clock
+from fea.machine.clock import Clock, Listener
 from fea.machine.threads import imported_meanwhile
 from fea.output.pictures.process import ready_to_draw
 from fea.output.units import shown_in
@@ -22,7 +22,7 @@ AFTER_THE_MESH = ("fea.solid.inertia", "fea.apps.write_run", "fea.pins.contact",
 
 
 def run_study(
-    study: Study, listener: Callable[[str], None] | None = None, ahead: Sequence[str] = ()
+    study: Study, listener: Listener | None = None, ahead: Sequence[str] = ()
 ) -> "list[WrittenRun]":
     """Analyse a study at each of its speeds, and write and return the runs in the order of the speeds.
 

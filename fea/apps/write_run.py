@@ -3,7 +3,7 @@
 import csv
 import dataclasses
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
 from fea.apps.places import Place, target_of
 from fea.apps.result import Result, result_of
-from fea.machine.clock import Clock
+from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.text import write_columns, write_text
@@ -39,11 +39,7 @@ class WrittenRun:
 
 
 def write_runs(
-    study: Study,
-    mesh: MeshedRod,
-    places: Sequence[Place],
-    clock: Clock,
-    listener: Callable[[str], None] | None = None,
+    study: Study, mesh: MeshedRod, places: Sequence[Place], clock: Clock, listener: Listener | None = None
 ) -> list[WrittenRun]:
     """Solve a study and write each speed's run into its place; see `fea.apps.run_study.run_study`."""
     prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
@@ -59,10 +55,8 @@ def write_runs(
     for report in reports:
         if report.film is not None:
             write_film(report.film, report.frames)
-    return [
-        dataclasses.replace(report, folder=place.folder)
-        for report, place in zip(reports, places, strict=True)
-    ]
+    both = zip(reports, places, strict=True)
+    return [dataclasses.replace(report, folder=place.folder) for report, place in both]
 
 
 def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
@@ -133,9 +127,8 @@ def _write(
     if place.film is not None and place.rpm is not None:
         frames, refused = filmed(prepared.rod, place.rpm, place.film, clock)
     written, without_pictures = found.write_into(place.folder, clock, shared_files=shared_files)
-    return WrittenRun(
-        place.folder, written, without_pictures or refused, place.film if frames else None, frames
-    )
+    film = place.film if frames else None
+    return WrittenRun(place.folder, written, without_pictures or refused, film, frames)
 
 
 def _shared(study: Study) -> tuple[str, ...]:

@@ -6,11 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+Listener = Callable[[str], None]  #: is told the name of each stage as it begins
+
 
 class Clock:
     """Adds up wall seconds per stage, and tells a listener the name of each stage as it begins."""
 
-    def __init__(self, listener: Callable[[str], None] | None = None) -> None:
+    def __init__(self, listener: Listener | None = None) -> None:
         self.seconds: dict[str, float] = {}
         self._listener = listener
         self._start = time.perf_counter()
@@ -58,7 +60,7 @@ _PATIENCE = 150.0
 
 
 @contextmanager
-def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | None]:
+def stages(*, silent: bool, hint: str = "") -> Iterator[Listener | None]:
     """Yield a `Clock` listener that shows stages on stderr; `hint`: what shortens one that takes minutes."""
     if silent:
         yield None
@@ -76,9 +78,7 @@ def stages(*, silent: bool, hint: str = "") -> Iterator[Callable[[str], None] | 
 
 
 @contextmanager
-def _screen(
-    first: str, otherwise: Callable[[str], None]
-) -> Iterator[tuple[Callable[[str], None], Callable[[str], None]]]:
+def _screen(first: str, otherwise: Listener) -> Iterator[tuple[Listener, Listener]]:
     """Yield what shows a text in place of `first` on a terminal, else `otherwise`; and what writes a line."""
     if not sys.stderr.isatty():
         yield otherwise, _line
@@ -96,7 +96,7 @@ def _line(text: str) -> None:
 
 
 @contextmanager
-def _explained(write: Callable[[str], None], hint: str) -> Iterator[Callable[[str], None]]:
+def _explained(write: Listener, hint: str) -> Iterator[Listener]:
     stage, ended, changed = "starting", threading.Event(), threading.Event()
 
     def watch() -> None:

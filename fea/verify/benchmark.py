@@ -65,9 +65,9 @@ class Benchmark:
     #: compute, size: from an element size, mm, to the quantities; the size at which tolerances must be met
     compute: Callable[[float], Quantities]
     size: float
-    #: whether the error decreases with the element size; otherwise it consists of rounding, is a rate or is
-    #: the error of the target, and is not plotted
-    converges: bool = True
+    #: whether the error decreases with the element size and is plotted; otherwise it consists of rounding, is
+    #: a rate or is the error of the target
+    converges: bool = False
 
     def rows(self, factor: float = 1.0) -> list[BenchmarkRow]:
         """Compute the quantities with elements of `factor` times the size."""
@@ -86,7 +86,7 @@ CASES: dict[str, Benchmark] = {}
 
 
 def benchmark(
-    source: str, *, size: float, converges: bool = True
+    source: str, *, size: float, converges: bool = False
 ) -> Callable[[Callable[[float], Quantities]], Benchmark]:
     """Add a function to `CASES`, under its name with hyphens and the title that its docstring begins with."""
 

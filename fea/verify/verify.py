@@ -1,12 +1,13 @@
 """Compute benchmark problems; show them on the terminal and in a Markdown report with its plot."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
@@ -15,8 +16,6 @@ from geometry.errors import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Listener = Callable[[str], None]
 
 # The modules whose import fills `CASES`.
 MODULES = (assemblies, contact, dynamics, elasticity, film, friction, nafems)

@@ -178,10 +178,8 @@ class Designs:
         films = self._films(adapted.rod, results, made.finer) if FILM in self._required else []
         made.finer = [film.finer for film in films]
         margins = limits(adapted.rod, results, self._required, films)
-        infeasibility = float(np.linalg.norm(asked - x))
-        design = Design(
-            x, adapted.rod.mass.mass / KG, margins, infeasibility, remeshed, mesh, finer=made.finer
-        )
+        mass, away = adapted.rod.mass.mass / KG, float(np.linalg.norm(asked - x))
+        design = Design(x, mass, margins, away, remeshed, mesh, finer=made.finer)
         self.tried.append(replace(design, infeasibility=0.0))
         self.count += 1
         self._now += self.count - before

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from fea.analysis.figures import Figures
+from fea.analysis.figures import Figures, figures
 from fea.apps.optimise.designs import Design
 from fea.apps.optimise.limits import Limit
 from fea.apps.optimise.search import SearchResult
@@ -116,9 +116,9 @@ def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[
     """Return the limits before and after."""
     earlier = {limit.name: limit for limit in before}
     return tuple(
-        LimitFigures(
-            name=limit.name,
-            required=limit.required,
+        figures(
+            LimitFigures,
+            limit,
             before=was.factor,
             before_error_percent=was.error_percent,
             after=limit.factor,
@@ -134,10 +134,10 @@ def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[
 def history(variables: Variables, result: SearchResult) -> tuple[DesignFigures, ...]:
     """Return all designs that were tried."""
     return tuple(
-        DesignFigures(
+        figures(
+            DesignFigures,
+            design,
             number=number,
-            mass_kg=design.mass_kg,
-            margin=design.margin,
             governing=design.governing.name,
             new_mesh=design.remeshed,
             dimensions_mm=variables.dimensions(design.x),

@@ -125,9 +125,8 @@ def _of_buckling(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, floa
         if one.safety_factor is not None
     ]
     modes = [mode.factor for own in (figures.modes or {}).values() for mode in own]
-    return (
-        [*column, Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked[BUCKLING])] if modes else column
-    )
+    solid = [Limit(f"{BUCKLING}, of the solid", min(modes), 0.0, asked[BUCKLING])] if modes else []
+    return [*column, *solid]
 
 
 @dataclass(frozen=True)

@@ -221,9 +221,8 @@ def checked(free: Variables, x: Floats) -> Checked:
     asked = free.study_at(x)
     options = asked.analysis
     tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
-    study = replace(
-        asked, mesh=replace(asked.mesh, size_mm=None), analysis=replace(options, tolerance_percent=tolerance)
-    )
+    mesh, analysis = replace(asked.mesh, size_mm=None), replace(options, tolerance_percent=tolerance)
+    study = replace(asked, mesh=mesh, analysis=analysis)
     adapted = adapt_mesh(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]
     outcomes = tuple(run_result(study, adapted, result) for result in results)

@@ -15,16 +15,7 @@ from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
-from fea.verify.assembled_body import (
-    AssembledBody,
-    along_x,
-    apart,
-    bars,
-    parted,
-    pulled,
-    radius,
-    rings,
-)
+from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius, rings
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, held, hoop_stress, nodes_of, uniform
 from fea.verify.michell import displacement as wave_displacement
@@ -161,9 +152,7 @@ def _opening(body: AssembledBody, load: int, highest: float, accuracy: float) ->
     return high
 
 
-@benchmark(
-    "Lamé 1852; Michell 1899; Timoshenko & Goodier 1970, articles 28 and 43", size=0.6, converges=False
-)
+@benchmark("Lamé 1852; Michell 1899; Timoshenko & Goodier 1970, articles 28 and 43", size=0.6)
 def lame_fit(size: float) -> Quantities:
     """Lamé: press fits of a bushing and of a bearing shell.
 
@@ -259,7 +248,7 @@ def _parts_compliance(mesh: TetMesh, bolt: BoltPull) -> float:
     return float((forces * u).sum() / bolt.share)
 
 
-@benchmark("VDI 2230-1:2015, section 3.2 and 5.1; strength of materials", size=3.0, converges=False)
+@benchmark("VDI 2230-1:2015, section 3.2 and 5.1; strength of materials", size=3.0)
 def bolted_joint(size: float) -> Quantities:
     """Bolted joints: block and tube.
 
@@ -347,8 +336,7 @@ def _bent_joint() -> tuple[float, float, float]:
     # Of the force gained and the moment: length of the bolt and of the block along its axis, and their turns.
     matrix = [[1 / STIFFNESS + along + e * e * turn, -e * turn], [-e * turn, bolt_turn + turn]]
     gained, moment = np.linalg.solve(
-        matrix,
-        [_PULL * (along + a * e * turn) - e * turn * first, (PRELOAD * e - _PULL * a) * turn],
+        matrix, [_PULL * (along + a * e * turn) - e * turn * first, (PRELOAD * e - _PULL * a) * turn]
     )
     return PRELOAD + float(gained), first, float(moment)
 
@@ -361,7 +349,7 @@ def _sheared_bolt() -> float:
     return _ACROSS * turn / (_bent_bolt()[1] / 6 + 2 / _LENGTH * turn)
 
 
-@benchmark("VDI 2230-1:2015, sections 3.2 and 5.3; Timoshenko 1921; Cowper 1966", size=3.0, converges=False)
+@benchmark("VDI 2230-1:2015, sections 3.2 and 5.3; Timoshenko 1921; Cowper 1966", size=3.0)
 def bent_bolt(size: float) -> Quantities:
     """Bolts that bend: an eccentric bolt and one in a sheared block.
 

@@ -96,7 +96,7 @@ def _persson_figures(body: TouchedBody, material: Material, X: float) -> tuple[f
     return float(p.max() * _RADIUS / _FORCE), end, float(hoop.max() * _RADIUS / _FORCE)
 
 
-@benchmark("Persson 1964, plane strain, pin and plate of the same material", size=0.06, converges=False)
+@benchmark("Persson 1964, plane strain, pin and plate of the same material", size=0.06)
 def persson(size: float) -> Quantities:
     """Pin in a plate: contact with clearance and interference.
 
@@ -148,7 +148,7 @@ class _RollerOnBlock(PinInBore):
         return self.multipliers.moments(np.linalg.norm(away, axis=-1) - _ROLLER)
 
 
-@benchmark("Konter 2006 (NAFEMS R0094), benchmark 1; Hertz 1881", size=0.3, converges=False)
+@benchmark("Konter 2006 (NAFEMS R0094), benchmark 1; Hertz 1881", size=0.3)
 def roller(size: float) -> Quantities:
     """NAFEMS R0094-1: steel roller on an aluminium block.
 
@@ -188,11 +188,7 @@ class _PlateOnBlock(PinInBore):
         return self.multipliers.weights, np.zeros(self.multipliers.size)
 
 
-@benchmark(
-    "Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions",
-    size=0.2,
-    converges=False,
-)
+@benchmark("Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions", size=0.2)
 def contact_patch(size: float) -> Quantities:
     """Contact patch test on an irregular mesh."""
     width, height, force = 0.6, 0.5, 100.0
@@ -251,9 +247,7 @@ def _sag(inner: float) -> tuple[float, float]:
 
 
 @benchmark(
-    "Michell 1899; Timoshenko 1940, Strength of Materials II; Cowper 1966 (shear coefficients)",
-    size=1.0,
-    converges=False,
+    "Michell 1899; Timoshenko 1940, Strength of Materials II; Cowper 1966 (shear coefficients)", size=1.0
 )
 def elastic_pin(_size: float) -> Quantities:
     """Elastic pin: harmonics, ovalisation, bending."""
@@ -277,9 +271,7 @@ def elastic_pin(_size: float) -> Quantities:
     return 0  # the pin meshes itself
 
 
-@benchmark(
-    "reference calculation with curved second-order tetrahedra and averaged stress", size=1.0, converges=False
-)
+@benchmark("reference calculation with curved second-order tetrahedra and averaged stress", size=1.0)
 def pin_loaded_eye(size: float) -> Quantities:
     """Pin-loaded eye, d/W = 0.5, round end.
 

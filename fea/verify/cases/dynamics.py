@@ -28,9 +28,7 @@ _FASTER = "the solution is exact, and displacements converge one order faster th
 _CUT, _FREE, _NEAR, _FAR = Surface.SYMMETRY_Y, Surface.FREE, Surface.CLAMPED, Surface.LOADED
 
 
-@benchmark(
-    "Timoshenko & Goodier 1970, chapter 9 (bar stretched by its own weight)", size=6.0, converges=False
-)
+@benchmark("Timoshenko & Goodier 1970, chapter 9 (bar stretched by its own weight)", size=6.0)
 def accelerated_bar(size: float) -> Quantities:
     """Bar under uniform acceleration, pulled at one end.
 
@@ -56,7 +54,9 @@ def accelerated_bar(size: float) -> Quantities:
 
 
 @benchmark(
-    "closed form: equilibrium of the shear stress in rings, Timoshenko & Goodier 1970, article 27", size=3.0
+    "closed form: equilibrium of the shear stress in rings, Timoshenko & Goodier 1970, article 27",
+    size=3.0,
+    converges=True,
 )
 def spun_up_ring(size: float) -> Quantities:
     """Ring accelerated by a torque at its bore.
@@ -120,7 +120,7 @@ def spun_disc(mesh: TetMesh) -> SolvedBody:
     return SolvedBody(mesh, STEEL, relieved(mesh, spinning), (_FREE, Surface.OUTER))
 
 
-@benchmark("Timoshenko & Goodier 1970, chapters 4 and 12", size=5.0)
+@benchmark("Timoshenko & Goodier 1970, chapters 4 and 12", size=5.0, converges=True)
 def rotating_disc(size: float) -> Quantities:
     """Rotating disc."""
     body = spun_disc(disc_mesh(size))
@@ -156,9 +156,7 @@ def bending_frequency(height: float, root: float) -> float:
     return plain / math.sqrt(1 + (radius / length) ** 2 * more)
 
 
-@benchmark(
-    "Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko beam, first order)", size=25.0, converges=False
-)
+@benchmark("Goens 1931, Annalen der Physik 403, 649-678 (Timoshenko beam, first order)", size=25.0)
 def free_beam(size: float) -> Quantities:
     """Free–free beam: bending frequencies."""
     roots = (4.730041, 7.853205, 10.995608)  # of cos βL cosh βL = 1
@@ -207,9 +205,7 @@ def _buckling_loads(
     return [(mode.factor * LOAD, mode.parity_z) for mode in modes]
 
 
-@benchmark(
-    "Euler 1744; Timoshenko & Gere 1961, Theory of Elastic Stability, chapter 2", size=8.0, converges=False
-)
+@benchmark("Euler 1744; Timoshenko & Gere 1961, Theory of Elastic Stability, chapter 2", size=8.0)
 def euler_column(size: float) -> Quantities:
     """Slender strut under axial load: linear buckling."""
     mesh = strut(size)

@@ -22,11 +22,7 @@ from geometry.surfaces import Surface
 _FREE = Surface.FREE
 
 
-@benchmark(
-    "Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions",
-    size=0.2,
-    converges=False,
-)
+@benchmark("Taylor & Papadopoulos 1991, On a patch test for contact problems in two dimensions", size=0.2)
 def joint_patch(size: float) -> Quantities:
     """Patch test of a joint with friction on an irregular mesh.
 
@@ -114,7 +110,7 @@ class _Strip:
         return _LENGTH - float(self.body.mesh.points[nodes[sticks], 0].max(initial=0.0))
 
 
-@benchmark("Goodman & Klumpp 1956; Masing 1926", size=0.25, converges=False)
+@benchmark("Goodman & Klumpp 1956; Masing 1926", size=0.25)
 def friction_strip(size: float) -> Quantities:
     """Strip in friction: stick and slip in a cycle.
 
@@ -177,9 +173,7 @@ def pin_in_sheet(size: float, friction: float = FRICTION) -> AssembledBody:
 
 
 @benchmark(
-    "Konter 2006 (NAFEMS R0094), benchmark 4, for the problem; CalculiX 2.20 for the targets",
-    size=5.0,
-    converges=False,
+    "Konter 2006 (NAFEMS R0094), benchmark 4, for the problem; CalculiX 2.20 for the targets", size=5.0
 )
 def loaded_pin(size: float) -> Quantities:
     """NAFEMS R0094-4: loaded pin with friction.

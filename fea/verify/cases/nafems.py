@@ -48,7 +48,7 @@ def le1_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), (Surface.INNER,))
 
 
-@benchmark(f"{_NAFEMS}, LE1", size=200.0)
+@benchmark(f"{_NAFEMS}, LE1", size=200.0, converges=True)
 def le1(size: float) -> Quantities:
     """NAFEMS LE1: elliptic membrane."""
     body = le1_body(le1_mesh(size)).solved()
@@ -81,7 +81,7 @@ def le10_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, fixed, known, {Surface.LOADED: pressed})
 
 
-@benchmark(f"{_NAFEMS}, LE10", size=100.0)
+@benchmark(f"{_NAFEMS}, LE10", size=100.0, converges=True)
 def le10(size: float) -> Quantities:
     """NAFEMS LE10: thick plate under pressure."""
     body = le10_body(le10_mesh(size)).solved()
@@ -126,7 +126,7 @@ def le11_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
 
 
-@benchmark(f"{_NAFEMS}, LE11", size=100.0)
+@benchmark(f"{_NAFEMS}, LE11", size=100.0, converges=True)
 def le11(size: float) -> Quantities:
     """NAFEMS LE11: solid cylinder, taper and sphere with a temperature field."""
     body = le11_body(le11_mesh(size)).solved()
@@ -172,7 +172,9 @@ def cook_rise(mesh: TetMesh, u: Floats) -> float:
 
 
 @benchmark(
-    "Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value is extrapolated from finer meshes", size=3.0
+    "Cook 1974, J. Struct. Div. ASCE 100, 1851-1863; the value is extrapolated from finer meshes",
+    size=3.0,
+    converges=True,
 )
 def cook(size: float) -> Quantities:
     """Cook's membrane, plane strain."""
@@ -224,7 +226,7 @@ def plate_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}), known)
 
 
-@benchmark("Pilkey, Peterson's Stress Concentration Factors (1997), chart 4.1", size=0.6)
+@benchmark("Pilkey, Peterson's Stress Concentration Factors (1997), chart 4.1", size=0.6, converges=True)
 def plate_with_hole(size: float) -> Quantities:
     """Plate of finite width with a hole, d/W = 0.1, in tension."""
     body = plate_body(plate_mesh(size)).solved()

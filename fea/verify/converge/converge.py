@@ -11,6 +11,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
 
+from fea.machine.clock import Listener
 from fea.machine.isolated import fresh
 from fea.output.plots.figure import new_figure
 from fea.study.study import Study
@@ -94,9 +95,7 @@ class Comparison:
         return [row for row in self.rows if row.computation.problem == problem]
 
 
-def converge(
-    study: Study, minutes: float = 10.0, listener: Callable[[str], None] | None = None
-) -> Comparison:
+def converge(study: Study, minutes: float = 10.0, listener: Listener | None = None) -> Comparison:
     """Compare tools, elements and recoveries by error and total run time.
 
     Of the rod, the first load case at its first speed is used. The limit of `minutes` is that of everything
@@ -111,22 +110,17 @@ def converge(
         if problem in EXACT:
             references[problem] = Reference(EXACT[problem])
         else:
-            unknown = Reference(math.nan, math.inf)
-            references[problem] = _apart(rod_reference, study) or unknown
+            references[problem] = _apart(rod_reference, study) or Reference(math.nan, math.inf)
         outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
         truth = references[problem].value
         rows += [
             ConvergenceRow(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
-            for computation, found in sorted(
-                outcomes.items(), key=lambda item: (item[0].series, -item[0].size)
-            )
+            for computation, found in sorted(outcomes.items(), key=lambda it: (it[0].series, -it[0].size))
         ]
     return Comparison(rows, references)
 
 
-def _computed(
-    study: Study, problem: str, size: float, seconds: float, listener: Callable[[str], None] | None
-) -> Outcomes:
+def _computed(study: Study, problem: str, size: float, seconds: float, listener: Listener | None) -> Outcomes:
     """Refine the series with the cheapest next step, until no step fits into the remaining time."""
     end = time.perf_counter() + seconds
     waiting = [(0.0, computations) for computations in series(problem, size)]
@@ -195,9 +189,7 @@ def _floor(problem: str, comparison: Comparison) -> float:
 def _against(comparison: Comparison) -> list[str]:
     """The tables of equal error and equal time; none without CalculiX."""
     of_problem = {problem: (comparison.of(problem), _floor(problem, comparison)) for problem in PROBLEMS}
-    equal = [
-        _equal_error_cells(problem, at) for problem, rows in of_problem.items() for at in equal_error(*rows)
-    ]
+    equal = [_equal_error_cells(name, at) for name, rows in of_problem.items() for at in equal_error(*rows)]
     if not equal:
         return []
     timed = [
@@ -263,11 +255,9 @@ def _draw(comparison: Comparison, path: Path) -> None:
         rows, floor = comparison.of(problem), _floor(problem, comparison)
         for (_, tool, element), same in groupby(rows, key=lambda row: row.computation.series):
             x, y = _points(list(same))
-            style = "-o" if element == "p2" else "--^"
-            label = f"{tool}, {element.upper()}"
-            axes.loglog(
-                x, y, style, color=_COLOURS.get(tool, _COARSE), markersize=4, linewidth=1, label=label
-            )
+            style, label = "-o" if element == "p2" else "--^", f"{tool}, {element.upper()}"
+            color = _COLOURS.get(tool, _COARSE)
+            axes.loglog(x, y, style, color=color, markersize=4, linewidth=1, label=label)
         front = _points(pareto(rows, floor))
         axes.loglog(*front, color="gold", linewidth=7, alpha=0.4, zorder=0, label="fastest for its error")
         if floor > FLOOR and floor < 100:

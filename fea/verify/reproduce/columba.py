@@ -45,6 +45,9 @@ class Reactions:
     T12: Floats
 
 
+_NAMES = [field.name for field in fields(Reactions)]
+
+
 def solve(
     engine: Engine,
     rod: MassProperties,
@@ -98,15 +101,7 @@ INERTIA = 939740.05e-9  # kg·m², Izz
 def engine(friction: float = FRICTION) -> Engine:
     """Return the printed engine: three cylinders at 240°."""
     bore = math.sqrt(4 * PISTON_AREA / math.pi)
-    return Engine(
-        crank_radius=R,
-        rod_length=L,
-        bore=bore,
-        piston_mass=PISTON * KG,
-        friction=friction,
-        cylinders=3,
-        phase=240 * DEG,
-    )
+    return Engine(R, L, bore, PISTON * KG, friction=friction, cylinders=3, phase=240 * DEG)
 
 
 def rod(inertia: float = INERTIA) -> MassProperties:
@@ -132,16 +127,8 @@ def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping
     model: GasModel = boyle() if gas else NoGas()
     c = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
     pin, crank = c.in_engine_axes(c.pin), c.in_engine_axes(c.crank)
-    return {
-        "F12x": crank.x,
-        "F12y": crank.y,
-        "F32x": -crank.x,
-        "F32y": -crank.y,
-        "F43x": pin.x,
-        "F43y": pin.y,
-        "F14y": c.wall,
-        "T12": -c.torque / N_M,
-    }
+    forces = (crank.x, crank.y, -crank.x, -crank.y, pin.x, pin.y, c.wall, -c.torque / N_M)
+    return dict(zip(_NAMES, forces, strict=True))
 
 
 def _worksheet(name: str, *, gas: bool = True) -> Formula:
@@ -168,7 +155,6 @@ def _largest_difference(_: int) -> float:
     return float(np.abs(position.values - exact).max())
 
 
-_NAMES = [field.name for field in fields(Reactions)]
 _FORMULAS: dict[str, Formula] = {
     "rod angle": _of_motion(lambda k: -k.rod_angle / DEG),
     "piston position, mm": _of_motion(lambda k: k.piston_position),

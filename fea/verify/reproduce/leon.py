@@ -29,11 +29,8 @@ BORE = 76.0  # mm, as printed
 PISTON = 1.3345  # kg, with pin and rings
 M_B = 0.356312  # kg: the rod's mass at the piston pin
 INERTIA = 3.868e-3  # kg·m², which is m·a·b of the two masses
-ROD = MassProperties(
-    mass=0.785 * KG,
-    center=(64.0, 0.0, 0.0),
-    inertia=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, INERTIA * KG_M2)),
-)
+_ZERO = (0.0, 0.0, 0.0)
+ROD = MassProperties(0.785 * KG, (64.0, 0.0, 0.0), (_ZERO, _ZERO, (0.0, 0.0, INERTIA * KG_M2)))
 
 # Values used in the thesis.
 _M_RECIPROCATING = 1.690  # kg, PISTON + M_B truncated
@@ -52,14 +49,7 @@ _PIN_FORCES = {rpm: f"leon2001_table{13 + i}_forces_{rpm}rpm" for i, rpm in enum
 
 def engine(bore: float = BORE) -> Engine:
     """Return the printed engine, optionally with another bore (mm) for the sensitivity study."""
-    return Engine(
-        crank_radius=1e3 * R,
-        rod_length=1e3 * L,
-        bore=bore,
-        piston_mass=PISTON * KG,
-        cylinders=4,
-        phase=math.pi,
-    )
+    return Engine(1e3 * R, 1e3 * L, bore, PISTON * KG, cylinders=4, phase=math.pi)
 
 
 def exact_motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:
@@ -94,9 +84,8 @@ def _acceleration(cells: Column, rpm: int) -> Floats:
     if rpm == 3000:
         # The table for 3000 rpm is the table for 6000 rpm divided by four, including its misprints.
         return column(_ACCELERATION[6000], "acceleration_m_s2").values / 4
-    return np.asarray(
-        rpm**2 / 60 * R * (np.cos(cells.theta) + _LAMBDA_ACCELERATION * np.cos(2 * cells.theta))
-    )
+    wave = np.cos(cells.theta) + _LAMBDA_ACCELERATION * np.cos(2 * cells.theta)
+    return np.asarray(rpm**2 / 60 * R * wave)
 
 
 def _exact_acceleration(cells: Column, rpm: int) -> Floats:
@@ -136,10 +125,6 @@ def _angular_force(_: Column, rpm: int) -> Floats:
 def _exact_angular_force(cells: Column, rpm: int) -> Floats:
     motion = exact_motion(rpm, cells.degrees)
     return np.asarray(INERTIA * motion.rod_acceleration / (L * np.cos(motion.rod_angle)))
-
-
-def _misread_force(cells: Column, _: int) -> Floats:
-    return np.asarray(-np.sign(np.sin(cells.theta)) * 62.61 * INERTIA / (L * np.cos(19.47 * DEG)))
 
 
 def _terms(cells: Column, rpm: int) -> tuple[Floats, Floats, Floats, Floats]:
@@ -223,6 +208,7 @@ def _roundings(force: float, inertia: float, rest: float) -> Iterator[Slip]:
     yield Slip(f"F_a = {inertia:.10g} read as 31990", force - 31990 - rest)
 
 
+_OF_PINS = ("rod_deg", "F_resultant_N", "F_normal_N", "F_rod_N")
 _USED = 0.333  # λ in the coefficients b₃ and b₅ of the series
 _FORMULAS: dict[str, Formula] = {
     "printed": lambda cells, _: cells.values,
@@ -256,7 +242,9 @@ _FORMULAS: dict[str, Formula] = {
     "rod angle of table 2": lambda *_: column("leon2001_table2_rod_angle", "rod_deg").values,
     "angular force of tables 2 and 11": _angular_force,
     "rod angular force": _exact_angular_force,
-    "angular force from 62.61 rad/s²": _misread_force,
+    "angular force from 62.61 rad/s²": lambda cells, _: (
+        -np.sign(np.sin(cells.theta)) * 62.61 * INERTIA / (L * np.cos(19.47 * DEG))
+    ),
     "rod angle out of phase": lambda cells, _: np.arcsin(np.cos(cells.theta) / 3) / DEG,
     "rod angle from the forces": lambda _, rpm: (
         np.arctan(_of_pin(rpm, "F_normal_N") / _of_pin(rpm, "F_resultant_N")) * 180 / _PI
@@ -269,10 +257,7 @@ _FORMULAS: dict[str, Formula] = {
     "rod force": lambda cells, rpm: -exact_forces(rpm, cells.degrees).pin_axial,
     "angle of the largest printed force": _largest_at,
     "angle of the largest force": _exact_largest_at,
-    **{
-        f"{title} of tables 13–15": _beside(title)
-        for title in ("rod_deg", "F_resultant_N", "F_normal_N", "F_rod_N")
-    },
+    **{f"{title} of tables 13–15": _beside(title) for title in _OF_PINS},
 }
 STUDY = PublishedStudy(
     SOURCE,

@@ -62,9 +62,8 @@ def reproduce(source: str) -> list[Table]:
 
     Raises `InvalidValue`: there is no such study.
     """
-    require(
-        source == "all" or source in SOURCES, "SOURCE", source, f"must be one of {', '.join(SOURCES)}, all"
-    )
+    known = [*SOURCES, "all"]
+    require(source in known, "SOURCE", source, f"must be one of {', '.join(known)}")
     return [table for name in SOURCES if source in ("all", name) for table in SOURCES[name].tables()]
 
 
@@ -173,15 +172,10 @@ def _misprints(tables: Sequence[Table]) -> Iterator[str]:
 
 def _largest(tables: Sequence[Table]) -> str:
     header = ("table", "quantity", "at", "unit", "published", "as published", "corrected", "cause")
-    rows = [
-        (
-            *(f.table, f.quantity, f.at, f.unit),
-            *(_shown(value) for value in (f.published, f.as_published, f.corrected)),
-            f.cause,
-        )
-        for table in tables
-        for f in table.wrong_of_each_quantity
-    ]
+    rows = []
+    for f in (figure for table in tables for figure in table.wrong_of_each_quantity):
+        values = (_shown(value) for value in (f.published, f.as_published, f.corrected))
+        rows.append((f.table, f.quantity, f.at, f.unit, *values, f.cause))
     return markdown(header, rows) if rows else "None differs."
 
 
@@ -201,10 +195,8 @@ def _sensitivity() -> str:
                 text = f"{_shown(round(force / 1e3, 2))} at {float(case.crank_angle) / DEG:.0f}°"
                 if case.name in _PEAKS:
                     peaks.setdefault((rpm, _PEAKS[case.name]), {})[bore] = text
-    rows = [
-        (str(rpm), name, *(by_bore.get(bore, "does not occur") for bore in _BORES))
-        for (rpm, name), by_bore in peaks.items()
-    ]
+    none = "does not occur"
+    rows = [(str(rpm), name, *(own.get(bore, none) for bore in _BORES)) for (rpm, name), own in peaks.items()]
     return markdown(("rpm", "peak", *(f"bore {bore:g} mm" for bore in _BORES)), rows)
 
 

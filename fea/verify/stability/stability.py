@@ -6,6 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
 from fea.verify.layout import markdown, print_table, reading, write_document
 from fea.verify.stability import materials, runs, shapes
@@ -23,7 +24,7 @@ _IN_ORDER = (
 CASES: dict[str, Callable[[], Iterable[ExtremeRow]]] = {case.__name__: case for case in _IN_ORDER}
 
 
-def stability(names: Sequence[str] = (), listener: Callable[[str], None] | None = None) -> list[ExtremeRow]:
+def stability(names: Sequence[str] = (), listener: Listener | None = None) -> list[ExtremeRow]:
     """Compute some of `CASES`, or all; `listener` is called with the name of each before it begins.
 
     Raises `InvalidValue`: there is no such case; it is raised before anything is computed.
