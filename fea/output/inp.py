@@ -1,15 +1,14 @@
 """Meshed load cases as an input deck for CalculiX and Abaqus; meshio writes only a mesh."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.base.material import Material
 from fea.output.text import write_text
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 from mesh.tetmesh import FACES, TetMesh, faces_behind
 
 # The ten-node tetrahedron numbers its mid-edge nodes as VTK does, so the order of the nodes does not change.
@@ -28,13 +27,11 @@ class Step:
 
     title: str  #: for the comment above it; empty for none
     forces: Floats  #: (n_nodes, 3) nodal forces, N: pressures and body forces together
-    fixed: npt.NDArray[np.bool_]  #: (n_nodes, 3) the constrained degrees of freedom
+    fixed: Mask  #: (n_nodes, 3) the constrained degrees of freedom
     held_at: Floats | None = None  #: (n_nodes, 3) mm, the displacement of those; None for none
 
 
-def write_inp(
-    path: Path, mesh: TetMesh, material: Material, forces: Floats, fixed: npt.NDArray[np.bool_]
-) -> None:
+def write_inp(path: Path, mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> None:
     """Write a linear static case for ``ccx -i NAME``, the path without ``.inp``; see `write_deck`, `Step`."""
     write_deck(path, mesh, {"material": material}, [Step("", forces, fixed)], ["static load case"])
 
@@ -44,7 +41,7 @@ def write_deck(
     mesh: TetMesh,
     materials: Mapping[str, Material],
     steps: Sequence[Step],
-    heading: Iterable[str],
+    heading: Sequence[str],
 ) -> None:
     """Write load cases as the steps of a deck; `ccx -i NAME` solves it, NAME being the path without ``.inp``.
 
@@ -75,9 +72,8 @@ def _mesh(mesh: TetMesh) -> Iterator[str]:
     yield "*NODE, NSET=NALL"
     numbers = range(1, len(mesh.points) + 1)
     # CalculiX reads at most 20 characters per number.
-    yield from (
-        f"{n},{x:.12e},{y:.12e},{z:.12e}" for n, (x, y, z) in zip(numbers, mesh.points.tolist(), strict=True)
-    )
+    for n, (x, y, z) in zip(numbers, mesh.points.tolist(), strict=True):
+        yield f"{n},{x:.12e},{y:.12e},{z:.12e}"
     yield f"*ELEMENT, TYPE={_ELEMENT[mesh.order]}, ELSET=EALL"
     for n, nodes in enumerate((mesh.tets + 1).tolist(), start=1):
         yield ",".join(map(str, [n, *nodes]))
@@ -113,11 +109,9 @@ def _sections(mesh: TetMesh, materials: Mapping[str, Material]) -> Iterator[str]
             elements = f"E_{name}"
             yield f"*ELSET, ELSET={elements}"
             yield from _rows((np.flatnonzero(mesh.part == number) + 1).tolist())
-        yield f"*MATERIAL, NAME={name}"
-        yield "*ELASTIC"
+        yield from (f"*MATERIAL, NAME={name}", "*ELASTIC")
         yield f"{material.youngs_modulus:.12g},{material.poissons_ratio:.12g}"
-        yield "*DENSITY"
-        yield f"{material.density:.12g}"
+        yield from ("*DENSITY", f"{material.density:.12g}")
         yield f"*SOLID SECTION, ELSET={elements}, MATERIAL={name}"
 
 
@@ -125,8 +119,7 @@ def _step(step: Step, *, several: bool) -> Iterator[str]:
     new = ", OP=NEW" if several else ""
     if step.title:
         yield f"** {step.title}"
-    yield "*STEP"
-    yield "*STATIC"
+    yield from ("*STEP", "*STATIC")
     if step.fixed.any():
         yield f"*BOUNDARY{new}"
         held = np.zeros_like(step.forces) if step.held_at is None else step.held_at
@@ -137,15 +130,9 @@ def _step(step: Step, *, several: bool) -> Iterator[str]:
     if len(loaded):
         yield f"*CLOAD{new}"
         values = step.forces[loaded[:, 0], loaded[:, 1]].tolist()
-        yield from (
-            f"{node + 1},{axis + 1},{value:.12e}"
-            for (node, axis), value in zip(loaded.tolist(), values, strict=True)
-        )
-    yield "*NODE FILE"
-    yield "U"
-    yield "*EL FILE"
-    yield "S"
-    yield "*END STEP"
+        for (node, axis), value in zip(loaded.tolist(), values, strict=True):
+            yield f"{node + 1},{axis + 1},{value:.12e}"
+    yield from ("*NODE FILE", "U", "*EL FILE", "S", "*END STEP")
 
 
 _NODE = slice(3, 13)

@@ -43,12 +43,23 @@ def _one(name: str, write: Callable[[Path], object]) -> RunFiles:
     return RunFiles((name,), lambda folder: write(folder / name))
 
 
-def _case_fields(run: RunResult) -> Iterator[RunFiles]:
+def _cases(run: RunResult) -> Iterator[RunFiles]:
     def write(path: Path, case: CaseResult, *, exact: bool) -> None:
         write_result(path, run.mesh, case.point_data(), case.cell_data(run.materials), exact=exact)
 
     for number, (name, case) in enumerate(run.cases.items()):
         yield _one(f"{name}.vtu", partial(write, case=case, exact=number == 0))
+    touched = {name: case for name, case in run.cases.items() if case.seats}
+    if touched:
+        yield _one("contact.vtu", partial(write_seats, cases=touched))
+    if run.cases:
+        angles = [load.crank_deg for load in run.summary.loads.values()]
+        known = None not in angles and len(set(angles)) == len(angles)
+        times = {
+            f"{name}.vtu": float(angle if known and angle is not None else number)
+            for number, (name, angle) in enumerate(zip(run.cases, angles, strict=True))
+        }
+        yield _one(CASES, lambda path: write_pvd(path, times))
 
 
 # Surfaces on which the same presses as on those opposite to them.
@@ -67,9 +78,7 @@ def write_seats(path: Path, cases: Mapping[str, CaseResult]) -> None:
     facets = [first.mesh.facets[surface] for surface in surfaces]
     nodes = [first.seats[surface].nodes for surface in surfaces]
     starts = np.cumsum([0, *map(len, nodes)])
-    cells = [
-        start + np.searchsorted(here, own) for start, here, own in zip(starts, nodes, facets, strict=False)
-    ]
+    cells = [at + np.searchsorted(here, own) for at, here, own in zip(starts, nodes, facets, strict=False)]
     arrays = {}
     for name, case in cases.items():
         seats = [case.seats[surface] for surface in surfaces]
@@ -78,23 +87,6 @@ def write_seats(path: Path, cases: Mapping[str, CaseResult]) -> None:
     number = np.repeat(np.arange(len(surfaces)), [len(own) for own in facets])
     masks = {surface.value: (number == k).astype(np.uint8) for k, surface in enumerate(surfaces)}
     write_cells(path, first.mesh.points[np.concatenate(nodes)], np.concatenate(cells), arrays, masks)
-
-
-def _seats(run: RunResult) -> Iterator[RunFiles]:
-    cases = {name: case for name, case in run.cases.items() if case.seats}
-    if cases:
-        yield _one("contact.vtu", partial(write_seats, cases=cases))
-
-
-def _case_collection(run: RunResult) -> Iterator[RunFiles]:
-    if run.cases:
-        angles = [load.crank_deg for load in run.summary.loads.values()]
-        known = None not in angles and len(set(angles)) == len(angles)
-        times = {
-            f"{name}.vtu": float(angle if known and angle is not None else number)
-            for number, (name, angle) in enumerate(zip(run.cases, angles, strict=True))
-        }
-        yield _one(CASES, lambda path: write_pvd(path, times))
 
 
 def _instants(run: RunResult) -> Iterator[RunFiles]:
@@ -110,11 +102,8 @@ def _instants(run: RunResult) -> Iterator[RunFiles]:
         yield _one(CYCLE, lambda path: write_pvd(path, times))
 
 
-def _study(run: RunResult) -> Iterator[RunFiles]:
+def _texts(run: RunResult) -> Iterator[RunFiles]:
     yield _one("study.toml", lambda path: write_text(path, run.study.text()))
-
-
-def _columns(run: RunResult) -> Iterator[RunFiles]:
     columns_of = {"loads.csv": run.forces, "contact.csv": run.contact, "film.csv": run.film}
     for name, columns in columns_of.items():
         if columns is not None:
@@ -142,9 +131,7 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
     halves = ([first, second, first + 1], [second, second + 1, first + 1])
     triangles = np.concatenate([np.stack(each, axis=1) for each in halves])
     values = {"film_pressure": state.pressure, "film_thickness": state.gap}
-    write_cells(
-        path, points, triangles, {name: each[:, columns].ravel() for name, each in values.items()}, {}
-    )
+    write_cells(path, points, triangles, {name: of[:, columns].ravel() for name, of in values.items()}, {})
 
 
 def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
@@ -194,12 +181,9 @@ def _report(run: RunResult) -> Iterator[RunFiles]:
 
 
 WRITERS = (
-    Writer("write", _case_fields),
-    Writer("write", _seats),
-    Writer("write", _case_collection),
+    Writer("write", _cases),
     Writer("write", _instants),
-    Writer("write", _study),
-    Writer("write", _columns),
+    Writer("write", _texts),
     Writer("write", _films),
     Writer("write", _envelope_and_buckling),
     Writer("plot", _plots),

@@ -95,27 +95,13 @@ def _draw_pressure(figure: Any, axes: Any, case: CaseResult, largest: float, nam
     across, z = np.asarray(mesh.points[:, :2] @ along), mesh.points[:, 2]
     pressure, seat = np.zeros(len(z)), case.seats[Surface.JOINT]
     pressure[seat.nodes] = seat.pressure
-    drawn = axes.tripcolor(
-        across,
-        z,
-        facets,
-        scale("MPa") * pressure,
-        shading="gouraud",
-        cmap="magma_r",
-        vmin=0,
-        vmax=scale("MPa") * largest,
-    )
+    shown, limit = scale("MPa") * pressure, scale("MPa") * largest
+    colours = {"shading": "gouraud", "cmap": "magma_r", "vmin": 0, "vmax": limit}
+    drawn = axes.tripcolor(across, z, facets, shown, **colours)
     opened = np.zeros(len(z)) if case.gap is None else case.gap
     if opened[facets].max() > 0:
-        axes.tricontourf(
-            across,
-            z,
-            facets,
-            opened,
-            levels=[_OPEN * opened.max(), opened.max()],
-            colors="none",
-            hatches=["////"],
-        )
+        levels = [_OPEN * opened.max(), opened.max()]
+        axes.tricontourf(across, z, facets, opened, levels=levels, colors="none", hatches=["////"])
     figure.colorbar(drawn, ax=axes, label=unit("MPa"))
     axes.set(aspect="equal")
     label_axes(axes, "" if name != ASSEMBLY else "along the joint, mm", "z, mm")
@@ -132,12 +118,8 @@ def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleRes
         forces, place = bolt_forces(list(states.values())), np.arange(len(states))
         width = 0.8 / len(forces)
         for number, force in enumerate(forces):
-            axes.bar(
-                place + (number + 0.5) * width - 0.4,
-                force / KN * scale("kN"),
-                width,
-                label=f"bolt {number + 1}",
-            )
+            at, height = place + (number + 0.5) * width - 0.4, force / KN * scale("kN")
+            axes.bar(at, height, width, label=f"bolt {number + 1}")
         axes.set_xticks(place, list(states))
         low, high, one = (value * scale("kN") for value in (forces.min() / KN, forces.max() / KN, 1.0))
         axes.set(ylim=(max(low - 0.5 * (high - low) - one, 0), high + one))
@@ -147,12 +129,8 @@ def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleRes
 
 def _facing(mesh: TetMesh) -> Ints:
     """Facets (n, 3) of the outside that face the viewer, the nearest last."""
-    corners = [
-        facets[:, :3]
-        for surface, facets in mesh.facets.items()
-        if surface not in {Surface.JOINT, Surface.JOINT_CAP}
-    ]
-    every = np.concatenate(corners)
+    joint = {Surface.JOINT, Surface.JOINT_CAP}
+    every = np.concatenate([facets[:, :3] for surface, facets in mesh.facets.items() if surface not in joint])
     a, b, c = mesh.points[every].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     facing = np.abs(normal[:, 2]) > _FACING * np.linalg.norm(normal, axis=1)
@@ -244,9 +222,9 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     _draw_orbit(panels["orbit"], x, y, degrees)
     panels["orbit"].set(title=f"centre of the {film.end.pin} in the bore, in clearances")
     state, grid = cycle.states[int(cycle.highest.argmax())], cycle.bearing.reynolds.grid
-    whole = (
-        np.concatenate([state.pressure[:, ::-1], state.pressure], axis=1) if grid.halved else state.pressure
-    )
+    whole = state.pressure
+    if grid.halved:
+        whole = np.concatenate([whole[:, ::-1], whole], axis=1)
     turned = np.roll(whole, grid.n_angle // 2, axis=0)
     drawn = panels["map"].imshow(
         turned.T, extent=(-180, 180, -grid.width / 2, grid.width / 2), aspect="auto", cmap="viridis"
@@ -265,9 +243,8 @@ def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats) -> None:
     axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=_FILM)
     for angle in range(0, 720, _EVERY):
         number = int(np.abs(degrees - angle).argmin())
-        axes.plot(x[number], y[number], "o", color=_FILM, markersize=3)
-        axes.annotate(
-            f"{angle}°", (x[number], y[number]), fontsize=7, xytext=(3, 3), textcoords="offset points"
-        )
+        at = x[number], y[number]
+        axes.plot(*at, "o", color=_FILM, markersize=3)
+        axes.annotate(f"{angle}°", at, fontsize=7, xytext=(3, 3), textcoords="offset points")
     axes.set(aspect="equal")
     label_axes(axes, "along the rod", "across the rod")

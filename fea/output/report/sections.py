@@ -73,13 +73,8 @@ class Chart:
 
     def moving(self) -> JsonObject:
         """What the page needs to show the crank angle of the slider."""
-        return {
-            "id": self.id,
-            "left": LEFT,
-            "width": RIGHT - LEFT,
-            "unit": self.unit,
-            "series": [list(values) for values in self.series],
-        }
+        series = [list(values) for values in self.series]
+        return {"id": self.id, "left": LEFT, "width": RIGHT - LEFT, "unit": self.unit, "series": series}
 
 
 def chart(
@@ -96,7 +91,8 @@ def chart(
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     step = round_up((high - low or 1.0) / _STEPS)
     first, last = int(np.floor(low / step + 1e-9)), int(np.ceil(high / step - 1e-9))
-    bottom, top = step * first, step * max(last, first + 1)
+    last = max(last, first + 1)
+    bottom, top = step * first, step * last
 
     def x(angle: float) -> float:
         return round(LEFT + (RIGHT - LEFT) * angle / LAST, 1)
@@ -115,9 +111,7 @@ def chart(
             " ".join(f"{x(a):g},{y(v):g}" for a, v in zip(degrees[some], row[some], strict=True))
             for row in values
         ),
-        ticks=tuple(
-            (y(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, max(last, first + 1) + 1)
-        ),
+        ticks=tuple((y(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, last + 1)),
         angles=tuple((x(angle), f"{angle}°") for angle in range(0, LAST + 1, 90)),
         marks=_marks({case: x(angle) for case, angle in marks.items()}),
         centres=tuple((x(angle), label, anchor) for angle, label, anchor in _DEAD_CENTRES),
@@ -319,9 +313,8 @@ def _loads(run: Run) -> Section:
 
 def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
     degrees = np.linspace(0.0, 720.0, found.instants)
-    histories = {
-        f"place {chr(ord('A') + k)}": np.array(spot.history_MPa, float) for k, spot in enumerate(found.spots)
-    }
+    named = [(f"place {chr(ord('A') + k)}", spot) for k, spot in enumerate(found.spots)]
+    histories = {name: np.array(spot.history_MPa, float) for name, spot in named}
     heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
     drawn = chart(heading, degrees, histories, marks(summary))
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
@@ -374,11 +367,8 @@ def _repeat(run: Run) -> Section:
 
 def marks(summary: Summary) -> dict[str, float]:
     """Return the crank angle, degrees, of each load case that is an instant of the cycle."""
-    return {
-        name: load.crank_deg
-        for name, load in summary.loads.items()
-        if load.crank_deg is not None and name != "gas"
-    }
+    angles = {name: load.crank_deg for name, load in summary.loads.items() if name != "gas"}
+    return {name: angle for name, angle in angles.items() if angle is not None}
 
 
 def study_text(run: Run) -> str:

@@ -21,6 +21,7 @@ from fea.output.units import in_cells, in_heading, in_rows
 from fea.study.tables import unit_of
 
 _SIGNS = {"degrees": "°", "percent": "%"}
+_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _AS_THEY_ARE = {
     "E": "Young's modulus E",
     "nu": "Poisson's ratio ν",
@@ -42,10 +43,8 @@ def figure(value: float | None, digits: int = 4) -> str:
     text = f"{value:.{digits}g}"
     found = re.fullmatch(r"(.*)e([+-])0*(\d+)", text)
     if found:
-        power = (
-            f"{'⁻' if found[2] == '-' else ''}{found[3].translate(str.maketrans('0123456789', '⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
-        )
-        text = f"{found[1]}·10{power}"
+        sign, power = "⁻" if found[2] == "-" else "", found[3].translate(_RAISED)
+        text = f"{found[1]}·10{sign}{power}"
     return text.replace("-", "−")
 
 
@@ -180,17 +179,14 @@ def load_table(summary: Summary) -> Table:
 
 def check_table(summary: Summary) -> Table:
     """Return every check with its limit."""
-    rows: list[tuple[str, ...]] = []
-    marked: list[int] = []
-    for name, check in summary.checks.items():
-        if not check.passed:
-            marked.append(len(rows))
+    rows, checks = list[tuple[str, ...]](), summary.checks
+    marked = tuple(number for number, check in enumerate(checks.values()) if not check.passed)
+    for name, check in checks.items():
         words = _CHECKS.get(name.removesuffix("_p1"), _CHECKS.get(name, name.replace("_", " ")))
-        rows.append(
-            (words, figure(check.value, 3), figure(check.limit, 3), "passed" if check.passed else "FAILED")
-        )
+        verdict = "passed" if check.passed else "FAILED"
+        rows.append((words, figure(check.value, 3), figure(check.limit, 3), verdict))
     caption = "Checks: each value must not exceed its limit; relative, unless it is a count or a ratio"
-    return Table(caption, ("check", "value", "limit", "verdict"), tuple(rows), tuple(marked), (0, 3))
+    return Table(caption, ("check", "value", "limit", "verdict"), tuple(rows), marked, (0, 3))
 
 
 def film_table(end: str, film: FilmFigures) -> Table:
@@ -272,13 +268,11 @@ def life_table(found: LifeFigures | None) -> Table | None:
         return None
     rows = tuple(
         (
-            f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}",
-            number(entry.time_percent, ".3g"),
-            number(entry.damage_percent, ".3g"),
-            number(entry.reversed_amplitude_MPa, ".4g"),
+            f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}", number(entry.time_percent, ".3g"),
+            number(entry.damage_percent, ".3g"), number(entry.reversed_amplitude_MPa, ".4g"),
         )
         for entry in sorted(found.duty, key=lambda entry: -(entry.damage_percent or 0.0))
-    )
+    )  # fmt: skip
     times = "" if found.duties is None else f"; {number(found.duties, '.3g')} times the duty"
     caption = (
         f"The duty at ({place(found.at_mm)}) mm in {found.part}, with an endurance limit of "
@@ -370,15 +364,12 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
         (
             case,
             _ends([bolt.force_N / KN for bolt in bolts.by_case[case]]),
-            number(joint.clamp_force_N / KN, ".1f"),
-            number(joint.open_percent, ".0f"),
-            number(joint.opening_um, ".1f"),
-            number(joint.slipping_percent, ".0f"),
-            number(joint.slip_um, ".1f"),
-            number(joint.slip_reserve, ".3g"),
+            number(joint.clamp_force_N / KN, ".1f"), number(joint.open_percent, ".0f"),
+            number(joint.opening_um, ".1f"), number(joint.slipping_percent, ".0f"),
+            number(joint.slip_um, ".1f"), number(joint.slip_reserve, ".3g"),
         )
         for case, joint in found.joint.by_case.items()
-    )
+    )  # fmt: skip
     opening = ("open, %", "gap, µm", "micro-slip, %", "by, µm")
     head = ("joint", "bolts, kN", "clamped, kN", *opening, "slip safety")
     tables = [
@@ -390,14 +381,12 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
         fit_rows = tuple(
             (
                 case,
-                *(
-                    number(value, ".1f")
-                    for value in (face.mean_pressure_MPa, face.min_pressure_MPa, face.max_pressure_MPa)
-                ),
-                *(number(value, ".0f") for value in (face.open_percent, face.slipping_percent)),
+                number(face.mean_pressure_MPa, ".1f"), number(face.min_pressure_MPa, ".1f"),
+                number(face.max_pressure_MPa, ".1f"), number(face.open_percent, ".0f"),
+                number(face.slipping_percent, ".0f"),
             )
             for case, face in fit.by_case.items()
-        )
+        )  # fmt: skip
         columns = (name, "mean, MPa", "least, MPa", "largest, MPa", "lifted, %", "micro-slip, %")
         tables.append(Table(f"Fit of the {name}: pressures on the seat, {interference}", columns, fit_rows))
     return tables

@@ -183,9 +183,8 @@ def _endurance(summary: Summary) -> Iterator[str]:
         return
     limits = (envelope.endurance or {}).values()
     estimated = ", estimated" if any(limit.estimated for limit in limits) else ""
-    surfaces = [
-        skin for limit in limits if (skin := limit.regions.get(spot.surface_region or "")) is not None
-    ]
+    regions = (limit.regions.get(spot.surface_region or "") for limit in limits)
+    surfaces = [skin for skin in regions if skin is not None]
     finish = f" ({surfaces[0].finish}{', assumed' if surfaces[0].assumed else ''})" if surfaces else ""
     shown = number(spot.endurance_MPa, ".4g")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
@@ -238,9 +237,7 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
     if bolts.tightened is not None:
         yield f"Bolts tightened to {bolts.tightened}."
     widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
-    reserves = {
-        name: case.slip_reserve for name, case in joint.by_case.items() if case.slip_reserve is not None
-    }
+    reserves = {name: own.slip_reserve for name, own in joint.by_case.items() if own.slip_reserve is not None}
     gap = joint.by_case[widest].opening_um
     said = [f"opens by up to {gap:.0f} µm ({widest})" if gap > 0 else "stays closed"]
     if joint.opens is not None and joint.opens.load_factor is not None:
@@ -265,9 +262,8 @@ def _fit(name: str, fit: FitFigures) -> str:
 def buckling(found: BucklingFigures) -> list[str]:
     """Return the least factor of the column formulas, and that of the modes of the solid."""
     column = found.column
-    known = {
-        side: plane.safety_factor for side, plane in column.planes.items() if plane.safety_factor is not None
-    }
+    factors = {side: plane.safety_factor for side, plane in column.planes.items()}
+    known = {side: value for side, value in factors.items() if value is not None}
     if column.case is None or not known:
         return [] if found.modes is None else ["No load case compresses the rod, so it cannot buckle."]
     side = min(known, key=lambda name: known[name])

@@ -164,21 +164,11 @@ def _overview(reports: Sequence[ForceReport], study: str) -> Table:
         pull = max((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.max)
         push = min((found["pin_axial_N"], found["crank_axial_N"]), key=lambda e: e.min)
         wall = found["wall_N"]
-        side, at = max(
-            (wall.max, wall.max_crank_deg), (wall.min, wall.min_crank_deg), key=lambda v: abs(v[0])
-        )
+        side = max((wall.max, wall.max_crank_deg), (wall.min, wall.min_crank_deg), key=lambda v: abs(v[0]))
         torque = mean_torque(report.first if report.engine is None else report.engine)
-        row = (
-            f"{report.rpm:g}",
-            _shown(pull.max),
-            f"{pull.max_crank_deg:g}°",
-            _shown(push.min),
-            f"{push.min_crank_deg:g}°",
-            _shown(side),
-            f"{at:g}°",
-            f"{torque:.1f}",
-        )
-        rows.append(row)
+        peaks = ((pull.max, pull.max_crank_deg), (push.min, push.min_crank_deg), side)
+        cells = (text for value, angle in peaks for text in (_shown(value), f"{angle:g}°"))
+        rows.append((f"{report.rpm:g}", *cells, f"{torque:.1f}"))
     titles = ("rpm", "tension N", "at", "compression N", "at", "wall N", "at", "mean N·m")
     return plain_table(titles, rows, title=study, title_justify="left")
 

@@ -86,9 +86,8 @@ def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[No
 
 
 def _doubts(summaries: Sequence[Summary]) -> list[str]:
-    failed = {
-        f"{one.rpm:g}": name for one in summaries for name, check in one.checks.items() if not check.passed
-    }
+    checked = ((one, name, check) for one in summaries for name, check in one.checks.items())
+    failed = {f"{one.rpm:g}": name for one, name, check in checked if not check.passed}
     checks, speeds = ", ".join(dict.fromkeys(failed.values())), some_speeds(list(failed))
     said = [f"NOT TO BE TRUSTED: failed checks at {speeds}: {checks}."] if failed else []
     verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
@@ -100,17 +99,10 @@ def _doubts(summaries: Sequence[Summary]) -> list[str]:
 
 
 def _row(summary: Summary) -> tuple[str, ...]:
-    case = summary.worst_case
-    result = summary.results[case]
-    return (
-        number(summary.rpm, "g"),
-        case,
-        number(summary.loads[case].crank_deg, ".0f"),
-        number(result.max_von_mises_MPa, ".1f"),
-        bar(result.error_percent),
-        factor(result.min_safety_factor),
-        "" if summary.trusted else "check failed",
-    )
+    case, failed = summary.worst_case, "" if summary.trusted else "check failed"
+    result, angle = summary.results[case], number(summary.loads[case].crank_deg, ".0f")
+    stress = number(result.max_von_mises_MPa, ".1f"), bar(result.error_percent)
+    return number(summary.rpm, "g"), case, angle, *stress, factor(result.min_safety_factor), failed
 
 
 def _sweep_written(runs: Sequence[tuple[Path, Summary]]) -> list[str]:
@@ -201,13 +193,9 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
             edge = result.sharp_edges[0]
-            stress = [
-                number(edge.structural_von_mises_MPa, ".1f"),
-                bar(edge.error_percent),
-                place(edge.at_mm),
-            ]
-            row = [f"  edge {edge.name}", *[""] * 4, *stress, factor(edge.safety_factor), ""]
-            (cells,) = in_rows(_COLUMNS, [row])
+            stress = number(edge.structural_von_mises_MPa, ".1f"), bar(edge.error_percent)
+            judged = *stress, place(edge.at_mm), factor(edge.safety_factor)
+            (cells,) = in_rows(_COLUMNS, [[f"  edge {edge.name}", *[""] * 4, *judged, ""]])
             table.add_row(*compress(cells, kept))
     return table
 
@@ -250,9 +238,8 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
         return
     figures = [_model(summary), prose.counted(summary.notes, summary.left_out)]
     paths = _written(folder, summary, console.width)
-    prose.print_lines(
-        console, [*prose.fitting(answer.statements(summary), figures, paths, console.width), *figures]
-    )
+    said = prose.fitting(answer.statements(summary), figures, paths, console.width)
+    prose.print_lines(console, [*said, *figures])
     prose.print_paths(console, paths)
 
 
