@@ -86,9 +86,8 @@ def drawn_assembly(study: Study) -> Assembly | None:
 def _geometry(table: AssemblyTable, split: float, *lengths: float) -> Assembly:
     head, nut, grip, engaged = lengths
     seat = BoltSeat(head_diameter=head, nut_diameter=nut, grip=grip, engaged=engaged)
-    return Assembly(
-        split=split, bushing=table.bushing_touches, shell=table.shell_thickness_mm or 0.0, bolt=seat
-    )
+    shell = table.shell_thickness_mm or 0.0
+    return Assembly(split=split, bushing=table.bushing_touches, shell=shell, bolt=seat)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,9 +184,8 @@ class Assembling:
             thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
             for part in parts
         ]
-        pins = [
-            thermal_expansion(f"material.{pin}", study.part_material.get(pin, _PIN_STEEL)) for pin in PINS
-        ]
+        of_pins = {pin: study.part_material.get(pin, _PIN_STEEL) for pin in PINS}
+        pins = [thermal_expansion(f"material.{pin}", table) for pin, table in of_pins.items()]
         return Expansion(
             rise=self.expansions.warming,
             parts=tuple(alpha for alpha, _ in own),

@@ -112,9 +112,8 @@ def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
         formulas = column(plane, stations, least, material.youngs_modulus, material.yield_strength)
         factor = formulas.least / force if force else None
         planes[plane.value] = figures(PlaneFigures, formulas, safety_factor=factor)
-    return ColumnFigures(
-        force_N=force, case=worst.name if force else None, least_area_mm2=least.area, planes=planes
-    )
+    case = worst.name if force else None
+    return ColumnFigures(force_N=force, case=case, least_area_mm2=least.area, planes=planes)
 
 
 def compression(cases: Instants) -> Floats:

@@ -194,9 +194,8 @@ def _missed(gas: GasModel, speed: float, angles: Floats) -> str:
     if float(gas.pressure(angles, np.asarray(speed)).max()) >= (1 - _MISSED) * peak:
         return ""
     at = float(gas.samples[samples.argmax()]) / DEG
-    return (
-        f"the gas pressure peaks at {at:g}°, {peak / BAR:.4g} bar, between whole degrees: extremes miss that"
-    )
+    missed = "between whole degrees: extremes miss that"
+    return f"the gas pressure peaks at {at:g}°, {peak / BAR:.4g} bar, {missed}"
 
 
 def extremes(table: dict[str, npt.ArrayLike], names: Iterable[str]) -> dict[str, Extreme]:
@@ -225,9 +224,7 @@ def stacked(reports: Sequence[ForceReport]) -> dict[str, npt.ArrayLike]:
     tables = [table for report in reports for table in report.tables]
     length = np.asarray(tables[0]["crank_deg"]).size
     return {
-        name: np.concatenate(
-            [np.broadcast_to(np.asarray(table[name], dtype=np.float64), length) for table in tables]
-        )
+        name: np.concatenate([np.broadcast_to(np.asarray(own[name], np.float64), length) for own in tables])
         for name in tables[0]
     }
 
@@ -280,9 +277,8 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
         return meshed.bores.rod_length, rod.mass or inertia(meshed.cell, material.density).properties
     solid = drawn_solid(rod)
     materials = study.materials(part.name for part in solid.parts)
-    drawn = joined(
-        [part.mass.times(material.density) for part, material in zip(solid.parts, materials, strict=True)]
-    )
+    both = zip(solid.parts, materials, strict=True)
+    drawn = joined([part.mass.times(material.density) for part, material in both])
     return solid.bores[1].x, rod.mass or drawn
 
 

@@ -93,11 +93,8 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.sort(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
         entries.append((analysis.weights(cycle, angles), share * rpm * _CYCLES_PER_HOUR))
-    parts = {
-        number: of_part
-        for number in range(len(analysis.materials))
-        if (of_part := _of_part(analysis, entries, number)) is not None
-    }
+    of_parts = {number: _of_part(analysis, entries, number) for number in range(len(analysis.materials))}
+    parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
     damage, order, owner = _ranked(analysis, parts)
@@ -138,9 +135,8 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
     amplitudes = []
     for weights, _ in entries:
         (sides,) = extremes([part], path(weights, units.joint), units.sides)
-        amplitudes.append(
-            [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
-        )
+        own = [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
+        amplitudes.append(own)
     rate, whole = np.array([rate for _, rate in entries]), analysis.mesh.mirrored
     sides_of = [np.stack(of_side) for of_side in zip(*amplitudes, strict=True)]
     damage = [line.damage(amplitude, rate).sum(axis=0) for amplitude in sides_of]
@@ -162,14 +158,8 @@ def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int)
         amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
         rates.append(np.full(len(mean), rate))
         numbers.append(np.full(len(mean), index))
-    return WorstLife(
-        node,
-        number,
-        line,
-        amplitude=np.concatenate(amplitudes),
-        rate=np.concatenate(rates),
-        entry=np.concatenate(numbers),
-    )
+    every = (np.concatenate(own) for own in (amplitudes, rates, numbers))
+    return WorstLife(node, number, line, *every)
 
 
 def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> LifeFigures:

@@ -59,9 +59,8 @@ def init(
         with file.open("x", encoding="utf-8") as out:
             out.write(text)
     except FileExistsError:
-        raise InvalidValue(
-            "FILE", str(file), "already exists and is not overwritten", "Name another file."
-        ) from None
+        rule = "already exists and is not overwritten"
+        raise InvalidValue("FILE", str(file), rule, "Name another file.") from None
     except FileNotFoundError:
         rule, remedy = "is in a directory that does not exist", "Create the directory first."
         raise InvalidValue("FILE", str(file), rule, remedy) from None
@@ -114,13 +113,12 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
             cells = (f"{one.figures[key]:g}" if key in one.figures else "–" for key in _LISTED)
             sys.stdout.write(_ROW.format(one.name, *cells, ", ".join(one.also)))
     else:
-        sys.stdout.write(
-            f"{found[0].name}: {found[0].title}{''.join(f'; {also}' for also in found[0].also)}\n"
-        )
-        for key, value in found[0].figures.items():
+        (one,) = found
+        sys.stdout.write(f"{one.name}: {one.title}{''.join(f'; {also}' for also in one.also)}\n")
+        for key, value in one.figures.items():
             words, unit = unit_of(key)
             sys.stdout.write(f"  {words}: {value:g} {unit}".rstrip() + "\n")
-        sys.stdout.write(f"Source: {found[0].source}\n")
+        sys.stdout.write(f"Source: {one.source}\n")
     sys.stdout.write(_CONDITIONS)
 
 

@@ -25,7 +25,6 @@ Markdown = Annotated[
 
 # Flags that say how the file of a rod is read.
 FILE_FLAGS = ("unit", "solids", "cap", "big_end_bore", "small_end_bore", "swap_ends")
-DEFAULT_SIZE = "Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs."
 
 
 def takes(*names: str, **helps: str) -> Callable[[Command], Command]:

@@ -10,13 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.base.choices import ThreadRolled
-from fea.judge.vdi2230 import (
-    alternating_stress,
-    endurance_after,
-    endurance_before,
-    thread_torque,
-    tightening_stress,
-)
+from fea.judge import vdi2230
 from fea.study.bolts import BoltStrength, Thread
 from geometry.arrays import Floats
 
@@ -95,7 +89,7 @@ class Bolt(BoltShape):
         force = self.assembly_preload
         if not turned:
             return force / self.least_area
-        return tightening_stress(force, self.thread, self.least_diameter, self.thread_friction)
+        return vdi2230.tightening_stress(force, self.thread, self.least_diameter, self.thread_friction)
 
     def working_stress(self, largest_force: float, *, torsion: bool = True) -> float:
         """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8); a stretched bolt has no torsion."""
@@ -105,16 +99,16 @@ class Bolt(BoltShape):
         """Von Mises stress of a tensile stress and of the torsion that tightening leaves, MPa."""
         if not torsion:
             return tension
-        twisting = thread_torque(self.assembly_preload, self.thread, self.thread_friction)
+        twisting = vdi2230.thread_torque(self.assembly_preload, self.thread, self.thread_friction)
         shear = twisting / (math.pi / 16 * self.least_diameter**3)
         return math.hypot(tension, math.sqrt(3) * _TORSION_LEFT * shear)
 
     def endurance(self, mean_force: float) -> float:
         """σ_AS of the thread at the mean force of the cycle, MPa."""
         if self.rolled is ThreadRolled.BEFORE:
-            return endurance_before(self.thread.diameter)
+            return vdi2230.endurance_before(self.thread.diameter)
         yield_force = self.strength.yield_strength * self.thread.stress_area
-        return endurance_after(self.thread.diameter, mean_force, yield_force)
+        return vdi2230.endurance_after(self.thread.diameter, mean_force, yield_force)
 
 
 @dataclass(frozen=True)
@@ -171,7 +165,7 @@ class BoltResult:
             least_force=least,
             largest_at=top,
             least_at=low,
-            amplitude=alternating_stress(bolt.thread.stress_area, largest, least),
+            amplitude=vdi2230.alternating_stress(bolt.thread.stress_area, largest, least),
             endurance=bolt.endurance((largest + least) / 2),
             tightening_use=bolt.tightening_stress(turned=turned) / bolt.strength.yield_strength,
             working_safety=bolt.strength.yield_strength / bolt.working_stress(largest, torsion=turned),

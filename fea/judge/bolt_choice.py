@@ -9,19 +9,9 @@ from fea.base.material import Material
 from fea.base.note import Assumed, Note, assumptions, doubt, remark, warning
 from fea.base.units import INCH, KN, N_M, UM
 from fea.contact.bolt_beam import BoltBeam
+from fea.judge import vdi2230
 from fea.judge.bolt import Bolt, BoltShape
-from fea.judge.vdi2230 import (
-    UTILISATION,
-    BoltCompliance,
-    ClampedParts,
-    Lever,
-    allowed_preload,
-    bolt_beam,
-    bolt_compliance,
-    embedding_loss,
-    expected_embedding,
-    load_factor,
-)
+from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
 from fea.study.bolts import (
     LUBRICANTS,
@@ -169,9 +159,8 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
 def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, assumed: Assumed) -> float:
     key, least, most = f"bolt_{what}_mm", _LEAST_SEAT * seats.hole, 2 * seats.room
     name, given = f"assembly.{key}", getattr(table, key)
-    rule = (
-        f"needs at least {least:.4g} mm, {_LEAST_SEAT:g} of the hole, and the rod has a seat of {most:.4g} mm"
-    )
+    needed = f"needs at least {least:.4g} mm, {_LEAST_SEAT:g} of the hole"
+    rule = f"{needed}, and the rod has a seat of {most:.4g} mm"
     remedy = "Increase rod.cap_bolt_spacing_mm, or rod.cap_boss_length_mm."
     require(most >= least, name, given, rule, remedy)
     usual = min(max(thread.usual_seat, least), most)
@@ -210,10 +199,8 @@ def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -
     )
     said = [remark(judged, BOLTS)]
     if tightening.yields:
-        text = (
-            "the angle turns them beyond yield: the preload is that at which they yield while they are turned"
-        )
-        said.append(warning(text, BOLTS))
+        preload = "the preload is that at which they yield while they are turned"
+        said.append(warning(f"the angle turns them beyond yield: {preload}", BOLTS))
     elif stress > bolt.strength.yield_strength:
         text = "tightening yields them, so that only a measured preload can be relied on"
         said.append(doubt(text, BOLTS))
@@ -291,7 +278,7 @@ class ChosenBolt:
     @property
     def load_factor(self) -> float:
         """Φ_K by VDI 2230, of a central load at the seats, for comparison."""
-        return load_factor(self.compliance.total, self.parts_compliance)
+        return vdi2230.load_factor(self.compliance.total, self.parts_compliance)
 
 
 def choose_bolt(
@@ -304,7 +291,7 @@ def choose_bolt(
     compliance, beam, parts = _compliances(table, shape, seats, bolt_table, clamped.youngs_modulus)
     friction = _friction(table, assumed)
     lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
-    limit = allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
+    limit = vdi2230.allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
     tightening = _tightening(table, lever, compliance, parts, limit)
     if table.bolt_tightening_factor is not None:
         tightening = tightening._replace(scatter=None)
@@ -314,7 +301,7 @@ def choose_bolt(
             f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI "
             "2230 (assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"
         )
-    loss = embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
+    loss = vdi2230.embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
     rule = f"takes {loss / KN:.3g} kN, all of the preload of {preload / KN:.3g} kN"
     remedy = "Check the unit, or tighten the bolts more."
     require(loss < preload, "assembly.bolt_embedding_um", table.bolt_embedding_um, rule, remedy)
@@ -328,7 +315,7 @@ def choose_bolt(
         preload=preload - loss,
     )
     torque = lever.torque(preload)
-    expected = embedding_loss(expected_embedding(), compliance.total, parts)
+    expected = vdi2230.embedding_loss(vdi2230.expected_embedding(), compliance.total, parts)
     notes = (
         *assumptions(BOLTS, assumed),
         *tightening_notes(bolt, table, tightening),
@@ -364,20 +351,14 @@ def _compliances(
     rod_modulus: float,
 ) -> tuple[BoltCompliance, BoltBeam, float]:
     """Compliance of the bolt along its axis and in bending, and of the parts by the guideline."""
-    modulus = (
-        bolt_material({} if bolt_table is None else {BOLT: bolt_table}, table.grade).material().youngs_modulus
-    )
-    nut = shape.engaged == 0
-    alike = {
-        "grip": shape.grip,
-        "free_thread": shape.free_thread,
-        "modulus": modulus,
-        "counter_modulus": modulus if nut else rod_modulus,
-    }
-    shank = shape.shank_diameter
-    bolt = bolt_compliance(shape.thread, shank_area=math.pi / 4 * shank**2, nut=nut, **alike)
-    beam = bolt_beam(shape.thread, shank_diameter=shank, nut=nut, **alike)
-    parts = ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
+    own = {} if bolt_table is None else {BOLT: bolt_table}
+    modulus = bolt_material(own, table.grade).material().youngs_modulus
+    nut, shank = shape.engaged == 0, shape.shank_diameter
+    moduli = {"modulus": modulus, "counter_modulus": modulus if nut else rod_modulus}
+    alike = {"grip": shape.grip, "free_thread": shape.free_thread, **moduli}
+    bolt = vdi2230.bolt_compliance(shape.thread, shank_area=math.pi / 4 * shank**2, nut=nut, **alike)
+    beam = vdi2230.bolt_beam(shape.thread, shank_diameter=shank, nut=nut, **alike)
+    parts = vdi2230.ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
     return bolt, beam, parts.compliance
 
 
@@ -387,13 +368,10 @@ def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
         given = (table.thread_friction, table.head_friction)
         thread, head = (usual if friction is None else friction for friction in given)
         return thread, head
-    thread = assumed.or_else(
-        table.thread_friction, FRICTION, "friction {:g} in the thread (assembly.thread_friction)"
-    )
-    head = assumed.or_else(
-        table.head_friction, FRICTION, "friction {:g} under the head (assembly.head_friction)"
-    )
-    return thread, head
+    in_thread = "friction {:g} in the thread (assembly.thread_friction)"
+    under_head = "friction {:g} under the head (assembly.head_friction)"
+    thread = assumed.or_else(table.thread_friction, FRICTION, in_thread)
+    return thread, assumed.or_else(table.head_friction, FRICTION, under_head)
 
 
 def _tightening(

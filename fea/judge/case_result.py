@@ -184,10 +184,8 @@ class CaseResult(CaseFields):
 
     def verdict(self, tolerance_percent: float | None = None) -> Verdict:
         """The worse of the verdicts on the largest von Mises stress and on the smallest safety factor."""
-        severity = list(Verdict)
-        return max(
-            (extreme.verdict(tolerance_percent) for extreme in (self.peak, self.worst)), key=severity.index
-        )
+        verdicts = [extreme.verdict(tolerance_percent) for extreme in (self.peak, self.worst)]
+        return max(verdicts, key=list(Verdict).index)
 
 
 def case_result(
@@ -209,10 +207,8 @@ def case_result(
     """
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
-    factors = [
-        safety_factor(equivalent, material.yield_strength)
-        for equivalent, material in zip(equivalents, materials, strict=True)
-    ]
+    both = zip(equivalents, materials, strict=True)
+    factors = [safety_factor(equivalent, material.yield_strength) for equivalent, material in both]
     stress, equivalent, factor, off = stresses[0], equivalents[0], factors[0], error.part_von_mises[0]
     others = zip(stresses[1:], equivalents[1:], factors[1:], error.part_von_mises[1:], strict=True)
     for its_stress, its_equivalent, its_factor, its_error in others:

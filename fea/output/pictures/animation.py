@@ -36,13 +36,8 @@ def drawn(film: Film, suffix: str) -> bytes:
     with TemporaryDirectory() as scratch:
         target = Path(scratch, f"film{suffix.lower()}")
         for environment in environments():
-            said = run_drawing(
-                "fea.output.pictures.animation_frames:draw_film",
-                film,
-                target,
-                environment=environment,
-                timeout=TIMEOUT,
-            )
+            job = "fea.output.pictures.animation_frames:draw_film"
+            said = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
             if not said:
                 return target.read_bytes()
     raise PictureError(f"the animation could not be drawn: {said}. Remedy: {picture_remedy()}.")

@@ -13,20 +13,11 @@ import pyvista
 from PIL import Image, ImageDraw, ImageFont
 
 from fea.base.units import DEG
+from fea.output.pictures import strokes
 from fea.output.pictures.drawing import SCALARS, add_surface
 from fea.output.pictures.film import Film
 from fea.output.pictures.scale import Bands
-from fea.output.pictures.strokes import (
-    GREY,
-    INK,
-    PAPER,
-    Frame,
-    View,
-    add_lines,
-    oversampled,
-    photograph,
-    require_rod,
-)
+from fea.output.pictures.strokes import GREY, INK, PAPER, Frame, View, add_lines, oversampled
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
 FAINT = "#606060"  # pale but legible
@@ -113,8 +104,8 @@ def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
         turned[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
         crank.user_matrix = turned
         plotter.renderer.ResetCameraClippingRange()
-        image = np.asarray(photograph(plotter))
-        require_rod(image)
+        image = np.asarray(strokes.photograph(plotter))
+        strokes.require_rod(image)
         yield image
     plotter.close()
 
@@ -151,14 +142,9 @@ def write_gif(path: Path, pages: list[Image.Image]) -> None:
         montage.paste(page, (0, number * height))
     palette = montage.quantize(255, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     indexed = [page.quantize(palette=palette, dither=Image.Dither.NONE) for page in pages]
-    indexed[0].save(
-        path,
-        save_all=True,
-        append_images=indexed[1:],
-        duration=1000 // FRAMES_PER_SECOND,
-        loop=0,
-        optimize=False,
-    )
+    first, *rest = indexed
+    lasting = 1000 // FRAMES_PER_SECOND
+    first.save(path, save_all=True, append_images=rest, duration=lasting, loop=0, optimize=False)
 
 
 def write_mp4(path: Path, pages: list[Image.Image]) -> None:

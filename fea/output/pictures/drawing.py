@@ -12,25 +12,10 @@ import pyvista
 from PIL import Image
 
 from fea.machine.isolated import IsolatedProcess, copied
+from fea.output.pictures import strokes
 from fea.output.pictures.scale import Bands, exaggeration, round_down
 from fea.output.pictures.shown import MODE, VON_MISES, Field, Picture, field_of
-from fea.output.pictures.strokes import (
-    GREY,
-    INK,
-    PAPER,
-    SHADING,
-    SIZE,
-    USUAL,
-    Frame,
-    View,
-    add_edges,
-    add_lines,
-    canvas,
-    choose_view,
-    finish,
-    save,
-    write,
-)
+from fea.output.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, USUAL, Frame, View
 from fea.output.pictures.surface import DrawnSurface, refined_line
 from fea.output.text import error_bar
 from fea.output.units import in_text, scale, shown_in, unit
@@ -127,15 +112,14 @@ class Scene:
         mean = self.skin.normals[self.skin.facets == self.node].mean(axis=0)
         normal = mean / np.linalg.norm(mean)
         start = self.skin.points[self.node] + 2e-3 * self.extent * normal
-        return choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
+        return strokes.choose_view(normal, lambda towards: not self.skin.hides(start, towards), closeness)
 
 
 @lru_cache(maxsize=1)
 def _skin(points: bytes, tets: bytes, nodes: int) -> DrawnSurface:
     """Return the skin of tetrahedra with so many nodes each; the results of one run share it."""
-    return DrawnSurface.of(
-        np.frombuffer(points).reshape(-1, 3), np.frombuffer(tets, np.int64).reshape(-1, nodes)
-    )
+    elements = np.frombuffer(tets, np.int64).reshape(-1, nodes)
+    return DrawnSurface.of(np.frombuffer(points).reshape(-1, 3), elements)
 
 
 def read_result(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
@@ -164,23 +148,23 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ())
     `marks` are names and places, mm, on the undeformed rod, that get a small ring. Raises `RuntimeError`: the
     picture is blank: some OpenGL libraries fail without an error.
     """
-    plotter = canvas((ROD_SHARE, 1 - ROD_SHARE), (SPOT_SHARE, 1 - SPOT_SHARE), joined=(0,), axes=(0,))
+    plotter = strokes.canvas((ROD_SHARE, 1 - ROD_SHARE), (SPOT_SHARE, 1 - SPOT_SHARE), joined=(0,), axes=(0,))
     plotter.subplot(0, 0)
     _draw_rod(plotter, scene, marks)
-    write(plotter, title, (0.02, 0.91), size=30)
+    strokes.write(plotter, title, (0.02, 0.91), size=30)
     plotter.subplot(1, 0)
     _draw_spot(plotter, scene)
     plotter.subplot(1, 1)
     _draw_legend(plotter, scene, notes)
-    return finish(plotter, ROD_SHARE)
+    return strokes.finish(plotter, ROD_SHARE)
 
 
 def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
     frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     add_surface(plotter, _surface(scene, scene.skin), scene.bands)
-    add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
-    add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
+    strokes.add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
+    strokes.add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
     radius = 0.5 * MAGNIFIED * scene.extent
     _add_ring(plotter, frame, frame.view.across(scene.deformed[scene.node]), radius)
     _add_label(plotter, scene, frame, radius)
@@ -198,9 +182,9 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     above = beside.max() - y < y - beside.min() and highest < BELOW_TITLE
     end = beside.max() + gap if above else beside.min() - gap
     start = y + radius if above else y - radius
-    add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
+    strokes.add_lines(plotter, frame.lifted(np.array([[[x, start], [x, end]]])), INK, 2)
     across, height = frame.relative(np.array([x, end + (0.3 if above else -0.9) * gap]))
-    write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
+    strokes.write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
 
 
 def _draw_spot(plotter: Any, scene: Scene) -> None:
@@ -211,16 +195,18 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
     skin = scene.skin.part(frame.meets(scene.deformed[scene.skin.facets]))
     add_surface(plotter, _surface(scene, skin), scene.bands)
     elements = refined_line(scene.deformed, skin.sides[0]) + frame.nudge
-    add_lines(plotter, elements, INK, 1.0, opacity=0.35)
-    add_edges(plotter, skin, scene.deformed, frame, (INK, 2.0))
+    strokes.add_lines(plotter, elements, INK, 1.0, opacity=0.35)
+    strokes.add_edges(plotter, skin, scene.deformed, frame, (INK, 2.0))
     _add_ring(plotter, frame, frame.view.across(scene.deformed[scene.node]), 0.06 * half)
     shown = round_down(0.6 * half * scale("mm"))
     length = shown / scale("mm")
     start = frame.place((0.03, 0.08))
     end = start + np.array([length, 0.0])
-    add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
+    strokes.add_lines(plotter, frame.lifted(np.array([[start, end]])), INK, 4)
     above = (start + end) / 2 + np.array([0.0, 0.06 * half])
-    write(plotter, f" {shown:g} {unit('mm')} ", frame.relative(above), size=20, centred=True, ground=0.7)
+    strokes.write(
+        plotter, f" {shown:g} {unit('mm')} ", frame.relative(above), size=20, centred=True, ground=0.7
+    )
     frame.aim(plotter)
 
 
@@ -236,9 +222,9 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     bar.cell_data["colours"] = colours
     plotter.add_mesh(bar, scalars="colours", rgb=True, lighting=False, show_edges=True, edge_color=INK)
     frame.aim(plotter)
-    write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
+    strokes.write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
-        write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
+        strokes.write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
     x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
     moved = f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
     if scene.field.name.startswith(MODE):
@@ -252,7 +238,7 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
         *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
-        write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
+        strokes.write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
 
 
 def _surface(scene: Scene, skin: DrawnSurface) -> Any:
@@ -265,15 +251,8 @@ def _surface(scene: Scene, skin: DrawnSurface) -> Any:
 
 def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
     """Add a surface in the colour bands of its `SCALARS`; return the actor."""
-    return plotter.add_mesh(
-        surface,
-        scalars=SCALARS,
-        cmap=bands.table(),
-        show_scalar_bar=False,
-        smooth_shading=False,
-        **SHADING,
-        copy_mesh=False,
-    )
+    bare = {"show_scalar_bar": False, "smooth_shading": False, "copy_mesh": False}
+    return plotter.add_mesh(surface, scalars=SCALARS, cmap=bands.table(), **bare, **SHADING)
 
 
 def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats) -> None:
@@ -281,14 +260,14 @@ def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats
     middle, radius = frame.view.across(scene.deformed[node]), 0.2 * MAGNIFIED * scene.extent
     _add_ring(plotter, frame, middle, radius)
     beside = frame.relative(middle + np.array([1.5, 1.5]) * radius)
-    write(plotter, name, beside, size=22, ground=0.7)
+    strokes.write(plotter, name, beside, size=22, ground=0.7)
 
 
 def _add_ring(plotter: Any, frame: Frame, middle: Floats, radius: float) -> None:
     angle = np.linspace(0, 2 * np.pi, 73)[:, None]
     ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
-    add_lines(plotter, ring, PAPER, 6)
-    add_lines(plotter, ring, INK, 3)
+    strokes.add_lines(plotter, ring, PAPER, 6)
+    strokes.add_lines(plotter, ring, INK, 3)
 
 
 ROWS = (0.56, 0.44)
@@ -300,18 +279,20 @@ def draw_mesh(skin: DrawnSurface, title: str) -> Image.Image:
     surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles)
     surface.point_data["Normals"] = skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
-    plotter = canvas(ROWS, (1.0,), axes=(0, 1))
+    plotter = strokes.canvas(ROWS, (1.0,), axes=(0, 1))
     for row, towards in enumerate((USUAL, np.array([0.0, 0.0, 1.0]))):
         plotter.subplot(row, 0)
         aspect = SIZE[0] / (SIZE[1] * ROWS[row])
         frame = Frame.around(skin.points, View.along(towards), aspect, width=0.9, height=0.74)
         plotter.add_mesh(surface, color=STEEL, copy_mesh=False, **SHADING)
-        add_lines(plotter, refined_line(skin.points, skin.sides[0]) + frame.nudge, INK, 0.8, opacity=0.3)
-        add_edges(plotter, skin, skin.points, frame, (INK, 1.5))
+        strokes.add_lines(
+            plotter, refined_line(skin.points, skin.sides[0]) + frame.nudge, INK, 0.8, opacity=0.3
+        )
+        strokes.add_edges(plotter, skin, skin.points, frame, (INK, 1.5))
         frame.aim(plotter)
     plotter.subplot(0, 0)
-    write(plotter, title, (0.02, 0.91), size=30)
-    return finish(plotter, ROWS[0])
+    strokes.write(plotter, title, (0.02, 0.91), size=30)
+    return strokes.finish(plotter, ROWS[0])
 
 
 _copies: list[IsolatedProcess] = []
@@ -344,7 +325,7 @@ def _draw_each(pictures: Sequence[Picture]) -> None:
     for picture in pictures:
         with shown_in(picture.units):
             image = _drawn(picture)
-        save(image, Path(picture.png))
+        strokes.save(image, Path(picture.png))
 
 
 def _drawn(picture: Picture) -> Image.Image:

@@ -64,15 +64,10 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
     for environment in environments():
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
-        said = run_drawing(
-            "fea.output.pictures.drawing:draw_all",
-            pictures,
-            environment=environment,
-            timeout=TIMEOUT * (1 + len(pictures)),
-        )
+        job, timeout = "fea.output.pictures.drawing:draw_all", TIMEOUT * (1 + len(pictures))
+        said = run_drawing(job, pictures, environment=environment, timeout=timeout)
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
-    raise PictureError(
-        f"{', '.join(missing)} could not be drawn: {said or _NOTHING}. Remedy: {picture_remedy()}."
-    )
+    names = ", ".join(missing)
+    raise PictureError(f"{names} could not be drawn: {said or _NOTHING}. Remedy: {picture_remedy()}.")

@@ -94,9 +94,8 @@ def point_arrays(vtu: Path) -> list[str]:
 
 def available(arrays: Collection[str]) -> list[str]:
     """Return the names of the fields that a result with these arrays can show, the default first."""
-    modes = sorted(
-        (name for name in arrays if re.fullmatch(MODE + "[0-9]+", name)), key=lambda name: (len(name), name)
-    )
+    modes = [name for name in arrays if re.fullmatch(MODE + "[0-9]+", name)]
+    modes.sort(key=lambda name: (len(name), name))
     return [field.name for field in _FIELDS if field.name in arrays] + modes
 
 
@@ -192,11 +191,8 @@ def _buckling(summary: Summary, vtu: Path, field: str | None) -> Picture:
     if buckling.modes is None or buckling.shapes_of is None:
         raise LookupError("buckling")
     mode = buckling.modes[buckling.shapes_of][_number(field) - 1]
-    heading = [
-        f"buckling under {buckling.shapes_of}",
-        f"mode {_number(field)} at {mode.factor:.4g} times the load",
-        _speed(summary),
-    ]
+    which = f"mode {_number(field)} at {mode.factor:.4g} times the load"
+    heading = [f"buckling under {buckling.shapes_of}", which, _speed(summary)]
     return _picture(summary, vtu, heading, note=f"moves {mode.moves}", field=field)
 
 

@@ -118,10 +118,8 @@ class Frame:
         plotter.renderer.ResetCameraClippingRange()
         # A light beside the eye: surfaces that face it are bright, and curved ones look curved.
         lamp = 0.3 * self.view.up - 0.2 * self.view.right + self.view.towards
-        plotter.add_light(
-            pyvista.Light(position=middle + lamp, focal_point=middle, light_type="scene light"),
-            only_active=True,
-        )
+        light = pyvista.Light(position=middle + lamp, focal_point=middle, light_type="scene light")
+        plotter.add_light(light, only_active=True)
 
 
 SIZE = (1600, 1000)  # pixels
@@ -132,13 +130,11 @@ INK, GREY, PAPER = "#1a1a1a", "#a0a0a0", "white"
 SHADING = {"ambient": 0.5, "diffuse": 0.52, "specular": 0.0, "culling": "back"}
 
 
-def canvas(
-    rows: tuple[float, ...],
-    columns: tuple[float, ...],
-    *,
-    joined: tuple[int, ...] = (),
-    axes: tuple[int, ...] = (),
-) -> Any:
+Shares = tuple[float, ...]
+Rows = tuple[int, ...]
+
+
+def canvas(rows: Shares, columns: Shares, *, joined: Rows = (), axes: Rows = ()) -> Any:
     """Return an empty plotter without a window; pictures of one layout share it, which saves time.
 
     `rows` and `columns` are fractions of its height and width, `joined` the rows that are one part, and
@@ -150,19 +146,16 @@ def canvas(
 
 
 @cache
-def _plotter(
-    rows: tuple[float, ...], columns: tuple[float, ...], joined: tuple[int, ...], axes: tuple[int, ...]
-) -> Any:
-    plotter = pyvista.Plotter(
-        off_screen=True,
-        window_size=oversampled(SIZE),
-        shape=(len(rows), len(columns)),
-        row_weights=rows,
-        col_weights=columns,
-        groups=[(row, slice(None)) for row in joined] or None,
-        border=False,
-        lighting="none",
-    )
+def _plotter(rows: Shares, columns: Shares, joined: Rows, axes: Rows) -> Any:
+    groups = [(row, slice(None)) for row in joined] or None
+    layout = {
+        "shape": (len(rows), len(columns)),
+        "row_weights": rows,
+        "col_weights": columns,
+        "groups": groups,
+    }
+    window = oversampled(SIZE)
+    plotter = pyvista.Plotter(off_screen=True, window_size=window, border=False, lighting="none", **layout)
     plotter.disable_anti_aliasing()
     plotter.set_background(PAPER)
     for row in axes:  # VTK would crash if they were made again for each picture

@@ -25,6 +25,7 @@ _PANELS: tuple[tuple[str, str, str, float], ...] = (
 _DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (720, "TDC"))
 _MOST_LINES = 12  # with more speeds than this, a colour scale replaces the legend
 _PALEST = 0.85
+_BARE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # ground of a text
 
 
 def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
@@ -106,17 +107,8 @@ def _decorate(panel: Any, heading: str, name: str) -> None:
         panel.axvline(degrees, color="0.5", lw=0.8, ls=":")
         side = {0: "left", 720: "right"}.get(degrees, "center")
         inwards = {"left": 6, "right": -6}.get(side, 0)
-        panel.text(
-            degrees + inwards,
-            0.99,
-            centre,
-            transform=panel.get_xaxis_transform(),
-            ha=side,
-            va="top",
-            fontsize=7,
-            color="0.35",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0},
-        )
+        style = {"ha": side, "va": "top", "fontsize": 7, "color": "0.35", "bbox": _BARE}
+        panel.text(degrees + inwards, 0.99, centre, transform=panel.get_xaxis_transform(), **style)
 
 
 _COLOURS = {"yield": "C0", "fatigue": "C3", "crossland": "C2"}

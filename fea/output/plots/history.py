@@ -124,12 +124,10 @@ class _Panel:
         self._line([(x, y), (x + 28, y)], colour, 2)
         self.text((x + 36, y), label, _TEXT, "lm")
 
-    def text(
-        self, place: tuple[float, float], words: str, size: int, anchor: str, colour: str = _INK
-    ) -> None:
+    def text(self, place: tuple[float, float], said: str, size: int, anchor: str, colour: str = _INK) -> None:
         """Write at a place in pixels, with an anchor of Pillow."""
         at = (_FINER * place[0], _FINER * place[1])
-        self._pen.text(at, words, fill=colour, font=_font(_FINER * size), anchor=anchor)
+        self._pen.text(at, said, fill=colour, font=_font(_FINER * size), anchor=anchor)
 
     def _upwards(self, words: str) -> None:
         band = Image.new("RGB", (_FINER * (_BOTTOM - _TOP), _FINER * 24), _PAPER)

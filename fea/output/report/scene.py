@@ -93,9 +93,8 @@ def hot_spots(run: Run) -> list[JsonObject]:
         found.append(_spot(name.capitalize(), text, case.at_mm, name, "von_mises"))
         for edge in case.sharp_edges or ():
             stress = f"structural stress {number(edge.structural_von_mises_MPa, '.0f')} MPa"
-            found.append(
-                _spot(f"{name.capitalize()}, sharp edge {edge.name}", stress, edge.at_mm, name, "von_mises")
-            )
+            title = f"{name.capitalize()}, sharp edge {edge.name}"
+            found.append(_spot(title, stress, edge.at_mm, name, "von_mises"))
     return found + _of_cycle(run)
 
 
@@ -118,15 +117,8 @@ def _of_cycle(run: Run) -> list[JsonObject]:
 
 
 def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> JsonObject:
-    where = in_text(f"x, y, z = {place(at)} mm")
-    return {
-        "title": title,
-        "text": in_text(text),
-        "place": where,
-        "at": list(at),
-        "result": result,
-        "field": field,
-    }
+    said = {"title": title, "text": in_text(text), "place": in_text(f"x, y, z = {place(at)} mm")}
+    return said | {"at": list(at), "result": result, "field": field}
 
 
 def pressure_kind(name: str) -> JsonObject:
@@ -286,13 +278,8 @@ def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: 
             values = np.where(values > 0, 1 / np.where(values > 0, values, 1.0), np.nan)
         levels = _levels(values[np.isfinite(values)], _STRESS) if np.isfinite(values).any() else 1
         packer.values(f"envelope.{field['name']}", values, surface.parents, levels=levels)
-    return {
-        "id": "envelope",
-        "kind": "envelope",
-        "title": "Worst of the cycle",
-        "angle": None,
-        "fields": fields,
-    }
+    named = {"id": "envelope", "kind": "envelope", "title": "Worst of the cycle"}
+    return named | {"angle": None, "fields": fields}
 
 
 def _cycle(
@@ -312,6 +299,7 @@ def _cycle(
             _pack_parity(packer, name, own, (order, parents), found.peak)
             displaced += _largest_displacement(own) if found.moves else 0.0
             modes.append(own.stress.shape[2])
+    shown = instant_fields(found.peak, extremes, displaced)
     return {
         "id": "cycle",
         "kind": "cycle",
@@ -322,11 +310,7 @@ def _cycle(
         "error": float(f"{found.error:.3g}"),
         "loads": cycle_loads(run),
         "moves": found.moves,
-        "fields": [
-            own
-            for own in instant_fields(found.peak, extremes, displaced)
-            if found.moves or own["name"] != "displacement"
-        ],
+        "fields": [own for own in shown if found.moves or own["name"] != "displacement"],
     }
 
 

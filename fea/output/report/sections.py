@@ -11,24 +11,9 @@ from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import units
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import round_up
+from fea.output.report import tables as tabular
 from fea.output.report.assumptions import assumptions, limits
-from fea.output.report.tables import (
-    Table,
-    assembly_tables,
-    buckling_tables,
-    case_table,
-    check_table,
-    contact_table,
-    convergence_tables,
-    cycle_table,
-    endurance_table,
-    figure,
-    film_table,
-    life_table,
-    load_table,
-    named,
-    shown,
-)
+from fea.output.report.tables import Table, figure, named, shown
 from fea.output.stored_run import Run
 from fea.output.terminal.answer import assembly_lines, buckling, life
 from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
@@ -289,26 +274,28 @@ def sections(run: Run) -> Iterator[Section]:
     yield Section("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
     yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
     yield _loads(run)
-    peaks = [case_table(summary), contact_table(summary)]
+    peaks = [tabular.case_table(summary), tabular.contact_table(summary)]
     yield _tables("results", "Results", peaks, sharp_edge_lines(summary))
     if (parts := summary.assembly) is not None:
-        yield _tables("assembly", "Bolts, joint and fits", assembly_tables(parts), [*assembly_lines(parts)])
+        yield _tables(
+            "assembly", "Bolts, joint and fits", tabular.assembly_tables(parts), [*assembly_lines(parts)]
+        )
     if summary.cycle is not None:
         yield _cycle(summary, summary.cycle)
     if run.film is not None and summary.film:
         yield _film(summary, run.film)
-    if tables := buckling_tables(summary):
+    if tables := tabular.buckling_tables(summary):
         yield _tables("buckling", "Buckling", tables, buckling(summary.buckling))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
-    yield _tables("convergence", "Convergence", convergence_tables(summary), [_BARS, *fixed])
-    yield _tables("checks", "Checks", [check_table(summary)])
+    yield _tables("convergence", "Convergence", tabular.convergence_tables(summary), [_BARS, *fixed])
+    yield _tables("checks", "Checks", [tabular.check_table(summary)])
     yield _repeat(run)
 
 
 def _loads(run: Run) -> Section:
     charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
     text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    return _tables("loads", "Loads", [load_table(run.summary)], text, charts)
+    return _tables("loads", "Loads", [tabular.load_table(run.summary)], text, charts)
 
 
 def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
@@ -320,7 +307,7 @@ def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
     at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
     least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
     text = [least, _SIGN, *life(summary.life)]
-    tables = [cycle_table(found), endurance_table(summary), life_table(summary.life)]
+    tables = [tabular.cycle_table(found), tabular.endurance_table(summary), tabular.life_table(summary.life)]
     return _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
 
 
@@ -338,7 +325,7 @@ def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
             }
         ]
     ]
-    tables = [film_table(*each) for each in (summary.film or {}).items()]
+    tables = [tabular.film_table(*each) for each in (summary.film or {}).items()]
     return _tables("film", "Oil films of the bearings", tables, film_lines(summary), drawn)
 
 

@@ -6,14 +6,7 @@ from typing import Any
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import (
-    AssemblyFigures,
-    EnvelopeFigures,
-    FilmFigures,
-    LifeFigures,
-    PlaneFigures,
-    Summary,
-)
+from fea.analysis.figures import AssemblyFigures, EnvelopeFigures, FilmFigures, LifeFigures, Summary
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table
@@ -290,10 +283,11 @@ def buckling_tables(summary: Summary) -> list[Table]:
         rows = tuple(
             (
                 SIDES.get(name, name), number(plane.slenderness, ".1f"),
-                *(number(load / 1000, ".1f") for load in _critical(plane)),
-                *(factor(load / column.force_N) for load in _critical(plane)),
+                *(number(load / 1000, ".1f") for load in critical),
+                *(factor(load / column.force_N) for load in critical),
             )
             for name, plane in column.planes.items()
+            for critical in [(plane.euler_N, plane.johnson_N, plane.rankine_N)]
         )  # fmt: skip
         head = ("bending", "slenderness", "Euler, kN", "Johnson, kN", "Rankine, kN", "factor, Euler",
                 "factor, Johnson", "factor, Rankine")  # fmt: skip
@@ -308,10 +302,6 @@ def buckling_tables(summary: Summary) -> list[Table]:
         kinds = ("load case", "factor on the load", "the rod moves")
         tables.append(Table("Buckling modes of the solid", kinds, modes, text=(0, 2)))
     return tables
-
-
-def _critical(plane: PlaneFigures) -> tuple[float, float, float]:
-    return plane.euler_N, plane.johnson_N, plane.rankine_N
 
 
 def contact_table(summary: Summary) -> Table | None:

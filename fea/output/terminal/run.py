@@ -14,29 +14,12 @@ from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
 from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
-from fea.output.report.tables import Table as Tabular
-from fea.output.report.tables import (
-    assembly_tables,
-    buckling_tables,
-    contact_table,
-    cycle_table,
-    endurance_table,
-    life_table,
-)
+from fea.output.report import tables as tabular
 from fea.output.target import near, picture_name
-from fea.output.terminal import answer, prose
+from fea.output.terminal import answer, prose, run_lines
 from fea.output.terminal.answer import assembly_lines, governs, levers, life, of_kind, singular
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
-from fea.output.terminal.run_lines import (
-    bar,
-    factor,
-    film_lines,
-    kilo,
-    number,
-    place,
-    plain_table,
-    sharp_edge_lines,
-)
+from fea.output.terminal.run_lines import bar, factor, kilo, number, place, plain_table
 from fea.output.text import gathered, some_speeds
 from fea.output.units import in_heading, in_rows, in_text
 
@@ -61,7 +44,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     console.print(table)
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
-        _print_tables(console, endurance_table(worst), life_table(worst.life))
+        _print_tables(console, tabular.endurance_table(worst), tabular.life_table(worst.life))
         lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]
         lines += _critical(summaries)
         lines += [*life(worst.life), *in_full((*notes, *left_out))]
@@ -206,24 +189,29 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     console.print(case_table(summary, console))
     if summary.assembly is not None:
         which = None if verbose else _governing(summary)
-        for table in assembly_tables(summary.assembly)[1:]:
+        for table in tabular.assembly_tables(summary.assembly)[1:]:
             if which in {None, table.head[0]}:
                 console.print(table.printed(no_wrap=True))
     if verbose:
-        cycle = [] if summary.cycle is None else [cycle_table(summary.cycle)]
-        bolts = [] if summary.assembly is None else assembly_tables(summary.assembly)[:1]
-        judged = (*cycle, endurance_table(summary), life_table(summary.life), *buckling_tables(summary))
-        _print_tables(console, *bolts, contact_table(summary), *judged)
+        cycle = [] if summary.cycle is None else [tabular.cycle_table(summary.cycle)]
+        bolts = [] if summary.assembly is None else tabular.assembly_tables(summary.assembly)[:1]
+        judged = (
+            *cycle,
+            tabular.endurance_table(summary),
+            tabular.life_table(summary.life),
+            *tabular.buckling_tables(summary),
+        )
+        _print_tables(console, *bolts, tabular.contact_table(summary), *judged)
         lines = [
             *answer.failed_checks(summary),
             *answer.not_converged(summary),
             *answer.singular(summary),
             answer.governs(summary),
             *answer.levers(summary),
-            *sharp_edge_lines(summary),
+            *run_lines.sharp_edge_lines(summary),
             *([] if summary.assembly is None else assembly_lines(summary.assembly)),
             *answer.cycle(summary),
-            *film_lines(summary),
+            *run_lines.film_lines(summary),
             *life(summary.life),
             *answer.buckling(summary.buckling),
             *prose.in_full((*summary.notes, *summary.left_out)),
@@ -243,7 +231,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     prose.print_paths(console, paths)
 
 
-def _print_tables(console: Console, *tables: Tabular | None) -> None:
+def _print_tables(console: Console, *tables: tabular.Table | None) -> None:
     for table in filter(None, tables):
         console.print(table.printed(gap=0, title=in_text(table.caption), title_justify="left"))
 

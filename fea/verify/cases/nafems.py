@@ -166,7 +166,7 @@ def cook_body(mesh: TetMesh) -> LoadedBody:
     return LoadedBody(mesh, _COMPRESSIBLE, forces, fixed)
 
 
-def cook_rise(mesh: TetMesh, u: Floats) -> float:
+def cook_tip(mesh: TetMesh, u: Floats) -> float:
     """Deflection of the upper corner, mm, from displacements (n_nodes, 3)."""
     return float(u[SolvedBody(mesh, _COMPRESSIBLE, u[:, :, None]).node_at(48.0, 60.0, 0.0), 1])
 
@@ -180,7 +180,7 @@ def cook(size: float) -> Quantities:
     """Cook's membrane, plane strain."""
     body = cook_body(cook_mesh(size))
     rises = [
-        cook_rise(body.mesh, displacement(body.mesh, material, body.forces, body.fixed)[:, :, 0])
+        cook_tip(body.mesh, displacement(body.mesh, material, body.forces, body.fixed)[:, :, 0])
         for material in (_COMPRESSIBLE, NEARLY_INCOMPRESSIBLE)
     ]
     why = (

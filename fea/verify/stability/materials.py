@@ -11,13 +11,7 @@ from fea.solid.recovery import Recovery
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, held, mirror_planes, pressure, rectangle, uniform
 from fea.verify.cases.elasticity import HOOP, lame_body, lame_exact
-from fea.verify.cases.nafems import (
-    COOK_INCOMPRESSIBLE,
-    NEARLY_INCOMPRESSIBLE,
-    cook_body,
-    cook_mesh,
-    cook_rise,
-)
+from fea.verify.cases.nafems import COOK_INCOMPRESSIBLE, NEARLY_INCOMPRESSIBLE, cook_body, cook_mesh, cook_tip
 from fea.verify.stability.outcome import ExtremeRow, Place, Solved, beyond, percent, solved, solved_by
 from fea.verify.stability.shapes import lattice
 from geometry.arrays import Floats
@@ -156,7 +150,7 @@ def membrane() -> Iterator[ExtremeRow]:
         for size in MEMBRANE_SIZES:
             body = cook_body(cook_mesh(size, order=1 if method == "p1" else 2))
             result = solved_by(method, body, NEARLY_INCOMPRESSIBLE)
-            error = percent(cook_rise(body.mesh, result.displacement), target)
+            error = percent(cook_tip(body.mesh, result.displacement), target)
             noticed = beyond(method, NEARLY_INCOMPRESSIBLE.poissons_ratio)
             place = Place(f"Cook's membrane, ν = 0.4999, {method}", "mm", size)
             yield result.row(place, error, tolerance, noticed)
