@@ -4,11 +4,13 @@ import json
 import re
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from program import fea
 from studies import OPTIMISE
 
+from fea.apps.optimise.figures import progress
 from fea.apps.optimise.run_optimise import optimise
 from fea.output.folder import require_replaceable
 from fea.output.pictures.strokes import is_complete_png
@@ -111,3 +113,13 @@ def test_what_is_no_search_leaves_nothing(tmp_path):
         assert done.returncode in (2, 7), done
         assert why in done.stderr
     assert [entry.name for entry in tmp_path.iterdir()] == ["own.toml"]
+
+
+def test_a_resumed_search_still_has_the_lightest_rod_of_the_interrupted_one():
+    said = []
+    listener = progress(lambda text, **_: said.append(text), 20, 3, clock=iter((0.0, 200.0)).__next__)
+    listener(SimpleNamespace(margin=0.1, mass_kg=0.7), 15, 0)
+    assert not said
+    listener(SimpleNamespace(margin=-0.1, mass_kg=0.6), 16, 1)
+    assert "as one mesh took 3 min" in said[0]
+    assert said[1].endswith("lightest that holds: 700 g")

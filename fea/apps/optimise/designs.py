@@ -74,9 +74,9 @@ class _Made:
 class Designs:
     """Computes designs: `tried` holds all, in order; `count` is the number of meshes that were solved.
 
-    The listener is called with each design that is computed, the count, and how many of these meshes were
-    solved now. With `morphing`, the mesh of one rod is moved to the next, where it can be. Designs that the
-    record knows are not computed again.
+    The listener is called with each design, the count, and how many of these meshes were solved now: none
+    before the first design that the record does not have. With `morphing`, the mesh of one rod is moved to
+    the next, where it can be. Designs that the record has are not computed again.
     """
 
     def __init__(
@@ -219,4 +219,5 @@ class Designs:
             self._made.append(_Made(design.x, design.mesh, self._coarsest, finer=design.finer))
         self.tried.append(replace(design, infeasibility=0.0))
         self.count = entry["count"]
+        self._listener(design, self.count, self._now)
         return design

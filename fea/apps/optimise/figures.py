@@ -211,13 +211,15 @@ def progress(
         nonlocal lightest, last
         if design.margin >= 0:
             lightest = min(lightest, design.mass_kg)
+        if not now:  # of the search that was interrupted
+            return
         taken, first = clock() - begin, not last
         each, last = taken / now, last or 2 * taken  # two rods are meshed again at the end
         usual = max(count, min(most, _USUALLY * dimensions))
         least, longest = (duration((meshes - count) * each + last) for meshes in (usual, most))
         if first:
             about = f"about {least}" if least == longest else f"about {least}, at most {longest}"
-            show(f"{about}, as one mesh took {each:.2g} s; {most} may be solved", lasting=True)
+            show(f"{about}, as one mesh took {duration(each)}; {most} may be solved", lasting=True)
         best = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
         show(f"{count} of at most {most} meshes solved, at most {longest} left, {best}")
 
