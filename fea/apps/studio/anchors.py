@@ -49,7 +49,7 @@ UNIT, _REACH = 0.15, 2.5
 # products of what two dimensions change alone and of their distances.
 GAP, _MIXED = 3.0, 0.12
 _LEAST = 2e-4  # of the stress: what elements change that are curved in some rods and straight in others
-VAGUE = 0.02  # share of the stress beyond which nothing is shown
+VAGUE = 0.05  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
 # of that against fatigue.
 _INSIDE, _TIRED = 0.6, 0.75
