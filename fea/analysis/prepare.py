@@ -9,7 +9,7 @@ import numpy as np
 
 from fea.analysis.assembling import Assembling
 from fea.analysis.cycle.basis import Basis, FullBasis, spanned
-from fea.analysis.cycle.spanned_rod import counting
+from fea.analysis.cycle.rows import counting
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium

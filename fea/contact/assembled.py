@@ -96,9 +96,7 @@ class Assembled:
         moved = [problem.moved(nodes) for nodes in parts]
         n, n_loads = problem.loaded.shape
         self._P = np.hstack([columns for columns, _ in moved]) if moved else np.zeros((n, 0))
-        self._resultants = (
-            np.concatenate([of_part for _, of_part in moved]) if moved else np.zeros((0, n_loads))
-        )
+        self._resultants = np.concatenate([np.zeros((0, n_loads)), *(of_part for _, of_part in moved)])
         bores, faces = len(problem.bores), len(problem.faces)
         self.pins = self._numbers(range(bores))
         self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))

@@ -75,9 +75,7 @@ class Guess:
     def closed(cls, n_pins: int, n_places: int) -> "Guess":
         """Return the state in which everything sticks and no pin touches."""
         opened, slipping = np.zeros((2, n_places), dtype=bool)
-        return cls(
-            np.zeros(n_pins, dtype=bool), opened, slipping, np.zeros((n_places, 2)), np.zeros(n_places)
-        )
+        return cls(np.zeros(n_pins, bool), opened, slipping, np.zeros((n_places, 2)), np.zeros(n_places))
 
 
 @dataclass(frozen=True)
@@ -92,9 +90,8 @@ class Offsets:
 
     def of(self, pins: Ints, interface: Ints, motions: Ints) -> "Offsets":
         """Offsets of some of the unknowns and motions."""
-        return Offsets(
-            self.stress[interface], self.pin_gap[pins], self.forces[motions], self.gap[interface], self.least
-        )
+        stress, gap = self.stress[interface], self.gap[interface]
+        return Offsets(stress, self.pin_gap[pins], self.forces[motions], gap, self.least)
 
 
 # Couplings, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks: the
@@ -135,9 +132,8 @@ class Effects:
     def of_unit_stiffness(self) -> "Effects":
         """The same in terms of unknowns of unit stiffness."""
         press, unit = self.press, self.unit
-        return Effects(
-            press[:, None] * self.A * press, unit[:, None] * self.B * press, unit[:, None] * self.S * unit
-        )
+        A, S = press[:, None] * self.A * press, unit[:, None] * self.S * unit
+        return Effects(A, unit[:, None] * self.B * press, S)
 
     @cached_property
     def scaled(self) -> "Effects":
@@ -147,9 +143,7 @@ class Effects:
     def part(self, interface: Ints, pins: Ints) -> "Effects":
         """Those of some unknowns."""
         matrices = (self.A, pins, pins), (self.B, interface, pins), (self.S, interface, interface)
-        return Effects(
-            *(np.ascontiguousarray(matrix[np.ix_(rows, columns)]) for matrix, rows, columns in matrices)
-        )
+        return Effects(*(np.ascontiguousarray(of[np.ix_(rows, columns)]) for of, rows, columns in matrices))
 
 
 @dataclass(frozen=True)
@@ -169,9 +163,8 @@ class Block:
     @classmethod
     def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
         """Everything."""
-        pins, interface, motions, sites = (
-            np.arange(n) for n in (*condensed.B.shape[::-1], R.shape[1], places.size)
-        )
+        sizes = *condensed.B.shape[::-1], R.shape[1], places.size
+        pins, interface, motions, sites = map(np.arange, sizes)
         return cls(pins, interface, motions, sites, Effects(condensed.A, condensed.B, condensed.S), R, places)
 
     @cached_property
@@ -309,20 +302,16 @@ class Coupling:
     def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
         """Between two blocks."""
         here, other, every = blocks[to], blocks[by], whole.effects
-        there = other.interface
+        own, there = here.interface, other.interface
         press, unit, its = here.effects.press, here.effects.unit, other.effects
-        nothing = np.zeros((len(other.interface), 0))
+        nothing = np.zeros((len(there), 0))
         slip = Product.of(every.B[np.ix_(there, here.pins)], its.unit, press, here.even)
         return cls(
             by=by,
             gap_by_pins=Product.of(every.A[np.ix_(here.pins, other.pins)], press, its.press, other.even),
             gap_by_slip=slip.transposed,
-            stress_by_pins=Product.of(
-                every.B[np.ix_(here.interface, other.pins)], unit, its.press, other.even
-            ),
-            stress_by_slip=Product.of(
-                every.S[np.ix_(here.interface, other.interface)], unit, its.unit, nothing
-            ),
+            stress_by_pins=Product.of(every.B[np.ix_(own, other.pins)], unit, its.press, other.even),
+            stress_by_slip=Product.of(every.S[np.ix_(own, there)], unit, its.unit, nothing),
         )
 
     def shifted(self, offsets: Offsets, pressure: Floats, moved: Floats) -> Offsets:

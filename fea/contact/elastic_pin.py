@@ -30,9 +30,7 @@ _DEGREE = 5
 _AXES = 3
 # Orders of half a cosine cos φ over |φ| < π/2, and its coefficients; those beyond do not reach the bore.
 ORDERS = (0, 1, 2, 4, 6, 8, 10, 12)
-HALF_COSINE = np.array(
-    [1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n * n - 1) for n in ORDERS[2:])]
-)
+HALF_COSINE = np.array([1 / np.pi, 0.5, *(2 / np.pi * (-1) ** (n // 2 + 1) / (n**2 - 1) for n in ORDERS[2:])])
 
 
 @dataclass(frozen=True)
@@ -127,9 +125,7 @@ class ElasticPin:
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
         surface = _AXES * np.argsort(self._order)[self._outer[: len(self.stations)]]
         load[surface, np.arange(len(surface))] = 1.0
-        carrying = np.zeros(
-            (self._basis.N, _AXES)
-        )  # ∫ N R dz of a pressure of 1 MPa on the support, per angle
+        carrying = np.zeros((self._basis.N, _AXES))  # ∫ N R dz of 1 MPa on the support, per angle
         if self._pin.carried is not None:
             carrying[self._outer, 0] = self._along(*self._pin.carried)
         squeezed = carrying[self._order].ravel()
@@ -208,9 +204,7 @@ def _stiffness_terms(basis: Basis, E: float, nu: float, order: Ints) -> tuple[Fl
     """
     r, weight = np.asarray(basis.global_coordinates())[0], basis.dx
     n = len(basis.basis)
-    values = (
-        np.stack([np.broadcast_to(np.asarray(f[0]), r.shape) for f in basis.basis], axis=-1) / r[..., None]
-    )
+    values = np.stack([np.broadcast_to(np.asarray(f[0]), r.shape) / r for f in basis.basis], axis=-1)
     d_r, d_z = (np.stack([f[0].grad[axis] for f in basis.basis], axis=-1) for axis in (0, 1))
     # Strains rr, φφ, zz, rφ, φz, rz of u_r, u_φ, u_z: those without n, and those times n.
     plain, times = np.zeros((2, *r.shape, 6, n, _AXES))

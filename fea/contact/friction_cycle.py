@@ -45,9 +45,7 @@ class FrictionCycle:
         with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
             try:
                 begun = [pool.submit(end.go_through, instants, pool) for end in self._ends]
-                states = [
-                    dict(chain.from_iterable(part.result().items() for part in end.result())) for end in begun
-                ]
+                states = [dict(chain(*(part.result().items() for part in end.result()))) for end in begun]
             finally:
                 pool.shutdown(cancel_futures=True)
         return [self._assembled.together([of_end[k] for of_end in states]) for k in range(len(loads))]
@@ -65,7 +63,7 @@ class _Instants:
         return np.asarray(self._order[self._before[self._order] == increment])
 
 
-_Parts = Sequence[Future[dict[int, ContactState]]]
+_Part = dict[int, ContactState]  # by the numbers of the instants
 
 
 class _CycleOfEnd:
@@ -75,13 +73,13 @@ class _CycleOfEnd:
         self._assembled, self._loads, self._steps = assembled, loads, partial(assembled.steps, exact, end)
         self._settled: list[ContactState] | None = None
 
-    def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> _Parts:
+    def go_through(self, instants: _Instants, pool: ThreadPoolExecutor) -> list[Future[_Part]]:
         """Go through the cycle until friction has settled, and leave the instants to a pool.
 
         Those of the first cycle are begun with from its end, since its beginning is likely to be replaced.
         """
         count, states = len(self._loads), self._settled or []
-        begun = dict[int, Future[dict[int, ContactState]]]()
+        begun = dict[int, Future[_Part]]()
 
         def begin(first: int) -> None:
             if first not in begun:
@@ -102,10 +100,8 @@ class _CycleOfEnd:
             begin(first)
         return [begun[first] for first in cycle]
 
-    def _between(
-        self, states: Sequence[ContactState], first: int, instants: _Instants
-    ) -> dict[int, ContactState]:
-        """States, by the numbers of the instants, from an increment up to the next."""
+    def _between(self, states: Sequence[ContactState], first: int, instants: _Instants) -> _Part:
+        """States from an increment up to the next."""
         ends, numbers = (states[first], states[first + 1]), instants.after(first % len(self._loads))
         at, way = numbers[instants.share[numbers] == 0], numbers[instants.share[numbers] > 0]
         between = dict.fromkeys(at.tolist(), ends[0])

@@ -285,10 +285,8 @@ class Trial:
     @cached_property
     def _tangential(self) -> tuple[Floats, Floats]:
         """Shear stress (k, 2), and the same less the slip that the stiffness turns into a stress."""
-        has, at = self.block.places.tangential >= 0, self.block.places.tangential
-        shear, slip = (
-            np.where(has, values[at], 0.0) for values in (self.solution.stress, self.solution.moved)
-        )
+        at, found = self.block.places.tangential, self.solution
+        shear, slip = (np.where(at >= 0, values[at], 0.0) for values in (found.stress, found.moved))
         return shear, shear - self.block.against[:, None] * slip
 
     @cached_property
@@ -304,12 +302,10 @@ class Trial:
     @cached_property
     def violations(self) -> tuple[Floats, Floats, Floats]:
         """Violation, MPa, of pins, normal contact and friction (unless all slip is given); 0 where right."""
-        guess, stiff = self.guess, self.block.effects.stiff[self.block.places.normal]
-        pins = np.where(
-            guess.touching, -self.solution.pressure, -self.solution.pin_gap / self.block.effects.soft
-        )
-        gaps = (self.offsets.gap + self.solution.moved)[self.block.places.normal]
-        normal = np.where(guess.opened, -gaps * stiff, -self._normal)
+        guess, found, effects, at = self.guess, self.solution, self.block.effects, self.block.places.normal
+        pins = np.where(guess.touching, -found.pressure, -found.pin_gap / effects.soft)
+        gaps = (self.offsets.gap + found.moved)[at]
+        normal = np.where(guess.opened, -gaps * effects.stiff[at], -self._normal)
         wrong = np.zeros(0)
         if self.block.rubs:
             excess = np.hypot(*self._tangential[1].T) - self._allowed

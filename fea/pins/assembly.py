@@ -67,14 +67,15 @@ class AssemblyContact(BoreContact):
         for first, second in mesh.interfaces:
             x = bores.rod_length if first is Surface.BUSHING_SEAT else 0.0
             across = uniform(np.array([*specification.normal, 0.0])) if first is Surface.JOINT else radial(x)
-            interference = specification.interference.get(first, 0.0)
-            sides = (first, second)
-            faces.append(
-                MatingFaces.of(mesh, sides, across, interference=interference, friction=friction > 0)
-            )
+            sides, tight = (first, second), specification.interference.get(first, 0.0)
+            faces.append(MatingFaces.of(mesh, sides, across, interference=tight, friction=friction > 0))
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
-        pulls = _pulls(mesh, axes, seated, specification.stiffness)
+        pulls, stiffness = [], specification.stiffness
+        for count, (bolt, ends) in enumerate(zip(axes, seated, strict=True), 1):
+            name, seats, share = f"bolt {count}", dict(ends.seats), ends.share
+            along, point = np.array(bolt.direction), np.array(bolt.point)
+            pulls.append(BoltPull.of(mesh, name, seats, along, stiffness, share=share, point=point))
         super().__init__(structure, fits, faces=faces, bolts=pulls)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
@@ -93,17 +94,16 @@ class AssemblyContact(BoreContact):
 
     def loads(self, instants: Instants) -> list[Load]:
         """What acts between the parts at instants."""
-        return [
-            self.assembled.load((pin, crank), motion, self.tilted(motion))
-            for pin, crank, motion in acting(instants)
-        ]
+        load = self.assembled.load
+        return [load((pin, crank), motion, self.tilted(motion)) for pin, crank, motion in acting(instants)]
 
     def respond(self, instant: Instants, state: ContactState) -> Response:
         """Return what a state and the inertia of its instant do to the rod."""
-        forces, summed = self.response(instant, state), self.sums(state)
+        forces, (pressure, gap) = self.response(instant, state), self.sums.vertices(state)
+        summed = self.sums(state, pressure, gap)
         moved, values = self.assembled.displacement(state), state.values.copy()
         normal = self.assembled.vertices.normal
-        values[normal] = self.sums.pressure(state)  # exactly zero where parts have parted
+        values[normal] = pressure  # exactly zero where parts have parted
         return replace(
             forces,
             touch=forces.touch if instant.pin.any() or instant.crank.any() else {},
@@ -112,15 +112,8 @@ class AssemblyContact(BoreContact):
             largest=max(forces.largest, summed.bolt_force),
             assembly=summed,
             pressure=self.pressure(values),
-            gap=gap_at_nodes(self.problem, normal, self.sums.gap(state)),
+            gap=gap_at_nodes(self.problem, normal, gap),
         )
-
-
-class _Cycle(NamedTuple):
-    """A cycle, and its states that are known, by what acts."""
-
-    cycle: FrictionCycle
-    known: dict[bytes, ContactState]
 
 
 class AssemblyPins(ContactPins):
@@ -129,9 +122,9 @@ class AssemblyPins(ContactPins):
     def __init__(self, structure: Structure) -> None:
         super().__init__(structure)
         self.resting = joined([assembled()])
-        # Load cases are asked for again where the cycle is checked.
+        # States by what acts: load cases are asked for again where the cycle is checked.
         self._from_rest: dict[bytes, ContactState] = {}
-        self._cycles: dict[bytes, _Cycle] = {}
+        self._cycles: dict[bytes, tuple[FrictionCycle, dict[bytes, ContactState]]] = {}
         self._spanned: frozenset[bytes] = frozenset()
 
     @property
@@ -155,7 +148,8 @@ class AssemblyPins(ContactPins):
 
     def state_under(self, case: Instants, factor: float = 1.0) -> AssemblyState:
         """Sum up the state under a multiple of everything that acts in a case; errors as of `respond`."""
-        return self.assembly.sums(*self.states(case.times(factor)[None]))
+        (state,) = self.states(case.times(factor)[None])
+        return self.assembly.sums(state)
 
     def states(self, instants: Instants, cycle: CrankCycle | None = None) -> list[ContactState]:
         """States at instants of a cycle, or each from the assembled state; see `PinModel.respond`."""
@@ -185,12 +179,13 @@ class AssemblyPins(ContactPins):
                 raise type(error)(f"{instant.name}: {error}" if instant.name else str(error)) from error
         return self._from_rest[key]
 
-    def _cycle(self, cycle: CrankCycle) -> _Cycle:
+    def _cycle(self, cycle: CrankCycle) -> tuple[FrictionCycle, dict[bytes, ContactState]]:
+        """The states of a cycle, and those that are known, by what acts."""
         key = _cycle_key(cycle)
         if key not in self._cycles:
             kept = {own: known for own, known in self._cycles.items() if own in self._spanned}
             steps = self.assembly.loads(cycle.increments)
-            self._cycles = kept | {key: _Cycle(FrictionCycle(self.assembly.assembled, steps), {})}
+            self._cycles = kept | {key: (FrictionCycle(self.assembly.assembled, steps), {})}
         return self._cycles[key]
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:
@@ -238,23 +233,6 @@ def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
             share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
         )
         for number, bolt in enumerate(bolts)
-    ]
-
-
-def _pulls(
-    mesh: TetMesh, bolts: Sequence[BoltAxis], seated: Sequence[BoltEnds], stiffness: float
-) -> list[BoltPull]:
-    return [
-        BoltPull.of(
-            mesh,
-            f"bolt {number}",
-            dict(ends.seats),
-            np.array(bolt.direction),
-            stiffness,
-            share=ends.share,
-            point=np.array(bolt.point),
-        )
-        for number, (bolt, ends) in enumerate(zip(bolts, seated, strict=True), 1)
     ]
 
 

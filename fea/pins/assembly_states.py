@@ -34,15 +34,13 @@ class AssemblyStates:
         near = np.abs(away - big_radius) < _ON_EDGE * big_radius
         self._edge = (assembled.vertices.face == joint) & near
 
-    def __call__(self, state: ContactState) -> AssemblyState:
-        """Sum up one state."""
-        forces = state.values[self._assembled.bolts]
-        counts = np.resize(self._count, len(forces))
+    def __call__(self, state: ContactState, *known: Floats) -> AssemblyState:
+        """Sum up one state; `known`: what `vertices` says of it, if that is at hand."""
+        forces, beam = state.values[self._assembled.bolts], self._bending.beam
+        counts, bent_by = np.resize(self._count, len(forces)), self._bending.moments(state)
         bolts = []
-        for at, force, count, moments in zip(
-            self._bolts, forces, counts, self._bending.moments(state), strict=True
-        ):
-            beam, (head, thread) = self._bending.beam, np.hypot(*moments).tolist()
+        for at, force, count, moments in zip(self._bolts, forces, counts, bent_by, strict=True):
+            head, thread = np.hypot(*moments).tolist()
             stress = beam.bending(moments)
             bent = np.hypot(*stress.T)
             bolts.append(
@@ -57,33 +55,25 @@ class AssemblyStates:
                     beam.bow(moments),
                 )
             )
-        return AssemblyState(
-            tuple(bolts), {name: self._face(number, state) for number, name in enumerate(self._names)}
-        )
+        known = known or self.vertices(state)
+        faces = {name: self._face(number, state, *known) for number, name in enumerate(self._names)}
+        return AssemblyState(tuple(bolts), faces)
 
-    def pressure(self, state: ContactState) -> Floats:
-        """Pressure (k,) at each place of `Assembled.touching`, MPa."""
-        closed = ~state.guess.opened[: len(self._position)]
-        return np.where(closed, np.maximum(state.values[self._assembled.vertices.normal], 0.0), 0.0)
-
-    def gap(self, state: ContactState) -> Floats:
-        """Mean gap (k,) about each place of `Assembled.touching`, mm; 0 where it is closed."""
-        opened = state.guess.opened[: len(self._position)]
-        return np.where(opened, state.gap[self._position] / self._assembled.vertices.area, 0.0)
-
-    def edge(self, state: ContactState) -> tuple[Floats, Floats]:
-        """Pressures and gaps (m,) along the edge of the bore at the joint, MPa and mm."""
-        return self.pressure(state)[self._edge], self.gap(state)[self._edge]
+    def vertices(self, state: ContactState) -> tuple[Floats, Floats]:
+        """Pressure (k,), MPa, and mean gap (k,), mm, about `Assembled.vertices`; 0 where there is none."""
+        vertices, opened = self._assembled.vertices, state.guess.opened[: len(self._position)]
+        pressure = np.where(opened, 0.0, np.maximum(state.values[vertices.normal], 0.0))
+        return pressure, np.where(opened, state.gap[self._position] / vertices.area, 0.0)
 
     @cached_property
     def _position(self) -> Ints:
         """Of the normal gaps (k,) among those of all interfaces."""
         return np.searchsorted(self._assembled.interface, self._assembled.vertices.normal)
 
-    def _face(self, number: int, state: ContactState) -> FaceState:
+    def _face(self, number: int, state: ContactState, *known: Floats) -> FaceState:
         vertices = self._assembled.vertices
         own = np.flatnonzero(vertices.face == number)
-        area, pressure, gap = vertices.area[own], self.pressure(state)[own], self.gap(state)[own]
+        area, pressure, gap = (values[own] for values in (vertices.area, *known))
         opened, slipping = state.guess.opened[own], state.guess.slipping[own]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT

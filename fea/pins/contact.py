@@ -93,9 +93,7 @@ class BoreContact:
             pins.append(bore)
         unit = [inertia.forces(motion) for motion in _MOTIONS]
         parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
-        loads = {
-            parity: np.stack([forces.part(parity).ravel() for forces in unit], axis=1) for parity in parities
-        }
+        loads = {parity: np.stack([one.part(parity).ravel() for one in unit], axis=1) for parity in parities}
         # Moments about x and y of the unit motions, on a rod that may tilt.
         self._tilting = (
             None
@@ -158,13 +156,10 @@ class BoreContact:
     def touch(self, values: Floats) -> dict[Surface, Touch]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
         pressure = values[self._pins]
-        return {
-            surface: Touch.of(pressure[own], angle, z, apart)
-            for surface, own, angle, z, apart in self._around
-        }
+        return {surface: Touch.of(pressure[own], *around) for surface, own, around in self._around}
 
     @cached_property
-    def _around(self) -> list[tuple[Surface, Ints, Floats, Floats, float]]:
+    def _around(self) -> list[tuple[Surface, Ints, tuple[Floats, Floats, float]]]:
         """Of each bore its unknowns among the pins', their angles, rad, z, mm, and distance in angle, rad."""
         x, y, z = self._vertices.T
         around = []
@@ -172,7 +167,7 @@ class BoreContact:
             own = np.flatnonzero(self._owner == number)
             angle = np.arctan2(y[own], x[own] - bore.center[0])
             apart = float(np.median(np.diff(np.unique(np.round(angle, 6)))))
-            around.append((bore.multipliers.surface, own, angle, z[own], apart))
+            around.append((bore.multipliers.surface, own, (angle, z[own], apart)))
         return around
 
     def traction(self, pressure: Floats) -> dict[Surface, Floats]:
@@ -428,12 +423,7 @@ class PressurePatterns(ContactUnits):
 
     def balanced(self) -> Weights:
         """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
-        problem, resultants = self.contact.problem, []
-        for parity in Parity:
-            patterns = self._patterns[parity]
-            none = np.zeros_like(patterns)
-            parts = {other: patterns if other is parity else none for other in problem.unfolding.parities()}
-            resultants.append(problem.unfolding.unfolded(parts).T @ problem.rigid)
+        resultants = [self.pin_forces(parity, self._patterns[parity]).T for parity in Parity]
         directions, sizes, _ = np.linalg.svd(np.concatenate(resultants), full_matrices=False)
         kept = directions[:, sizes > _RESULTANT * sizes.max(initial=0.0)]
         return Weights(*np.split(kept, [len(resultants[0])]))

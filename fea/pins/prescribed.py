@@ -50,11 +50,8 @@ class PrescribedPins(PinModel):
         measures = (bores.small_radius, bores.small_width, bores.small_taper)
         self.bores = [LoadedBore(Surface.SMALL_END_BORE, small, 1, *measures)]
         if support is not Support.CLAMPED:
-            big, measures = (
-                bore_facets(mesh, Surface.BIG_END_BORE, 0.0),
-                (bores.big_radius, bores.big_width, 0.0),
-            )
-            self.bores.append(LoadedBore(Surface.BIG_END_BORE, big, -1, *measures))
+            big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
+            self.bores.append(LoadedBore(Surface.BIG_END_BORE, big, -1, bores.big_radius, bores.big_width))
         self.tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
         self._rod_length = bores.rod_length
 
@@ -153,9 +150,7 @@ class UnitForces(UnitLoads):
     def fields(self) -> tuple[StoredFields, StoredFields]:
         """Return the even and the odd unit loads."""
         pins, fields = self._pins, []
-        along, across = (
-            [pins.load(bore, force) for bore in pins.bores] for force in ((1.0, 0.0), (0.0, 1.0))
-        )
+        along, across = ([pins.load(one, force) for one in pins.bores] for force in ((1.0, 0.0), (0.0, 1.0)))
         even = [(load.forces.symmetric, load.traction.symmetric) for load in along]
         odd = [(odd_part(load.forces), odd_part(load.traction)) for load in across]
         for loads, inertial in zip((even, odd), inertial_fields(pins.inertia), strict=True):

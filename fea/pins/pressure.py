@@ -92,9 +92,8 @@ class PressedPins(PrescribedPins):
         arc = self.distribution.arc(bore.outwards * force[0])
         magnitude, taper = np.hypot(*force), bore.taper * np.cos(np.arctan2(force[1], force[0]))
         peak = arc.peak(float(magnitude), bore.radius, bore.width, float(taper))
-        return bore_load(
-            bore.facets, self.n_nodes, force, lambda psi: peak * arc.unbounded(psi), arc.angle / 2
-        )
+        half = arc.angle / 2
+        return bore_load(bore.facets, self.n_nodes, force, lambda psi: peak * arc.unbounded(psi), half)
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return harmonics of the pressure on each bore, and inertia: they span any instant."""
@@ -128,9 +127,8 @@ class PressedBore:
         direction = np.arctan2(force[1], force[0])
         cosines, sines = self.pressures(direction)
         pulled = self.bore.outwards * force[0] > 0
-        c, d = (
-            np.where(pulled, *(of[:, None] for of in pair)) for pair in zip(*self._coefficients, strict=True)
-        )
+        pairs = zip(*self._coefficients, strict=True)
+        c, d = (np.where(pulled, *(of[:, None] for of in pair)) for pair in pairs)
         shapes = (c * cosines, c[1:] * sines), (-d * np.vstack([0 * sines[:1], sines]), d[1:] * cosines[1:])
         of_even, of_odd = self.resultants
         reached = np.stack([of_even @ even + of_odd @ odd for even, odd in shapes], axis=-1)
@@ -141,10 +139,8 @@ class PressedBore:
     @cached_property
     def _coefficients(self) -> list[tuple[Floats, Floats]]:
         """Per arc c_n of s(ψ) and d_n of s(ψ) sin ψ, each (n_terms,)."""
-        return [
-            (_coefficients(arc, self.orders, np.cos), _coefficients(arc, self.orders, np.sin))
-            for arc in self.arcs
-        ]
+        orders = self.orders
+        return [(_coefficients(arc, orders, np.cos), _coefficients(arc, orders, np.sin)) for arc in self.arcs]
 
 
 class Harmonics(UnitLoads):

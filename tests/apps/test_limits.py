@@ -17,8 +17,8 @@ import fea
 from fea.analysis.assembling import Assembling
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
+from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import Largest
-from fea.apps.limits.film import with_film
 from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, Worst

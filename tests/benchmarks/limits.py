@@ -19,7 +19,7 @@ from scripts import reporting
 
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.buckling import buckling_report
-from fea.analysis.cycle.spanned_rod import counting
+from fea.analysis.cycle.rows import counting
 from fea.analysis.engine_study import engine_study
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import solve_speed, with_cycle

@@ -57,9 +57,13 @@ class Basis(ABC):
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd loads of `units`."""
 
-    @abstractmethod
+    def full(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
+        """Weights of `loads` at n instants; `cycle` as above."""
+        return self.loads.weights(instants, cycle)
+
     def contacts(self, cycle: CrankCycle) -> Contacts:
         """Contact at every degree of a cycle."""
+        return self.loads.contacts(self.full(cycle.degrees, cycle), cycle.degrees, cycle)
 
 
 class FullBasis(Basis):
@@ -71,15 +75,11 @@ class FullBasis(Basis):
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads: see `Basis.weights`."""
-        return self.loads.weights(instants, cycle)
+        return self.full(instants, cycle)
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""
         return self.loads.fields()
-
-    def contacts(self, cycle: CrankCycle) -> Contacts:
-        """Contact at every degree of a cycle."""
-        return self.loads.contacts(self.weights(cycle.degrees, cycle), cycle.degrees, cycle)
 
 
 # Largest error at any place and instant, relative to the largest stress of the cycle.
@@ -171,10 +171,6 @@ class SmallBasis(Basis):
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd sums."""
         return self._combined(self._columns)
-
-    def contacts(self, cycle: CrankCycle) -> Contacts:
-        """Contact at every degree of a cycle."""
-        return self.loads.contacts(self.full(cycle.degrees, cycle), cycle.degrees, cycle)
 
     def full(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the full unit loads; the basis grows until it spans the cycle that is given."""

@@ -176,9 +176,7 @@ def _worse(one: Envelope, other: Envelope) -> Envelope:
         principal_3=np.fmin(one.principal_3, other.principal_3),
         fatigue_factor=_lesser(one.fatigue_factor, other.fatigue_factor),
         crossland_factor=_lesser(one.crossland_factor, other.crossland_factor),
-        **{
-            name: np.where(where, getattr(other, name), getattr(one, name)) for name, where in follows.items()
-        },
+        **{name: np.where(own, getattr(other, name), getattr(one, name)) for name, own in follows.items()},
     )
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.analysis.cycle.basis import SmallBasis
-from fea.analysis.cycle.critical import critical_places, make_exact
+from fea.analysis.cycle.criteria import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
-from fea.analysis.cycle.spanned_rod import SpannedRod
+from fea.analysis.cycle.rows import SpannedRod
 from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
 from fea.base.note import SINGULAR, Note, warning
@@ -148,9 +148,8 @@ class CycleAnalysis(SpannedRod):
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
-        worst = [
-            node for node in distinct(points, np.where(counts, -extremes.usage, 0), length) if counts[node]
-        ]
+        usage = np.where(counts, -extremes.usage, 0)
+        worst = [node for node in distinct(points, usage, length) if counts[node]]
         weakest = _least(extremes.fatigue_factor, counts)
         of_degrees = every.at(slice(count))
         places = [(node, int(extremes.part[node])) for node in worst]

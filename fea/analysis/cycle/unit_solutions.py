@@ -191,9 +191,8 @@ def _recover(
     solved = slice(own.start - first, own.stop - first)
     pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
     u, traction = solution.displacement[parity][..., solved], fields.traction(own)
-    for part, stress in zip(
-        stresses, recovery.part_stress(u, materials, parity, traction, pressure), strict=True
-    ):
+    recovered = recovery.part_stress(u, materials, parity, traction, pressure)
+    for part, stress in zip(stresses, recovered, strict=True):
         part[..., own] = stress
 
 

@@ -54,16 +54,14 @@ class Bars:
 
 def words(found: Found) -> str:
     """Return the answer in words."""
-    return " ".join(_sentences(found, *ends_of(found)))
+    return " ".join(_sentences(found))
 
 
 def ends_of(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]:
     """Speed, pressure, and speed with the throttle closed, that end what is safe."""
     closed = None if found.closed is None else Reached(found.closed, 0.0, found.closed.rpm, 0.0)
-    bars = Bars(found)
-    speed, pressure, last = (
-        _largest(own, bars, found.operation) for own in (found.speed, found.pressure, closed)
-    )
+    bars, lines = Bars(found), (found.speed, found.pressure, closed)
+    speed, pressure, last = (_largest(line, bars, found.operation) for line in lines)
     return speed, pressure, last
 
 
@@ -129,9 +127,8 @@ def _largest(reached: Reached | None, bars: Bars, operation: Operation) -> Large
     )
 
 
-def _sentences(
-    found: Found, speed: Largest | None, pressure: Largest | None, closed: Largest | None
-) -> Iterator[str]:
+def _sentences(found: Found) -> Iterator[str]:
+    speed, pressure, closed = ends_of(found)
     operation, load = found.operation, "today's load" if found.operation.full_load is None else "full load"
     load = load if operation.burns else "inertia alone"
     if found.spent is not None:
@@ -206,9 +203,8 @@ def _notes(found: Found) -> Iterator[Note]:
     if table.full_load and any("torque_Nm" in point for point in table.full_load):
         yield assumption(f"mechanical efficiency {MECHANICAL_EFFICIENCY:g} (Heywood 1988, §2.4)", "full load")
     if rod.options.in_contact:
-        yield assumption(
-            "clearances and reliefs of the bores stay those of the study's speed and load", "pins"
-        )
+        fits = "clearances and reliefs of the bores"
+        yield assumption(f"{fits} stay those of the study's speed and load", "pins")
     if rod.assembly_contact is not None:
         lines = "lines of the map are of the instants that decide, and interpolated where limits.csv says so"
         yield assumption(f"{lines}; the limits in words are solved over their cycles", "map")

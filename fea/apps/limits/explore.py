@@ -10,8 +10,7 @@ from fea.analysis.adapt import Adapted
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.apps.limits.assembled_states import AssembledStates
-from fea.apps.limits.film import with_film
-from fea.apps.limits.life import LifeMap, hours_at, life_map
+from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates

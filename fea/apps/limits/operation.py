@@ -96,9 +96,8 @@ class Operation:
     def _scale_of_torque(self, rpm: float, torque: float) -> float:
         """Return the multiple of the charge at which the engine gives a mean torque, N·m."""
         count, angles = self.loading.engine.cylinders, cycle_angles()[:-1]
-        low, high = (
-            count * float(self.cycle(rpm, scale).at(angles).torque.mean()) / 1e3 for scale in (0.5, 1.0)
-        )
+        cycles = (self.cycle(rpm, scale) for scale in (0.5, 1.0))
+        low, high = (count * float(cycle.at(angles).torque.mean()) / 1e3 for cycle in cycles)
         return 0.5 + 0.5 * (torque / MECHANICAL_EFFICIENCY - low) / (high - low)
 
     def today(self, rpm: float) -> float:

@@ -276,9 +276,7 @@ def judged(part: PartRows, history: Floats, rows: Ints) -> Floats:
     signed = signed_equivalent(history)
     highest, lowest = signed.max(axis=1), signed.min(axis=1)
     factors = part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)
-    return np.asarray(
-        [1 / np.maximum(np.nan_to_num(own, nan=np.inf, posinf=np.inf), _TINY) for own in factors]
-    )
+    return np.asarray([1 / np.maximum(np.where(np.isnan(own), np.inf, own), _TINY) for own in factors])
 
 
 def decisive(

@@ -101,10 +101,6 @@ class Anchor:
     errors: Mapping[str, Singles]  #: (n_rows,) of each, relative to the stress
     column: tuple[tuple[Section, ...], Section]
 
-    def relative_error(self, name: str) -> Singles:
-        """Errors (n_rows,) of a load case over its stress; of one that was not solved, those of another."""
-        return self.errors.get(name, next(iter(self.errors.values())))
-
     def cases(self, loaded: Loaded, angles: Angles | None = None) -> Instants:
         """The load cases; those at other crank angles than these (rad, by name) are taken there instead."""
         loading = self.loading(loaded.study)
@@ -123,9 +119,8 @@ class Anchor:
         """Deviators (5, n_cases, n_rows) of load cases, as they were solved or superposed."""
         same = loaded.key == self.solved
         solved = [same and case.name in self.deviators and not _apart(case, self.angles) for case in cases]
-        own = [
-            self.deviators[case.name] if there else None for case, there in zip(cases, solved, strict=True)
-        ]
+        pairs = zip(cases.names, solved, strict=True)
+        own = [self.deviators[name] if there else None for name, there in pairs]
         if not all(solved):
             weights = self._unit_loads.weights(cases)
             every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
@@ -141,9 +136,8 @@ class Anchor:
     def buckles(self, loaded: Loaded, cases: Instants) -> Floats:
         """Forces (2,) at which it buckles in either plane, over what compresses it."""
         pushed, steel = float(compression(cases).max()), loaded.materials[0]
-        critical = [
-            column(plane, *self.column, steel.youngs_modulus, steel.yield_strength).least for plane in Plane
-        ]
+        elastic = (steel.youngs_modulus, steel.yield_strength)
+        critical = [column(plane, *self.column, *elastic).least for plane in Plane]
         return np.array(critical) / pushed if pushed else np.full(2, np.inf)
 
     def tired(self, loaded: Loaded, rows: Ints | slice) -> Floats | None:
@@ -280,28 +274,20 @@ class Anchors:
         self.every = [anchor, *others][:_MOST]
         self._known.clear()
 
-    def has(self, x: Floats) -> bool:
-        """Whether a design is solved."""
-        return any(np.abs(one.x - x).max(initial=0.0) <= SAME for one in self.every)
-
     @property
     def box(self) -> tuple[Floats, Floats]:
         """Least and largest scaled dimensions of the anchors."""
         places = np.array([one.x for one in self.every])
         return places.min(axis=0), places.max(axis=0)
 
-    def covers(self, x: Floats) -> bool:
-        """Whether a design is among the anchors."""
-        if self.has(x):
-            return True
-        low, high = self.box
-        return len(self.every) > 2 and bool(((x >= low - SAME) & (x <= high + SAME)).all())
-
     def at(self, x: Floats, loaded: Loaded) -> "Between | None":
         """Interpolate at scaled dimensions; None beyond the anchors, or with another elasticity."""
-        if loaded.elastic != self.elastic or not self.every or not self.covers(x):
+        if loaded.elastic != self.elastic or not self.every:
             return None
         same = [one for one in self.every if np.abs(one.x - x).max(initial=0.0) <= SAME]
+        low, high = self.box
+        if not same and (len(self.every) < 3 or ((x < low - SAME) | (x > high + SAME)).any()):
+            return None
         which = same or self.every
         key = (loaded.key, loaded.materials, len(which), id(which[0]))
         if key not in self._known:
@@ -335,8 +321,9 @@ class _Stack:
         self.names = [case.name for case in cases[0] if all(case.name in other.names for other in cases)]
         some = [each[np.isin(each.names, self.names)] for each in cases]
         self.stress = np.stack([one.stress(loaded, each) for one, each in zip(anchors, some, strict=True)])
-        relative = np.array([[one.relative_error(name) for name in self.names] for one in anchors])
-        self.error = relative * np.linalg.norm(self.stress, axis=1)
+        errors = [one.errors for one in anchors]  # of a load case that was not solved, those of another
+        relative = [[own.get(name, next(iter(own.values()))) for name in self.names] for own in errors]
+        self.error = np.array(relative) * np.linalg.norm(self.stress, axis=1)
         strength = np.array([one.yield_strength for one in loaded.materials], np.float32)[followed.part]
         self.share = np.where(followed.counts, 1 / strength, 0)  # of what counts: utilisation over stress
         self.points = np.stack([one.points for one in anchors])
@@ -360,9 +347,8 @@ class _Stack:
     def tired(self) -> Floats | None:
         """Utilisation against fatigue (n_anchors, n) of the rows where it is large."""
         found = [one.tired(self.loaded, self._followed.tired) for one in self.anchors]
-        return (
-            None if any(own is None for own in found) else np.stack([own for own in found if own is not None])
-        )
+        known = [own for own in found if own is not None]
+        return np.stack(known) if len(known) == len(found) else None
 
     @cached_property
     def _inverse(self) -> tuple[Ints, Floats]:

@@ -183,9 +183,8 @@ def _table(variants: Mapping[str, Any]) -> str:
         rows.append(row)
     columns = dict.fromkeys(key for row in rows for key in row)
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(
-        [columns, *([row.get(key) for key in columns] for row in rows)]
-    )
+    cells = ([row.get(key) for key in columns] for row in rows)
+    csv.writer(text, lineterminator="\n").writerows([columns, *cells])
     return text.getvalue()
 
 

@@ -93,12 +93,9 @@ class LiveRod:
             own = feasible(self.study, design, name, value)
             beside = np.delete((x < low - SAME) | (x > high + SAME), number)
             if not beside.any() and high[number] > low[number]:
-                unit = UNIT * self.base_design[name]
-                ends = (
-                    self.base_design[name] + unit * low[number],
-                    self.base_design[name] + unit * high[number],
-                )
-                own = replace(own, covered_low=float(ends[0]), covered_high=float(ends[1]))
+                base = self.base_design[name]
+                least, most = (float(base + UNIT * base * end[number]) for end in (low, high))
+                own = replace(own, covered_low=least, covered_high=most)
             if name in self._unreached:
                 own = replace(own, reach_low=self._unreached[name][0], reach_high=self._unreached[name][1])
             found[name] = own
@@ -172,10 +169,7 @@ class LiveRod:
     def _lined(self, name: str, design: dict[str, float]) -> bool:
         """Whether so many anchors lie on the line of a dimension that they tell how it is curved."""
         number, x = list(design).index(name), self._scaled(design)
-        beside = [np.delete(one.x - x, number) for one in self._anchors.every]
-        on_line = [
-            one.x[number] for one, off in zip(self._anchors.every, beside, strict=True) if not off.any()
-        ]
+        on_line = [one.x[number] for one in self._anchors.every if not np.delete(one.x - x, number).any()]
         return len(on_line) > 2 and float(np.diff(np.sort(on_line)).min()) > _DISTINCT
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:

@@ -48,11 +48,7 @@ class Operation:
     def values(self) -> dict[str, Any]:
         """What `changed` takes, as plain values."""
         resolved = self.material.resolved()
-        own: dict[str, Any] = {
-            "rpm": self.rpm,
-            "gas_scale": self.gas_scale,
-            "piston_mass_kg": self.piston_mass_kg,
-        }
+        own: dict[str, Any] = {key: getattr(self, key) for key in ("rpm", "gas_scale", "piston_mass_kg")}
         own |= {"material": self.material.preset, "surface": resolved.surface}
         own |= {key: getattr(resolved, key) for key in _NUMBERS}
         own |= {key: getattr(self.contact, key) for key in _CLEARANCES}
@@ -77,10 +73,8 @@ class Operation:
             of_part = {key: value for key, value in entries_of(material).items() if key in kept}
             name = library_material("material", new.pop("material")).name
             material = MaterialTable(preset=name, **of_part)
-        tables = [
-            {key: new.pop(key) for key in keys if key in new}
-            for keys in ((*_NUMBERS, "surface"), _CLEARANCES)
-        ]
+        kinds = (*_NUMBERS, "surface"), _CLEARANCES
+        tables = [{key: new.pop(key) for key in keys if key in new} for keys in kinds]
         material, contact = replace(material, **tables[0]), replace(self.contact, **tables[1])
         material.material()
         return replace(self, **new, material=material, contact=contact)
@@ -125,9 +119,8 @@ def controls(study: Study) -> tuple[Control, ...]:
             label, unit = unit_of(key)
             label, unit = {"rpm": ("speed", "rpm"), "gas_scale": ("charge", "")}.get(key, (label, unit))
             value, most = values[key], {"rpm": LARGEST_RPM, "nu": 0.4}.get(key, float("inf"))
-            found.append(
-                Control(key, label, group, unit, value, _FROM * value, min(_TO * value, max(most, value)))
-            )
+            high = min(_TO * value, max(most, value))
+            found.append(Control(key, label, group, unit, value, _FROM * value, high))
     names = tuple(name for name in LIBRARY if not name.startswith("bolt-"))
     found.append(Control("material", "material", "material", "", values.get("material"), choices=names))
     finishes, made = tuple(Finish), values.get("surface")

@@ -273,10 +273,8 @@ class Studio:
         mesh, state = answer.header.get("mesh"), answer.header["state"]
         if mesh is not None:
             self._top = answer.header["field"]["limits"][-1]
-            self._meshes = {
-                **{key: self._meshes[key] for key in self._meshes if key != mesh},
-                mesh: answer.triangles,
-            }
+            self._meshes.pop(mesh, None)  # the newest stands last
+            self._meshes[mesh] = answer.triangles
             for old in list(self._meshes)[:-_MESHES]:
                 del self._meshes[old]
                 self._sent.discard(old)
@@ -432,23 +430,15 @@ async def serve_studio(studio: Studio, access: Access, opened: Callable[[str], N
 
 
 # In this order, as one script: each uses what stands before it.
-_OF_REPORT = (
-    "vectors.js",
-    "numbers.js",
-    "surface.js",
-    "camera.js",
-    "painter.js",
-    "pick.js",
-    "hands.js",
-    "legend.js",
-)
-_OWN = ("wire.js", "stage.js", "sliders.js", "answer.js", "variants.js", "studio.js")
+_OF_REPORT = ("vectors", "numbers", "surface", "camera", "painter", "pick", "hands", "legend")
+_OWN = ("wire", "stage", "sliders", "answer", "variants", "studio")
 
 
 def studio_page(title: str) -> tuple[str, str]:
     """Return the page, and the policy of what it may do, with {socket} for the address of its socket."""
     style = page_file("report", "report.css") + page_file("studio", "studio.css")
-    script = joined_script(("report", _OF_REPORT), ("studio", _OWN))
+    rooms = ("report", _OF_REPORT), ("studio", _OWN)
+    script = joined_script(*((room, [f"{name}.js" for name in names]) for room, names in rooms))
     page = html_page("studio", "studio.html.jinja", style, script, title=title)
     return page, policy(style, script).replace("connect-src 'none'", "connect-src {socket}")
 
