@@ -187,21 +187,12 @@ class Assembled:
         return problem.gaps(even)
 
     def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:
-        """Steps of the rod, or of one end while the other sticks: `together` joins their states."""
+        """Steps of the rod, or of one end while the other sticks: `system.together` joins their states."""
         return Steps(self.system, exact, None if end is None else range(end, end + 1))
 
     def step(self, load: Load, state: ContactState) -> ContactState:
         """Go on from a state; see `Steps.step`."""
         return self.steps().step(load, state)
-
-    @property
-    def ends(self) -> range:
-        """Numbers of the ends of the rod."""
-        return self.system.every
-
-    def together(self, states: Sequence[ContactState]) -> ContactState:
-        """One state of the rod from those of its ends under the same load."""
-        return self.system.together(states)
 
     def sticking(self, gap: Floats, resultants: Floats) -> tuple[Floats, Floats]:
         """Values (n, m) of the unknowns and motions (k, m) of the parts, without pins, while all sticks.
@@ -227,7 +218,7 @@ class Assembled:
         return values
 
     def load(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Load:
-        """What acts in a step; parameters as for `ContactProblem.solve`."""
+        """What acts in a step; parameters as for `ContactProblem.gap` and `ContactProblem.sums`."""
         problem = self.problem
         gap = self._made + problem.loaded @ weights + problem.bent(forces)
         return Load(gap, problem.sums(forces, moments), self._resultants @ weights, np.asarray(weights))

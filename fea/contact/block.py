@@ -22,11 +22,6 @@ class Places:
     bolt: Mask  #: (k,) which are bolts
     rubbing: Mask  #: (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
 
-    @property
-    def size(self) -> int:
-        """Number of places."""
-        return len(self.normal)
-
     def of(self, sites: Ints) -> "Places":
         """Some of the places."""
         return Places(*(values[sites] for values in astuple(self)))
@@ -163,7 +158,7 @@ class Block:
     @classmethod
     def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
         """Everything."""
-        sizes = *condensed.B.shape[::-1], R.shape[1], places.size
+        sizes = *condensed.B.shape[::-1], R.shape[1], len(places.normal)
         pins, interface, motions, sites = map(np.arange, sizes)
         return cls(pins, interface, motions, sites, Effects(condensed.A, condensed.B, condensed.S), R, places)
 

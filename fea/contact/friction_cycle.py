@@ -33,7 +33,7 @@ class FrictionCycle:
         # What is nothing beside the pressures when the parts were put together is nothing at either end.
         pressures = assembled.start.values[assembled.vertices.normal]
         exact = OF_COURSE._replace(elsewhere=float(pressures.max(initial=0.0)))
-        self._ends = [_CycleOfEnd(assembled, loads, exact, end) for end in assembled.ends]
+        self._ends = [_CycleOfEnd(assembled, loads, exact, end) for end in assembled.system.every]
 
     def at(self, loads: Sequence[Load], places: Floats) -> list[ContactState]:
         """States under loads at n instants.
@@ -48,7 +48,7 @@ class FrictionCycle:
                 states = [dict(chain(*(part.result().items() for part in end.result()))) for end in begun]
             finally:
                 pool.shutdown(cancel_futures=True)
-        return [self._assembled.together([of_end[k] for of_end in states]) for k in range(len(loads))]
+        return [self._assembled.system.together([of_end[k] for of_end in states]) for k in range(len(loads))]
 
 
 class _Instants:

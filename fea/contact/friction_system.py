@@ -300,7 +300,7 @@ class Steps:
             load=load,
             values=values,
             gap=gap,
-            guess=Guess.together(len(condensed.pins), whole.places.size, parts),
+            guess=Guess.together(len(condensed.pins), len(whole.sites), parts),
             loose=(motion / self._system.scale)[len(load.pins) :],
             residual=max(trial.residual for trial in trials.values()),
             imbalance=max(trial.imbalance for trial in trials.values()),

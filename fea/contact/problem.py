@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-from fea.contact.active_set import Contact, ContactSystem, PressureEstimator
+from fea.contact.active_set import ContactSystem, PressureEstimator
 from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
 from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
@@ -159,16 +159,11 @@ class ContactProblem:
             gap += self.gaps(even, odd) if bore.cut_y else self.gaps(even + odd)
         return gap
 
-    def solve(self, forces: Sequence[Floats], weights: Floats, moments: Floats | None = None) -> Contact:
-        """Pressures under forces (2,) of each pin on the whole body, N, and weights of the other loads.
-
-        On a body that may tilt, the pressures have moments (2,) about x and y, N·mm; none by default. Raises
-        `ContactError`: no pressure on a bore has the force of its pin.
-        """
-        return self.system.solve(self.gap(forces, weights), self.sums(forces, moments))
-
     def sums(self, forces: Sequence[Floats], moments: Floats | None = None) -> Floats:
-        """Resultants (m, …) along the columns of `rigid`; parameters (2, …) as for `solve`."""
+        """Resultants (m, …) along the columns of `rigid` of forces (2, …) of each pin on the whole body, N.
+
+        On a body that may tilt, the pressures have moments (2, …) about x and y, N·mm; none by default.
+        """
         axes = 2 if self.unfolding.both_sides or not self.cut_y else 1
         sums = [force[:axes] for force in forces]
         if self.bores and not self.cut_z:

@@ -9,7 +9,7 @@ Sirovich 1987, Q. Appl. Math. 45, 561).
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 
@@ -277,13 +277,6 @@ _NOISE = 1e-7
 _Parts = dict[Parity, Floats]
 
 
-class _Span(NamedTuple):
-    """Patterns (n_cell, k) of unit work, and weights (k, n_cell) of what they span."""
-
-    patterns: Floats
-    weighing: Floats
-
-
 class AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
@@ -298,10 +291,11 @@ class AssemblyUnits(ContactUnits):
         of_cases = [(pins.states(each), each.motions) for each in (peak_cases(own).cases for own in cycles)]
         rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
+        parts = self._unfolding.parts(np.hstack(rests))
         with one_blas_thread():
-            self._spans = self._spanning(self._unfolding.parts(np.hstack(rests)), largest)
+            self._patterns, self._weighing = self._spanning(parts, largest)
         self._inertial, self._start = map(self._unfolding.parts, self._sticking)
-        count = {parity: own.patterns.shape[1] for parity, own in self._spans.items()}
+        count = {parity: own.shape[1] for parity, own in self._patterns.items()}
         self.joint = JointBounds(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
 
     def _rest(self, states: Sequence[ContactState], motions: Floats) -> Floats:
@@ -309,33 +303,34 @@ class AssemblyUnits(ContactUnits):
         inertial, start = self._sticking
         return np.asarray(_values(states) - start - inertial @ motions)
 
-    def _spanning(self, parts: _Parts, largest: Floats) -> dict[Parity, _Span]:
-        """Span states (n_cell, n_states) of each parity, whose unknowns reach the values `largest` (n,)."""
+    def _spanning(self, parts: _Parts, largest: Floats) -> tuple[_Parts, _Parts]:
+        """Patterns (n_cell, k) of unit work, and weights (k, n_cell) of what they span, per parity.
+
+        They span states (n_cell, n_states) whose unknowns reach the values `largest` (n,).
+        """
         problem, bolts = self.contact.problem, self._assembled.bolts
         pressure, force = np.delete(largest, bolts).max(), largest[bolts].max(initial=0.0)
         scale = np.ones(len(problem.unfolding.on_y))
         if force > 0:  # both count in their own sizes
             scale[len(scale) - len(problem.bolts) :] = pressure / force
         scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
-        bases = _principal(scaled, _ERROR * pressure)
-        spans = {}
-        for parity, basis in bases.items():
+        patterns, weights = _Parts(), _Parts()
+        for parity, basis in _principal(scaled, _ERROR * pressure).items():
             unscaled = basis / scale[:, None]
             smooth, weighing = of_unit_work(unscaled.T @ problem.cell_compliance[parity] @ unscaled)
             nearest = basis.T * scale
             # Exactly the forces of the pins: what is left must not reach beyond the ends of the rod.
             forces, of_patterns = (self.pin_forces(parity, own) for own in (np.eye(len(scale)), unscaled))
             nearest += np.linalg.pinv(of_patterns, rcond=_NOISE) @ (forces - of_patterns @ nearest)
-            spans[parity] = _Span(unscaled @ smooth, weighing.T @ nearest)
-        return spans
+            patterns[parity], weights[parity] = unscaled @ smooth, weighing.T @ nearest
+        return patterns, weights
 
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns in each unit load: pins, opening and slip; the parts put together; inertia."""
         motions = slice(0, 2) if parity is Parity.SYMMETRIC else slice(2, 4)
-        if parity not in self._spans:  # a cell that is not cut at y = 0 has everything in its even part
+        if parity not in self._patterns:  # a cell that is not cut at y = 0 has everything in its even part
             return self._inertial[Parity.SYMMETRIC][:, motions]
-        own = [self._spans[parity].patterns, self._start[parity], self._inertial[parity][:, motions]]
-        return np.hstack(own)
+        return np.hstack([self._patterns[parity], self._start[parity], self._inertial[parity][:, motions]])
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
@@ -344,7 +339,7 @@ class AssemblyUnits(ContactUnits):
         one = np.ones((1, motions.shape[1]))
         weights = []
         for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
-            known = [self._spans[parity].weighing @ rest[parity], one] if parity in self._spans else []
+            known = [self._weighing[parity] @ rest[parity], one] if parity in self._weighing else []
             weights.append(np.concatenate([*known, moved]))
         return Weights(*weights)
 

@@ -7,9 +7,8 @@ import pytest
 from cycles import analysis
 from rod_studies import random_study
 
-from fea.analysis.cycle.estimated import EstimatedCycle, judged
 from fea.analysis.cycle.rows import PartRows
-from fea.analysis.cycle.search import SpeedSearch
+from fea.analysis.cycle.search import EstimatedCycle, SpeedSearch, judged
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle

@@ -58,7 +58,8 @@ class TwoEnds(Settling):
 
     def __init__(self):
         super().__init__(0.5, 0.5)
-        self.of_ends, self.ends = [Between(0.5, 0.5), Between(0.6, 0.92)], range(2)
+        self.of_ends, self.every = [Between(0.5, 0.5), Between(0.6, 0.92)], range(2)
+        self.system = self
 
     def steps(self, exact, end):
         return self.of_ends[end]

@@ -145,7 +145,7 @@ class SmallBasis(Basis):
         with one_blas_thread():
             first = [_leading(own, _FIRST, self._nothing(every)) for own in self.left(every)]
         self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
-        self.units = self._solved(self._columns)
+        self.units = solve(self.fields())
         self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
         for cycle, own in zip(cycles, states, strict=True):
             self._span(cycle, own)
@@ -272,7 +272,7 @@ class SmallBasis(Basis):
         more = [np.hstack(own) for own in zip(grown, rest, strict=True)]
         if not any(own.shape[1] for own in more):
             return
-        units = self._solved(more)
+        units = self._solve(self._combined(more))
         self._columns = [np.hstack(own) for own in zip(self._columns, more, strict=True)]
         causing = Weights(*(own.T @ w for own, w in zip(more, left, strict=True)))
         for stress, part in zip(self.sensitivity, units.parts, strict=True):
@@ -283,9 +283,6 @@ class SmallBasis(Basis):
         ends = (own.shape[1] for own in self._columns)
         joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
         self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
-
-    def _solved(self, columns: list[Floats]) -> UnitSolutions:
-        return self._solve(self._combined(columns))
 
     def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
         even, odd = (of.combined(own) for of, own in zip(self._full, columns, strict=True))
@@ -312,8 +309,7 @@ def _worst(pressure: Floats) -> Ints:
 def _leading(states: Floats, count: int, nothing: float) -> Floats:
     """Left singular vectors (n, k) of the largest singular values of states (n, n_states), if not `nothing`.
 
-    By iteration of a random subspace:
-    Halko, Martinsson & Tropp 2011, SIAM Review 53, 217, algorithm 4.4.
+    By iteration of a random subspace: Halko, Martinsson & Tropp 2011, SIAM Review 53, 217, algorithm 4.4.
     """
     start = np.random.default_rng(0).normal(size=(states.shape[1], min(2 * count, *states.shape)))
     basis = np.linalg.qr(states @ start)[0]

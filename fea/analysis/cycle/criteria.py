@@ -1,7 +1,7 @@
 """Safety factors of places whose stress is known to an error at some instants, and what must be exact.
 
 Stress over a cycle is approximate for two reasons: contact may be solved at some instants and estimated
-between them (`fea.analysis.cycle.estimated`), and a small basis leaves out a part of the pressures. In both
+between them (`fea.analysis.cycle.search`), and a small basis leaves out a part of the pressures. In both
 an instant can be made exact, at a cost. Each criterion tells the least that the factor of a place can be, and
 the instants that leave it in doubt: those at which the stress that decides may occur. As long as a place in
 doubt may be worse than the worst one known, some are solved.

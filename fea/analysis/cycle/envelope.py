@@ -111,26 +111,20 @@ def envelope(
 
 def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reach:
     """Map extreme values at a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
-
-    def mapped(name: str) -> npt.NDArray[np.float64]:
-        missing = 0 if name == "instant" else np.nan
-        return carried(part, [getattr(side, name) for side in sides], whole, missing)
-
-    fields = {field.name: mapped(field.name) for field in dataclasses.fields(Reach)}
-    return Reach(**fields | {"instant": fields["instant"].astype(int)})
+    names = [field.name for field in dataclasses.fields(Reach)]
+    fields = {name: carried(part, [getattr(side, name) for side in sides], whole) for name in names}
+    return Reach(**fields | {"instant": np.nan_to_num(fields["instant"]).astype(int)})
 
 
-def carried(
-    part: PartStress, sides: Sequence[Floats], whole: MirroredMesh, missing: float = np.nan
-) -> npt.NDArray[np.float64]:
-    """Map values (n,) at a part's nodes, and at their images, to the whole rod; `missing` elsewhere."""
+def carried(part: PartStress, sides: Sequence[Floats], whole: MirroredMesh) -> npt.NDArray[np.float64]:
+    """Map values (n,) at a part's nodes, and at their images, to the whole rod; NaN elsewhere."""
     place = np.full(int(whole.source.max()) + 1, -1)
     place[part.nodes] = np.arange(len(part.nodes))
     place = place[whole.source]
     values = sides[0][place]
     if len(sides) > 1:
         values = np.where(whole.sign[:, 1] < 0, sides[1][place], values)
-    return np.where(place < 0, missing, values)
+    return np.where(place < 0, np.nan, values)
 
 
 def _judged(
@@ -166,7 +160,6 @@ def _worse(one: Envelope, other: Envelope) -> Envelope:
     worse = np.isnan(one.usage) | (other.usage > one.usage)
     tired = _tires_first(one, other, worse)
     more = np.isnan(one.von_mises) | (other.von_mises > one.von_mises)
-
     follows = dict.fromkeys(("von_mises", "crank_angle"), more)
     follows |= dict.fromkeys(("mean", "amplitude", "ratio", "fatigue_part"), tired)
     follows |= dict.fromkeys(("safety_factor", "usage", "usage_angle", "part"), worse)

@@ -150,11 +150,9 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
     rpm = np.linspace(0.0, 1.08 * max([limit.rpm for limit in every] + speeds), _COLUMNS)[1:]
     top = 1.15 * max([limit.peak for limit in every] + [operation.peak(each) for each in speeds])
     peak = np.linspace(0.0, min(top, LARGEST_PEAK), _LINES)
-    scale = (
-        np.stack([[operation.scale(each, p) for p in peak] for each in rpm], axis=1)
-        if operation.burns
-        else np.zeros((len(peak), len(rpm)))
-    )
+    scale = np.zeros((len(peak), len(rpm)))
+    if operation.burns:
+        scale = np.stack([[operation.scale(each, p) for p in peak] for each in rpm], axis=1)
     factors = of_rays.factors(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0))
     yielding = figures.required_safety_factor / factors.get(Mode.YIELD, np.full_like(scale, np.inf))
     hours = None
@@ -162,7 +160,6 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         hours = found.life.hours(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0))
         hours[yielding > ELASTIC] = math.nan
     full = rpm[rpm >= operation.idle]
-    own_load = found.operation.full_load is None
     today = [operation.peak(each, operation.today(each)) / BAR for each in full.tolist()]
     closed = figures.closed_throttle
     shown = MapPlot(
@@ -174,7 +171,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         elastic=ELASTIC,
         lines={mode.value: _line(own, bars) for mode, own in of_rays.limits.items()},
         full_load=(full, np.array(today)),
-        full_load_name="today's load" if own_load else "full load",
+        full_load_name="today's load" if operation.full_load is None else "full load",
         points=[(each, operation.peak(each, operation.today(each)) / BAR) for each in speeds],
         closed_throttle=None if closed is None else (closed.value, closed.peak_pressure_bar),
         boost=_boosts(found, float(peak[-1])),

@@ -233,13 +233,10 @@ class Followed:
         """The anchor with unit stresses, in single precision."""
         analysis = rod.full_cycle
         units = analysis.units.of(self.nodes)
-        single: list[Any] = [
-            {"even": own.even.astype(np.float32), "odd": own.odd.astype(np.float32)} for own in units.parts
-        ]
+        single: Any = partial(np.asarray, dtype=np.float32)
+        parts = [replace(own, even=single(own.even), odd=single(own.odd)) for own in units.parts]
         basis = copy(analysis.basis)
-        basis.units = replace(
-            units, parts=tuple(replace(own, **few) for own, few in zip(units.parts, single, strict=True))
-        )
+        basis.units = replace(units, parts=tuple(parts))
         slim = replace(analysis, basis=basis, masked=np.zeros_like(analysis.masked), direct=lambda *_: [])
         rows = [PartRows(slim, number) for number in range(len(self.parts))]
         return replace(anchor, parts=rows, loads=analysis.loads)

@@ -114,7 +114,9 @@ class LiveRod:
         for done, share in enumerate(shares, 1):
             value = design[name] if share is None else low + share * (high - low)
             there = {**design, name: value}
-            known = self._known_enough(there, loaded) and (share not in _INNER or self._lined(name, there))
+            between = self._anchors.at(self._scaled(there), loaded)
+            known = between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
+            known = known and (share not in _INNER or self._lined(name, there))
             if not known and not fault(self.study, there):
                 study = self.study_at(there, operation)
                 mesh = self._moved(study)
@@ -161,10 +163,6 @@ class LiveRod:
             study = self.study_at({}, operation)
             self._last = operation, Loaded(study, operation.rpm, study.materials(self._mesh.parts))
         return self._last[1]
-
-    def _known_enough(self, design: Design, loaded: Loaded) -> bool:
-        between = self._anchors.at(self._scaled(design), loaded)
-        return between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
 
     def _lined(self, name: str, design: dict[str, float]) -> bool:
         """Whether so many anchors lie on the line of a dimension that they tell how it is curved."""
