@@ -148,14 +148,9 @@ class ContactSystem:
         missing = np.linalg.norm((self._R.T @ pressure - force) / scale)
         # Without resultants, as of a press fit alone, what the pressures are the balance of.
         total = max(np.linalg.norm(force / scale), np.linalg.norm(np.abs(self._R.T) @ pressure / scale))
-        return Contact(
-            pressure=pressure,
-            motion=motion,
-            gap=left,
-            changes=changes,
-            residual=float(overlap / max(size, np.finfo(float).tiny)),
-            imbalance=float(missing / max(total, np.finfo(float).tiny)),
-        )
+        residual = float(overlap / max(size, np.finfo(float).tiny))
+        imbalance = float(missing / max(total, np.finfo(float).tiny))
+        return Contact(pressure, motion, left, changes, residual, imbalance)
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:
         return np.asarray(self._C @ pressure + gap - self._R @ motion)

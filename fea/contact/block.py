@@ -185,15 +185,8 @@ class Block:
         sites = np.flatnonzero(position[self.places.normal] >= 0)
         every = self.places.of(sites)
         places = replace(every, normal=position[every.normal], tangential=position[every.tangential])
-        return Block(
-            pins=pins,
-            interface=interface,
-            motions=motions,
-            sites=sites,
-            effects=self.effects.part(interface, pins),
-            R=self.R[np.ix_(pins, motions)],
-            places=places,
-        )
+        effects, R = self.effects.part(interface, pins), self.R[np.ix_(pins, motions)]
+        return Block(pins, interface, motions, sites, effects, R, places)
 
     def divided(self) -> list["Block"]:
         """Blocks that hardly know of each other."""

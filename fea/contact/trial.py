@@ -205,16 +205,10 @@ class Linear:
         pressure, moved = np.zeros(len(block.pins)), np.zeros(len(block.interface))
         pressure[active], moved[moving] = press[active] * pressed, unit[moving] * slid
         motion = self.reach * motion
-        stress = self.by_slip @ slid - self.by_pins @ pressed
+        stress = offsets.stress + (self.by_slip @ slid - self.by_pins @ pressed) / unit
         pin_gap = pressed @ scaled.A[active] + slid @ scaled.B[moving]
-        solution = Solution(
-            pressure=pressure,
-            motion=motion,
-            moved=moved,
-            stress=offsets.stress + stress / unit,
-            pin_gap=offsets.pin_gap + pin_gap / press - block.R @ motion,
-        )
-        return solution, factor
+        pin_gap = offsets.pin_gap + pin_gap / press - block.R @ motion
+        return Solution(pressure, motion, moved, stress, pin_gap), factor
 
 
 # What rounding leaves, relative to the largest stress.

@@ -95,11 +95,8 @@ class BoreContact:
         parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
         loads = {parity: np.stack([one.part(parity).ravel() for one in unit], axis=1) for parity in parities}
         # Moments about x and y of the unit motions, on a rod that may tilt.
-        self._tilting = (
-            None
-            if cut_z
-            else np.stack([resultants(mesh.points, forces.symmetric)[3:5] for forces in unit], axis=1)
-        )
+        tilting = (resultants(mesh.points, forces.symmetric)[3:5] for forces in unit)
+        self._tilting = None if cut_z else np.stack(list(tilting), axis=1)
         self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
         # Place and bore of each unknown.
         nodes = np.concatenate([bore.multipliers.nodes for bore in pins])

@@ -149,15 +149,13 @@ class UnitForces(UnitLoads):
 
     def fields(self) -> tuple[StoredFields, StoredFields]:
         """Return the even and the odd unit loads."""
-        pins, fields = self._pins, []
-        along, across = ([pins.load(one, force) for one in pins.bores] for force in ((1.0, 0.0), (0.0, 1.0)))
-        even = [(load.forces.symmetric, load.traction.symmetric) for load in along]
-        odd = [(odd_part(load.forces), odd_part(load.traction)) for load in across]
-        for loads, inertial in zip((even, odd), inertial_fields(pins.inertia), strict=True):
-            surfaces = [bore.surface for bore in pins.bores]
-            of_bores = [(surface, *load) for surface, load in zip(surfaces, loads, strict=True)]
-            fields.append(StoredFields.of(len(of_bores), of_bores, inertial, pins.tilt))
-        return fields[0], fields[1]
+        pins, (even_inertia, odd_inertia) = self._pins, inertial_fields(self._pins.inertia)
+        of_x = [(bore.surface, pins.load(bore, (1.0, 0.0))) for bore in pins.bores]
+        of_y = [(bore.surface, pins.load(bore, (0.0, 1.0))) for bore in pins.bores]
+        even = [(surface, load.forces.symmetric, load.traction.symmetric) for surface, load in of_x]
+        odd = [(surface, odd_part(load.forces), odd_part(load.traction)) for surface, load in of_y]
+        first = StoredFields.of(len(even), even, even_inertia, pins.tilt)
+        return first, StoredFields.of(len(odd), odd, odd_inertia, pins.tilt)
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""

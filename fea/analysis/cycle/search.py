@@ -253,32 +253,20 @@ class SpeedSearch:
                 away = part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))[0]
             bounds.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
         least = np.concatenate(bounds)  # lower bounds of the factors of the rows of all parts
-        order = np.argsort(least)
-        best, at = np.inf, int(order[0])
+        order, numbers = np.argsort(least), range(len(self._parts))
+        part_of = np.repeat(numbers, [len(part.points) for part in self._parts])
+        row_of = np.concatenate([np.arange(len(part.points)) for part in self._parts])
+        best, worst = np.inf, (self._parts[part_of[order[0]]], int(row_of[order[0]]))
         for start, stop in pairwise([0, *range(FIRST_ROWS, len(order), ROWS), len(order)]):
             chosen = order[start:stop]
             chosen = chosen[least[chosen] < best]
             if not chosen.size:
                 break
-            best, at = self._least_of(chosen, cycle, mode, (best, at))
-        ends = np.cumsum([len(part.points) for part in self._parts])
-        number = int(np.searchsorted(ends, at, side="right"))
-        part = self._parts[number]
-        return self._place(best, part, at - int(ends[number]) + len(part.points), cycle)
-
-    def _least_of(
-        self, places: Ints, cycle: EstimatedCycle, mode: Mode, known: tuple[float, int]
-    ) -> tuple[float, int]:
-        """The smallest factor among some places, and its place; what is known so far if none is smaller."""
-        (best, at), start = known, 0
-        for part in self._parts:
-            rows = places[(places >= start) & (places < start + len(part.points))] - start
-            if rows.size:
-                factors = judged(part, rows, cycle, mode.judge, best)
-                if factors.min() < best:
-                    best, at = float(factors.min()), int(rows[factors.argmin()]) + start
-            start += len(part.points)
-        return best, at
+            for number, part in zip(numbers, self._parts, strict=True):
+                rows = row_of[chosen[part_of[chosen] == number]]
+                if rows.size and (factors := judged(part, rows, cycle, mode.judge, best)).min() < best:
+                    best, worst = float(factors.min()), (part, int(rows[factors.argmin()]))
+        return self._place(best, *worst, cycle)
 
     def _place(self, factor: float, part: PartRows, row: int, cycle: EstimatedCycle) -> Place:
         rows = np.array([row])

@@ -182,16 +182,10 @@ class CycleAnalysis(SpannedRod):
 
         The first instants are so many `degrees`, at which histories are taken.
         """
-        whole = self.mesh.mirrored
+        whole, angles = self.mesh.mirrored, instants.crank_angle
         regions = self.regions.at(whole.source)
         found = envelope(
-            units,
-            weights,
-            instants.crank_angle,
-            whole,
-            materials=self.materials,
-            criterion=self.fatigue,
-            regions=regions,
+            units, weights, angles, whole, materials=self.materials, criterion=self.fatigue, regions=regions
         )
         multiaxial, factors = worst_multiaxial(
             found, units, weights.at(slice(degrees)), whole, self.materials, counts=counts, regions=regions

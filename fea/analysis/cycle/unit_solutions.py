@@ -95,12 +95,9 @@ class UnitSolutions:
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
         """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
         own = self.parts[part]
-        fields = []
-        for unit, weight in zip((own.even, own.odd), weights, strict=True):
-            field = np.full((int(whole.source.max()) + 1, 6, weight.shape[1]), np.nan)
+        even, odd = np.full((2, int(whole.source.max()) + 1, 6, weights.even.shape[1]), np.nan)
+        for field, unit, weight in zip((even, odd), (own.even, own.odd), weights, strict=True):
             field[own.nodes] = unit[..., : len(weight)] @ weight.astype(unit.dtype)
-            fields.append(field)
-        even, odd = fields
         return whole.tensor(even, odd) if len(self.sides) > 1 else whole.tensor(even + odd)
 
 

@@ -17,7 +17,6 @@ from fea.machine.clock import Clock
 from fea.rod.place_names import place_name
 from fea.study.study import Study
 from loads.gas import Otto
-from mesh.tetmesh import TetMesh
 
 # Where no stress of the load cases comes as near to the peak, the bar of the place counts alone.
 _NEAR_PEAK = 0.8
@@ -28,13 +27,12 @@ class Bars:
     """Error bars, percent of the stress, of places of a rod, from its solved load cases."""
 
     def __init__(self, found: Found) -> None:
-        self._mesh: TetMesh = found.rod.mesh.whole
         self._cases = [case for case in found.static.cases.values() if case.load.in_cycle]
         self._rod = found.rod.mesh
 
     def node(self, place: tuple[float, ...]) -> int:
         """Return the node of the whole rod at a place, mm."""
-        return int(np.linalg.norm(self._mesh.points - np.array(place), axis=1).argmin())
+        return int(np.linalg.norm(self._rod.whole.points - np.array(place), axis=1).argmin())
 
     def percent(self, limit: Limit) -> float | None:
         """Return the bar of the stress at a limit; None where the mode is not one of stress."""

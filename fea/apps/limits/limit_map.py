@@ -354,10 +354,7 @@ class Explorer:
     def edges(self, of_rays: LimitMap, line: Line) -> tuple[list[Limit], list[tuple[float, float]]]:
         """Find where the least factor passes the required one along a line of operation.
 
-        Returns
-        -------
-        limits, safe
-            One limit per edge of the intervals (low, high) of the coordinate that are safe.
+        Returns one limit per edge of the intervals (low, high) of the coordinate that are safe, and these.
         """
         x = np.linspace(*line.ends, _POINTS)
         level = np.log(of_rays.least(*np.array([line.point(float(each)) for each in x]).T))
@@ -390,13 +387,12 @@ class Explorer:
                 return limit, x
             self._known.clear()
 
-    def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode]:
+    def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode, Worst]:
         state = self.state(point, operation) or {Mode.YIELD: _NO_STATE}
-        return min((self._level(worst), mode) for mode, worst in ending(state).items())
+        return min((self._level(worst), mode, worst) for mode, worst in ending(state).items())
 
     def _limit(self, point: Point, slope: float, operation: Operation | None = None) -> Limit:
-        of, (_, mode) = operation or self.operation, self._least(point, operation)
-        worst = (self.state(point, operation) or {Mode.YIELD: _NO_STATE})[mode]
+        of, (_, mode, worst) = operation or self.operation, self._least(point, operation)
         return Limit(mode, *point, of.peak(*point), worst, slope)
 
     def fastest(self, of_rays: LimitMap, operation: Operation) -> Limit | None:
