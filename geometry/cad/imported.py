@@ -103,7 +103,7 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     The image must have the same area and centre, which is cheap to test, and contain the images of points on
     the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
     the plane as far as it is hollow below. Faces without such an image may be divided differently on the
-    other side: then their points must lie on each other's images.
+    other side: then their points must lie on each other's images, or on the edges of one that is alike.
     """
     tags, measures, points_of, centre = faces
     scale = np.array([length**2, length, length, length])
@@ -116,9 +116,9 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
         for at, row in enumerate(alike)
         if not any(_beside(flipped[at], (2, tags[other]), length).all() for other in np.flatnonzero(row))
     ]
-    others = [tags[at] for at in alone]
     balanced = abs(centre[axis]) < _SLACK * length
-    return not alone or (balanced and all(_lie_on(flipped[at], others, length) for at in alone))
+    among = {at: [tags[other] for other in {*alone, *np.flatnonzero(alike[at])}] for at in alone}
+    return not alone or (balanced and all(_lie_on(flipped[at], among[at], length) for at in alone))
 
 
 def _beside(points: Floats, entity: Entity, length: float) -> Mask:

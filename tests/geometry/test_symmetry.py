@@ -3,6 +3,7 @@
 import math
 
 import gmsh
+import numpy as np
 import pytest
 
 from geometry.cad.imported import smallest_cell
@@ -120,3 +121,23 @@ def test_the_planes_found_are_those_that_the_solid_has(name):
         gmsh.model.occ.synchronize()
         volumes = [tag for _, tag in gmsh.model.getEntities(3)]
         assert smallest_cell(volumes, 100.0) is mirror
+
+
+def test_corners_that_the_kernel_misses_do_not_hide_a_plane(monkeypatch):
+    # At a corner of its parameters the kernel may take the opposite corner of a face for the nearest point.
+    closest = gmsh.model.getClosestPoint
+
+    def missing(dim, tag, places):
+        nearest, parameters = closest(dim, tag, places)
+        at_corner = np.abs(np.reshape(places, (-1, 3)) - [-25, -20, 6]).max(axis=1) < 1e-6
+        if dim == 2:
+            nearest = np.reshape(nearest, (-1, 3)) - [[0, 0, 12]] * at_corner[:, None]
+        return np.ravel(nearest), parameters
+
+    with session():
+        gmsh.model.add("corner")
+        divided(gmsh.model.occ, 30, 60)
+        gmsh.model.occ.synchronize()
+        volumes = [tag for _, tag in gmsh.model.getEntities(3)]
+        monkeypatch.setattr(gmsh.model, "getClosestPoint", missing)
+        assert smallest_cell(volumes, 100.0) is Mirror.QUARTER
