@@ -18,8 +18,8 @@ from geometry.arrays import Floats
 
 # Share of a cycle over which loads and displacements are brought up before the first whole cycle.
 _RAMP = 0.25
-# How often a step that fails is halved.
-_HALVINGS = 6
+# Most parts of a step that fails.
+_MOST_PARTS = 64
 # Relative change of the film from one cycle to the next at which it repeats itself; two cycles are usual.
 REPEATED = 1e-3
 MOST_CYCLES = 12
@@ -186,12 +186,12 @@ class FilmCycle:
     @cached_property
     def supplied(self) -> float:
         """Mean flow of oil through holes, grooves and flooded ends, mm³/s."""
-        return float(np.mean([state.balance.supplied for state in self.states]))
+        return float(np.mean([state.flows[0] for state in self.states]))
 
     @cached_property
     def leaked(self) -> float:
         """Mean flow of oil out of the ends, mm³/s."""
-        return float(np.mean([state.balance.leaked for state in self.states]))
+        return float(np.mean([state.flows[1] for state in self.states]))
 
 
 def _rate(values: Floats, step: float) -> Floats:
@@ -207,6 +207,9 @@ class _Course:
     acting: JournalLoads
     place: int  #: of the last state, in steps; below 0 the loads are brought up
     last: JournalState
+    #: 3/2 of the oil (n_angle, n_width) less 1/2 of that a step before, mm: its sum changes by what flows in
+    #: and out in the steps of the second order, and so it must in those of Euler's method that replace them.
+    oil: Floats
     earlier: JournalState | None = None  #: a whole step before the last state
 
     @classmethod
@@ -215,40 +218,44 @@ class _Course:
         count, lead = acting.count, math.ceil(_RAMP * acting.count)
         if before is not None:
             start = before.states[round((1 - lead / count) * len(before.states))]
-            return cls(bearing, acting, count - lead, bearing.taken_over(start))
+            first = bearing.taken_over(start)
+            return cls(bearing, acting, count - lead, first, first.volume)
         rest = bearing.start()
-        course = cls(bearing, acting, -lead, acting.solve(bearing, rest, -lead, 1.0, rest.volume))
+        first = acting.solve(bearing, rest, -lead, 1.0, rest.volume)
+        course = cls(bearing, acting, -lead, first, first.volume)
         while course.place < -1:
             course.advance()
         return course
 
     def advance(self) -> JournalState:
         """Go on by a step: by second backward differences, or by Euler's method if they fail."""
-        step, last, earlier = self.acting.period / self.acting.count, self.last, self.earlier
+        step, last = self.acting.period / self.acting.count, self.last
+        guesses = [] if self.earlier is None else [last.ahead(self.earlier), last]
         self.earlier, self.place = last, self.place + 1
-        if earlier is not None:
-            before = (4 * last.volume - earlier.volume) / (2 * step)
-            guess = last.ahead(earlier)
+        before = (self.oil + last.volume / 2) / step
+        for guess in guesses:
             try:
                 self.last = self.acting.solve(self.bearing, guess, self.place, 1.5 / step, before)
             except FilmError:
-                pass
-            else:
-                return self.last
-        self._halve(self.place - 1.0, float(self.place), _HALVINGS)
+                continue
+            self.oil = 1.5 * self.last.volume - last.volume / 2
+            return self.last
+        self.last = self._in_parts(last, 1)
+        self.oil = self.oil + self.last.volume - last.volume
         return self.last
 
-    def _halve(self, start: float, end: float, times: int) -> None:
-        """Go from place to place by Euler's method in one step, or in halves where that fails."""
-        rate = self.acting.count / (self.acting.period * (end - start))
+    def _in_parts(self, last: JournalState, parts: int) -> JournalState:
+        """Go on by Euler's method in equal parts of a step, or in twice as many where that fails."""
+        rate, states = parts * self.acting.count / self.acting.period, [last]
         try:
-            self.last = self.acting.solve(self.bearing, self.last, end, rate, rate * self.last.volume)
+            for place in self.place - 1 + np.arange(1, parts + 1) / parts:
+                oil = rate * states[-1].volume
+                states.append(self.acting.solve(self.bearing, states[-1], float(place), rate, oil))
         except FilmError:
-            if not times:
+            if parts >= _MOST_PARTS:
                 raise
-            middle = (start + end) / 2
-            self._halve(start, middle, times - 1)
-            self._halve(middle, end, times - 1)
+            return self._in_parts(last, 2 * parts)
+        return replace(states[-1], parts=states[1:-1])
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ class JournalState:
     bearing: "Bearing"
     conditions: Conditions
     steps: int  #: of Newton's method
+    parts: Sequence["JournalState"] = ()  #: earlier states of the step, where that was solved in equal parts
 
     @cached_property
     def gap(self) -> Floats:
@@ -63,6 +64,12 @@ class JournalState:
     def balance(self) -> Balance:
         """How the oil flows."""
         return self.bearing.reynolds.balance(self.film, self.gap, self.conditions)
+
+    @cached_property
+    def flows(self) -> Floats:
+        """Oil supplied and leaked (2,), mm³/s, in the mean of the step's parts."""
+        balances = [state.balance for state in (*self.parts, self)]
+        return np.asarray(np.mean([(each.supplied, each.leaked) for each in balances], axis=0))
 
     @cached_property
     def touching(self) -> Floats:

@@ -103,6 +103,32 @@ def test_a_step_of_second_order_in_time():
     assert 1.6 < math.log2(np.linalg.norm(one - two) / np.linalg.norm(two - four)) < 2.6
 
 
+class Refusing(JournalLoads):
+    """Loads whose film is not solved over more than a third of one of the steps."""
+
+    def solve(self, bearing, guess, place, rate, before):
+        if 2 < place % self.count <= 3 and rate * self.period / self.count < 3:
+            raise FilmError("refused")
+        return super().solve(bearing, guess, place, rate, before)
+
+
+def test_a_step_in_parts_keeps_the_oil():
+    """Over a cycle as much comes in as leaves, although one step is of another method, in four parts."""
+    film, angle = bearing(24, 3), 2 * math.pi * np.arange(12) / 12
+    acting = Refusing(
+        period=0.02,
+        load=np.stack([500 + 8000 * np.cos(angle) ** 3, 8000 * np.sin(2 * angle)], axis=1),
+        speed=np.full(12, SPEED),
+        inlet=0.5,
+        hole_diameter=6.0,
+        hole_angle=2 * angle,
+    )
+    cycle = integrate(film, acting)
+    assert [len(state.parts) for state in cycle.states] == [0, 0, 0, 3] + [0] * 8
+    assert cycle.unrepeated < 1e-3
+    assert cycle.supplied == pytest.approx(cycle.leaked, rel=1e-3)
+
+
 def test_a_hole_covers_its_area_wherever_it_is():
     grid = FilmGrid(R, 25.0, 64, 8, halved=False)
     areas = [grid.hole(angle, 5.0).sum() * grid.area for angle in (0.0, 0.03, 1.0, -3.14)]
