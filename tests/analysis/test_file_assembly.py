@@ -10,7 +10,8 @@ from assembly_files import write_assembly
 from fea.analysis.assembling import Assembling
 from fea.analysis.meshing import mesh_study
 from fea.apps.result import analyse
-from fea.pins.assembly import _ends, _pulls
+from fea.contact.interfaces import BoltPull
+from fea.pins.assembly import _ends
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
 from fea.study.rod_table import rod_of_file
@@ -50,7 +51,9 @@ def test_the_force_of_a_bolt_acts_along_its_axis(mesh):
     """Head and nut of different size are meshed differently, but their resultants oppose each other."""
     assert len(mesh.cell.facets[Surface.BOLT_HEAD]) != len(mesh.cell.facets[Surface.BOLT_THREAD])
     (first, _) = mesh.bolts
-    (pull,) = _pulls(mesh.cell, [first], _ends(mesh.cell, [first]), 1e6)
+    (ends,) = _ends(mesh.cell, [first])
+    at, along = np.array(first.point), np.array(first.direction)
+    pull = BoltPull.of(mesh.cell, "bolt 1", dict(ends.seats), along, 1e6, share=ends.share, point=at)
     forces = pull.forces(len(mesh.cell.points)).toarray().reshape(-1, 3)
     away = mesh.cell.points - np.array(first.point)
     moment = away[:, 0] @ forces[:, 1] - away[:, 1] @ forces[:, 0]
