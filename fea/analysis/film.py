@@ -71,8 +71,7 @@ class FilmResult:
         """The regime, or why there is none."""
         if self.cycle.starved:
             return Regime.STARVED
-        warm = self.cycle.temperature
-        if warm is not None and (warm > HOTTEST - 1 or abs(self.cycle.unbalanced) > LIMITS["film_heat"]):
+        if self.cycle.too_hot or abs(self.cycle.unbalanced) > LIMITS["film_heat"]:
             return Regime.OVERHEATED
         return Regime.of(self.ratio)
 

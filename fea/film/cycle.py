@@ -116,6 +116,11 @@ class FilmCycle:
         losing = not self.repeats and self.supplied < 0.98 * self.leaked
         return losing or bool(self.filled.mean() < _STARVED)
 
+    @property
+    def too_hot(self) -> bool:
+        """Whether the film reaches the highest temperature of the model."""
+        return self.temperature is not None and self.temperature > HOTTEST - 1
+
     @cached_property
     def thinnest(self) -> Floats:
         """Smallest gap (n,), mm."""
@@ -144,11 +149,7 @@ class FilmCycle:
     @cached_property
     def friction(self) -> Floats:
         """Force (n,) against the journal's motion, N, and power (n,) that the film dissipates, N·mm/s."""
-        of_shear = [
-            self.bearing.friction(state, float(speed))
-            for state, speed in zip(self.states, self.acting.speed, strict=True)
-        ]
-        force, sheared = np.array(of_shear).T
+        force, sheared = np.array([state.friction for state in self.states]).T
         return np.stack([force, sheared + [state.balance.pressed for state in self.states]])
 
     @cached_property

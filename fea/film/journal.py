@@ -72,6 +72,11 @@ class JournalState:
         return np.asarray(np.mean([(each.supplied, each.leaked) for each in balances], axis=0))
 
     @cached_property
+    def friction(self) -> tuple[float, float]:
+        """Force against the journal's motion, N, and the power of shear and rubbing, N·mm/s."""
+        return self.bearing.friction(self, self.conditions.speed)
+
+    @cached_property
     def touching(self) -> Floats:
         """Pressure (n_angle, n_width) of asperities, MPa."""
         return self.bearing.touching(self.planes)[0]

@@ -11,7 +11,6 @@ from fea.analysis.film import FilmResult, film_error
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.base.units import UM
-from fea.film.cycle import HOTTEST
 from fea.solid.errors import FilmError
 from fea.study.option_tables import OptimiseTable
 from fea.study.study import Study
@@ -150,8 +149,7 @@ class Thinnest:
             film = rod.films.coarse(rod.crank_cycle(rpm))
         except FilmError:
             return cls(math.inf, finer, sound=False)
-        hot = film.temperature is not None and film.temperature > HOTTEST - 1
-        return cls(float(film.thinnest.min()) / UM, finer, sound=not (film.starved or hot))
+        return cls(float(film.thinnest.min()) / UM, finer, sound=not (film.starved or film.too_hot))
 
     def limit(self, required: float) -> Limit:
         """The limit that it is."""
