@@ -105,12 +105,14 @@ class Onsets:
         return (state.separating(self._assembled),)
 
     def _of(
-        self, weight: Callable[[AssemblyState], tuple[float, ...]], measure: Callable[[AssemblyState], float]
+        self,
+        severity: Callable[[AssemblyState], tuple[float, ...]],
+        measure: Callable[[AssemblyState], float],
     ) -> OnsetFigures | None:
         if self._pins.contact.problem.unfolding.size > MOST_UNKNOWNS:
             return None
         loaded = [key for key in self._states if key[1] == 1]
-        case, _ = max(loaded, key=lambda key: weight(self._states[key]))
+        case, _ = max(loaded, key=lambda key: severity(self._states[key]))
         lost = _LOST * measure(self._assembled)
 
         def left(factor: float) -> float:
@@ -333,11 +335,11 @@ def _face(face: FaceState) -> FaceCaseFigures:
 def ovality_figures(case: CaseResult, surface: Surface, x: float) -> OvalityFigures:
     """Return the change of shape of a bore whose centre is at x, mm."""
     shape = bore_shape(case.mesh, surface, x, case.distortion)
-    (widest, wide), (least, narrow) = shape.widest, shape.narrowest
+    (widest, wide), (narrowest, narrow) = shape.widest, shape.narrowest
     return OvalityFigures(
         ovality_mm=shape.ovality,
         widest_mm=widest,
         widest_deg=wide / DEG,
-        narrowest_mm=least,
+        narrowest_mm=narrowest,
         narrowest_deg=narrow / DEG,
     )

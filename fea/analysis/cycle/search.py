@@ -118,7 +118,7 @@ def _roughly(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge) ->
 
 
 def exactly(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge, best: float = np.inf) -> Floats:
-    """Do so by solving instants, for the rows of the least bounds first, until no row is in doubt."""
+    """Factors as of `judged`: instants are solved, for the least bounds first, until no row is in doubt."""
     history = part.stress(cycle.weights, rows)
     while True:
         size = deviator_norm(history)
