@@ -8,7 +8,6 @@ applies what acts at the crank angle of the largest tension, multiplied: pressur
 nodal forces. The same bolt is a spring and a beam here, each head half a diameter long.
 """
 
-import argparse
 import math
 import sys
 import tempfile
@@ -23,6 +22,7 @@ import calculix
 from assembled_rods import study
 from assemblies import BOLTED
 from assembly_calculix import axial, supports
+from scripts import command, publish, reporting
 
 from fea.analysis.prepare import prepare
 from fea.base.material import Material
@@ -188,18 +188,16 @@ def report(size, bolt_size):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--size", type=float, default=10.0)
     parser.add_argument("--bolt-size", type=float, default=2.0)
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
-    command = " ".join(["python tests/benchmarks/bolts_calculix.py", *sys.argv[1:]])
     share, mesh, lines = report(arguments.size, arguments.bolt_size)
     text = "\n".join(
         [
             "# Bolts that bend, against CalculiX with solid bolts",
             "",
-            f"Made by `{command}`:",
+            f"Made by `{command()}`:",
             "a quarter of León's rod with its cap and half a solid bolt tied to its seats, without friction",
             "in the joint, tightened, then under 1 and 1.5 times the largest tension at 6000 rpm, with",
             f"pressures of the pins and inertia as found here; {len(mesh.points)} nodes. Bending stress is",
@@ -214,9 +212,7 @@ def main():
             "",
         ]
     )
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ differ by more than 1e-6, the kernel integrates once more, over the solid cut in
 points on each face, and its error falls with the size of the faces, while that of the quadrature does not.
 """
 
-import argparse
 import json
 import math
 import sys
@@ -23,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 from rods import random_rod
+from scripts import command, publish, reporting
 
 from fea.apps.result import analyse
 from geometry.dimensions import ShankSection
@@ -109,11 +109,10 @@ def refusals(kept):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = reporting(__doc__)
     parser.add_argument("--count", type=int, default=500, help="rods to solve of each section")
     parser.add_argument("--sections", nargs="+", default=[str(one) for one in ShankSection])
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
-    parser.add_argument("--report", type=Path)
     arguments = parser.parse_args()
     kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
     seed = 0
@@ -134,7 +133,7 @@ def main():
         [
             "# Rods of each section, drawn at random",
             "",
-            f"Made by `{' '.join(['python tests/benchmarks/section_rods.py', *sys.argv[1:]])}`:",
+            f"Made by `{command()}`:",
             "every dimension of a rod in usual proportions scaled at random, with options, drilled or not,",
             "solved at the peaks of a random engine at full speed on a coarse mesh. The last columns are",
             "mass properties by quadrature against the CAD kernel: rods off by more than 1e-6, the largest",
@@ -150,9 +149,7 @@ def main():
             "",
         ]
     )
-    print(text)
-    if arguments.report:
-        arguments.report.write_text(text, encoding="utf-8")
+    publish(text, arguments.report)
 
 
 if __name__ == "__main__":
