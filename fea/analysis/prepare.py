@@ -46,7 +46,7 @@ from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
 from geometry.surfaces import INTERFACES, Surface
 from loads.crank_cycle import CrankCycle
-from loads.instants import Instants
+from loads.instants import Instants, joined
 
 if TYPE_CHECKING:
     from fea.analysis.life import Life
@@ -380,14 +380,20 @@ def _structure(
         contact=study.contact,
         film=study.film,
         pin_stiffness=study.pin_stiffness,
-        largest_pin_force=lambda: max(
-            float(np.hypot(*loading.at(body.properties, rpm).cases.pin).max())
-            for rpm in (*_spread(study),) or (None,)
+        largest_pin_forces=lambda: _pulled_and_pushed(
+            joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])
         ),
         crank_cycle=lambda speed: _engine(loading).crank_cycle(body.properties, speed / RPM),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
     )
+
+
+def _pulled_and_pushed(cases: Instants) -> tuple[float, float]:
+    """Largest force of the piston pin, N, away from the crank, and towards it."""
+    force = np.hypot(*cases.pin)
+    pull, push = (float(force[side].max(initial=0.0)) for side in (cases.pin[0] > 0, cases.pin[0] <= 0))
+    return pull, push
 
 
 def _engine(loading: Loading, name: str = "") -> EngineLoading:

@@ -66,16 +66,18 @@ def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[
 
 
 @cache
-def bending(pin: Pin, force: float) -> float:
+def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     """By how much the ends of what touches the bore stand out beyond the middle under a force, N: mm.
 
-    Bore and supports press evenly along the pin, and with half a cosine around it.
+    The bore presses evenly along the pin, or else like a parabola that falls to nothing at its ends, the
+    supports press evenly, and both with half a cosine around it.
     """
     if pin.carried is None:
         return 0.0
     half = ElasticPin(pin, highest=ORDERS[-1])
+    along = 1.0 if evenly else 1.5 * (1 - (half.stations / half.stations[-1]) ** 2)
     with one_blas_thread():
-        return half.bending(force, *pin.carried)
+        return half.bending(force, along, *pin.carried)
 
 
 class ElasticPin:
@@ -107,11 +109,11 @@ class ElasticPin:
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
 
-    def bending(self, force: float, near: float, far: float) -> float:
-        """See the function of this name; the supports carry the pin from one station to another, mm."""
+    def bending(self, force: float, shape: Floats | float, near: float, far: float) -> float:
+        """See the function of this name: pressure on the bore over its mean, and where supports carry, mm."""
         radius, length = self._pin.radius, self.stations[-1]
         pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
-        along = self._along(0.0, length)[: len(self.stations)]
+        along = shape * self._along(0.0, length)[: len(self.stations)]
         moved = np.zeros_like(self.stations)
         for answer, share in zip(self.harmonics(np.array(ORDERS)), HALF_COSINE, strict=True):
             around = np.pi * (1 + (answer.order == 0))

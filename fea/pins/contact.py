@@ -247,7 +247,7 @@ class ContactPins(PinModel):
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
         mesh = structure.mesh
-        # The small end's bore may widen from its middle third towards its ends.
+        # The small end's bore may widen towards its ends, like a parabola.
         x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
         radius = np.hypot(x - structure.bores.rod_length, y)
         middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
@@ -256,8 +256,8 @@ class ContactPins(PinModel):
             structure.contact,
             structure.bores,
             structure.pin_stiffness,
-            structure.largest_pin_force(),
-            float(radius[off > 0.9].mean() - radius[off < 1 / 3].mean()),
+            structure.largest_pin_forces(),
+            float(np.polyfit(off**2, radius, 1)[0]),
         )
         led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
         self.singular_surfaces = (*self.fits.sharp, *led_in)

@@ -7,8 +7,10 @@ piston pin is about 0.6 of its diameter; its bosses leave some play beside the r
 A pin that bends presses on the ends of a straight bore, where the exact stress is infinite. Makers therefore
 widen bores towards their ends (Luehrmann et al., US patent 7240584, 2007) or let the pin taper towards its
 middle (US patent 6923153, MAHLE, 2005). The relief that is assumed widens like a parabola over the whole bore
-by as much as the pin bends under its largest force, so that it then presses evenly. That depth is a choice of
-this program, not a figure of those patents.
+by as much as the pin bends: under its largest pull if it presses evenly, as the crown of the ring bends with
+it, and under its largest push if its pressure falls to nothing at the ends, as the shank keeps the bore
+straight. The ends then carry no more than the middle. That depth is a choice of this program, not a figure of
+those patents. A relief keeps the pin off the ends if it is as steep there.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,6 +34,8 @@ STEEL = (206e3, 0.3)
 LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
 # Smallest part of its radius by which a drawn bore widens on purpose: meshes differ from cylinders by less.
 DRAWN_RELIEF = 2e-4
+# Share of the depth asked for that is enough: it is printed with two digits, and errs on the safe side.
+_ENOUGH = 0.9
 _RELIEF = "contact.small_end_relief_mm"
 
 
@@ -49,12 +53,15 @@ class Fits:
     #: Length and radial depth of the relief at the ends of the small end's bore, mm, if it has one
     relief: tuple[float, float] | None = None
     drawn_relief: bool = False  #: whether the small end's bore widens towards its ends by itself
+    #: half, bends: length and depth, mm, of a relief that keeps the piston pin off the ends of the small end
+    half: float = 0.0
+    bends: float = 0.0
+    eased: float = 0.0  #: depth over `half` of a relief as steep as that of the small end, mm
 
     @property
     def sharp(self) -> tuple[Surface, ...]:
         """Bores whose ends an elastic pin presses on as it bends, where the exact pressure is infinite."""
-        relieved = self.relief is not None or self.drawn_relief
-        small = self.piston_pin is not None and not relieved
+        small = self.piston_pin is not None and self.eased < _ENOUGH * self.bends
         pressed = {Surface.SMALL_END_BORE: small, Surface.BIG_END_BORE: self.crank_pin is not None}
         return tuple(surface for surface, touches in pressed.items() if touches)
 
@@ -67,9 +74,10 @@ class Fits:
         ends = " and ".join(surface.value.replace("_", " ") for surface in self.sharp)
         text = (
             f"the bending pin presses on the sharp ends of the {ends}, where the exact stress is infinite, "
-            "and the figures leave out the places near them (contact.small_end_relief_mm relieves those of "
-            "the small end)"
+            "and the figures leave out the places near them"
         )
+        if Surface.SMALL_END_BORE in self.sharp:
+            text += f" (a relief as steep as [{self.half:.3g}, {self.bends:.2g}] mm keeps it off: {_RELIEF})"
         return (*assumed, warning(text, SINGULAR))
 
     @classmethod
@@ -78,14 +86,14 @@ class Fits:
         table: ContactTable,
         bores: Bores,
         stiffness: Mapping[str, tuple[float, float]],
-        largest_force: float,
+        largest_forces: tuple[float, float],
         widens: float = 0.0,
     ) -> "Fits":
         """Complete what a study says of the pins.
 
-        `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_force`: that the
-        piston pin carries, N; `widens`: by how much the radius of the small end's bore grows towards its ends
-        as it is drawn, mm. Raises `InvalidValue`: a pin does not fit the rod.
+        `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_forces`: of the
+        piston pin away from the crank and towards it, N; `widens`: by how much the radius of the small end's
+        bore grows towards its ends as it is drawn, mm. Raises `InvalidValue`: a pin does not fit the rod.
         """
         assumed = Assumed()
 
@@ -118,9 +126,12 @@ class Fits:
             E, nu = stiffness.get(PISTON_PIN, STEEL)
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
         relief, drawn = _relief(table, bores), widens > DRAWN_RELIEF * bores.small_radius
+        half = bores.small_width / 2
+        bends, (pull, push) = 0.0, largest_forces
+        if piston_pin is not None:
+            bends = max(bending(piston_pin, pull), bending(piston_pin, push, evenly=False))
         if relief is None and piston_pin is not None and not drawn:
-            most = LARGEST_CLEARANCE * bores.small_radius
-            relief = bores.small_width / 2, min(bending(piston_pin, largest_force), most)
+            relief = half, min(bends, LARGEST_CLEARANCE * bores.small_radius)
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
         crank_pin = None
         if CRANK_PIN in stiffness:  # solid, held by webs beside the rod
@@ -135,6 +146,9 @@ class Fits:
             assumed=tuple(assumed),
             relief=relief,
             drawn_relief=drawn and relief is None,
+            half=half,
+            bends=bends,
+            eased=widens if relief is None else relief[1] * half / relief[0],
         )
 
 

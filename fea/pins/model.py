@@ -68,8 +68,9 @@ class Structure:
     contact: ContactTable
     film: FilmTable
     pin_stiffness: Mapping[str, tuple[float, float]]  #: E, MPa, and ν of pins whose material is given
-    #: Largest force of the piston pin over the load cases of the study's speeds, N, for who needs it
-    largest_pin_force: Callable[[], float]
+    #: Largest forces of the piston pin, N, away from the crank and towards it, over the load cases of the
+    #: study's speeds
+    largest_pin_forces: Callable[[], tuple[float, float]]
     #: The crank cycle at a speed, rad/s; raises `InvalidValue` without an engine
     crank_cycle: Callable[[float], CrankCycle]
     assembly: AssemblySpecification | None  #: None for a rod of one piece
