@@ -40,12 +40,12 @@ COMMANDS = {
     "optimise": "Find the lightest rod that meets the required factors less their error bars.\n\n"
     "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
     "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
-    "limits": "Find how fast the rod can turn, how much boost it stands, and what breaks first.\n\n"
+    "limits": "Find the highest speed and boost that the rod survives, and what breaks first.\n\n"
     "- `fea limits my.toml`: one sentence, and a map of engine speed and peak pressure\n"
     "- `fea limits my.toml --min-rpm 7500 --min-boost 1.2`: exit code 6 if the rod does not reach them",
     "studio": "Change a rod in the browser: mass, stress and safety factors follow while you drag.\n\n"
     "- `fea studio my.toml`: opens a page that only this computer can see; Ctrl-C ends it\n\n"
-    "Each answer says how exact it is. Designs and variants are kept on disk; `fea run` takes a saved study.",
+    "Each answer states its error. Designs and variants are saved on disk; `fea run` takes a saved study.",
     "reproduce": "Compare published figures with computed ones.",
     "verify": "Solve benchmark problems with known answers.\n\n"
     "A report also shows every case on coarser meshes.",

@@ -230,7 +230,7 @@ def _seat_fits(rod: Dimensions, bosses: Bosses, what: str, diameter: float) -> N
     rule = f"the seat of the {what} must fit on the plane end of the boss: at most {most:.4g} mm"
     _require(diameter <= most, key, diameter, rule, remedy)
     least = _WIDER * rod.cap_bolt
-    rule = f"must be at least {least:.4g} mm, {_WIDER:g} times the hole's diameter, to press on anything"
+    rule = f"must be at least {least:.4g} mm, {_WIDER:g} times the hole's diameter, to have a seat"
     _require(diameter >= least, key, diameter, rule, "Take a larger one.")
 
 

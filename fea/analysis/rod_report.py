@@ -177,7 +177,7 @@ def fitted(
     asked = dict(zip(MASS_KEYS, (mass_kg, center_of_gravity_mm, inertia_kg_m2), strict=True))
     as_given = set(asked.values()) == {None}
     if as_given:
-        remedy = "Say --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or give them in [rod]."
+        remedy = "Give --mass-kg, --center-of-gravity-mm or --inertia-kg-m2, or set them in [rod]."
         require(given is not None, "--fit", list(free), "has no target", remedy)
     if given is not None and as_given:
         targets = Targets(density, given.mass, given.center[0], given.inertia_z, bushing)

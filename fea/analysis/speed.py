@@ -181,7 +181,7 @@ def _omissions(rod: PreparedRod, solution: Solution) -> Iterator[Note]:
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
         yield omission("antisymmetric part about y = 0", "every load is symmetric about y = 0")
     if not rod.structure.soft and rod.mesh.cell.order > 1:
-        why = f"displacement elements do without, as ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
+        why = f"not needed, as ν is at most {LIMITS['poissons_ratio_p2']} everywhere"
         yield omission("pressure unknowns", why)
 
 

@@ -38,16 +38,16 @@ def limits(
     json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Find how fast a rod can turn, how much peak pressure it stands, and what ends it.
+    """Find the highest speed and peak pressure that a rod survives, and how it fails beyond.
 
     Parameters
     ----------
     min_rpm
-        Speed, rpm, that the rod must reach at today's load, less the error bar; otherwise exit code 6.
+        Speed, rpm, that the rod must reach at the study's load, less the error bar; otherwise exit code 6.
     min_boost
-        Boost, bar, that it must stand at this speed, less the error bar; otherwise exit code 6.
+        Boost, bar, that it must survive at this speed, less the error bar; otherwise exit code 6.
     duty
-        Tell the hours of life at each point, too, as with [duty] in the study; needs an S-N line.
+        Compute the hours of life at each point as well, as with [duty] in the study; needs an S-N line.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """

@@ -19,7 +19,7 @@ from geometry.errors import require
     "units",
     min_safety="Required safety factor against yielding, fatigue and buckling; default: that of the study, "
     "or 1.",
-    rpm="Engine speeds that it must bear: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
+    rpm="Engine speeds to survive: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
     size="Element size of the search, mm, in place of a refined mesh: faster, with wider error bars. The "
     "last mesh is refined all the same.",
     tolerance="Error bar to which meshes are refined, percent; default: 2.",

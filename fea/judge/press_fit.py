@@ -101,7 +101,7 @@ def judge_seat(what: str, fit: PressFit) -> tuple[Note, ...]:
     if fit.interference <= 0:
         return (warning(f"loose in its seat, with a clearance of {-fit.interference:.2g} mm", what),)
     if what.endswith("shells") and fit.pressure < LEAST_BACK_PRESSURE:
-        usual = f"{LEAST_BACK_PRESSURE:g} to 10 MPa are usual, for them not to move"
+        usual = f"{LEAST_BACK_PRESSURE:g} to 10 MPa are usual, so that they do not move"
         return (warning(f"by Lamé {fit.pressure:.2g} MPa on their backs; {usual}", what),)
     return ()
 

@@ -60,7 +60,7 @@ def job(tmp_path_factory):
         file.write('{"kind": "at", "as')  # as a killed process leaves it
     done = fea("optimise", "own.toml", "--size", 16, "--evaluations", 20, cwd=folder)
     assert done.returncode == 0, done.stderr
-    assert f"going on after {len(known)} designs" in done.stderr
+    assert f"resuming after {len(known)} designs" in done.stderr
     assert not begun.exists()
     tried = json.loads((place / "optimise.json").read_text())["history"]
     masses = [one["mass_kg"] for one in known]
@@ -122,4 +122,4 @@ def test_a_resumed_search_still_has_the_lightest_rod_of_the_interrupted_one():
     assert not said
     listener(SimpleNamespace(margin=-0.1, mass_kg=0.6), 16, 1)
     assert "as one mesh took 3 min" in said[0]
-    assert said[1].endswith("lightest that holds: 700 g")
+    assert said[1].endswith("lightest so far: 700 g")

@@ -19,7 +19,7 @@ def test_workers_of_this_machine_that_ended_are_replaced_and_missed_after_a_whil
         assert workers.threads() == expected
     assert asked == [2] * 4
     now[0] = 400.0
-    with pytest.raises(ClusterError, match="no worker process has stayed for 300 s"):
+    with pytest.raises(ClusterError, match="no worker was available for 300 s"):
         workers.threads()
 
 

@@ -127,11 +127,12 @@ def _largest(reached: Reached | None, bars: Bars, operation: Operation) -> Large
 
 def _sentences(found: Found) -> Iterator[str]:
     speed, pressure, closed = ends_of(found)
-    operation, load = found.operation, "today's load" if found.operation.full_load is None else "full load"
+    operation = found.operation
+    load = "the study's load" if operation.full_load is None else "full load"
     load = load if operation.burns else "inertia alone"
     if found.spent is not None:
         mode, usage = found.spent
-        lost = "as soon as the rod is put together, before anything loads it"
+        lost = "as assembled, before any load acts"
         yield f"Against {mode.value} the safety factor is {1 / usage:.2f} times the required one {lost}."
     if found.speed is None:
         idle = f"{operation.idle:.0f} rpm, about idling speed"
@@ -190,12 +191,12 @@ def _notes(found: Found) -> Iterator[Note]:
     if operation.burns and isinstance(operation.loading.gas, Otto):
         how = "every pressure of the cycle grows in proportion to the intake pressure: same mixture, intake "
         yield assumption(
-            f"{how}temperature, ignition and compression ratio (Heywood 1988, §5.3); knock is not looked at",
+            f"{how}temperature, ignition and compression ratio (Heywood 1988, §5.3); knock is not considered",
             "gas",
         )
     elif operation.burns:
         how = "the gauge pressure of the gas is multiplied, its course over the crank angle unchanged"
-        yield assumption(f"{how}; boost is its ratio to today's times today's intake pressure", "gas")
+        yield assumption(f"{how}; boost is its ratio to the study's times the study's intake pressure", "gas")
     closed = f"{CLOSED_THROTTLE:g} bar absolute in the intake and no combustion"
     yield assumption(f"with the throttle closed {closed}", "gas")
     if table.full_load and any("torque_Nm" in point for point in table.full_load):
@@ -210,7 +211,7 @@ def _notes(found: Found) -> Iterator[Note]:
         film = "its line is where a coarse film is as thin as the surfaces are rough, within some percent"
         yield assumption(f"{film} (fea run --film has the error of its grid)", "oil film")
     if found.life is not None:
-        kept = "hours are those of one operating point kept up, by the mean S–N line; 1 % of stress changes "
+        kept = "hours are of continuous running at one point, by the mean S–N line; 1 % of stress changes "
         yield assumption(f"{kept}them by about a tenth (fea run with [duty] gives their band)", "life")
     yield omission("the case gas of the limits", "they are those of the running engine at each speed")
     if rod.sharp_places:

@@ -224,7 +224,7 @@ class Explorer:
         if self._states.dear:  # the outer ones tell about where the limits of the inner ones are
             order = [0, *order[:0:-1]]
         for done, number in enumerate(order):
-            self._show(f"looking at every place of the rod, {done + 1} of {len(order)}")
+            self._show(f"surveying every node of the rod, {done + 1} of {len(order)}")
             angle = float(angles[number])
             load = self._first(angle) if self._states.dear and done > 1 else 1.0
             load = min(load, furthest(self.operation, self._axes, angle))

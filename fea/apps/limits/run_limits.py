@@ -171,7 +171,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         elastic=ELASTIC,
         lines={mode.value: _line(own, bars) for mode, own in of_rays.limits.items()},
         full_load=(full, np.array(today)),
-        full_load_name="today's load" if operation.full_load is None else "full load",
+        full_load_name="the study's load" if operation.full_load is None else "full load",
         points=[(each, operation.peak(each, operation.today(each)) / BAR) for each in speeds],
         closed_throttle=None if closed is None else (closed.value, closed.peak_pressure_bar),
         boost=_boosts(found, float(peak[-1])),

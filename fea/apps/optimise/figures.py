@@ -167,7 +167,7 @@ def answer(figures: OptimiseFigures) -> str:
     if figures.missed:
         worst = min(figures.missed, key=lambda limit: limit.assured_after / limit.required)
         return (
-            f"{figures.study}: no rod that holds was found within {figures.evaluations} evaluations; "
+            f"{figures.study}: no rod met the required factors within {figures.evaluations} evaluations; "
             f"the best one has {worst.after:.3g} ± {worst.after_error_percent:.2g} % of the required "
             f"{worst.required:g} ({worst.name}). Wider bounds (--free) or more --evaluations may help"
         )
@@ -191,7 +191,7 @@ def _limits(figures: OptimiseFigures) -> Table:
     table = plain_table(titles, (), left=(titles[0], ""))
     for limit in figures.limits:
         after = limit.assured_after
-        said = "does not hold" if after < limit.required else "governs" if limit.active else ""
+        said = "not met" if after < limit.required else "governs" if limit.active else ""
         values = (limit.required, limit.before, limit.after, after)
         table.add_row(limit.name, *(f"{value:.3g}" for value in values), said)
     return table
@@ -220,7 +220,7 @@ def progress(
         if first:
             about = f"about {least}" if least == longest else f"about {least}, at most {longest}"
             show(f"{about}, as one mesh took {duration(each)}; {most} may be solved", lasting=True)
-        best = f"lightest that holds: {1000 * lightest:.4g} g" if lightest < inf else "none holds yet"
+        best = f"lightest so far: {1000 * lightest:.4g} g" if lightest < inf else "none meets the factors yet"
         show(f"{count} of at most {most} meshes solved, at most {longest} left, {best}")
 
     return listener

@@ -63,11 +63,11 @@ def plot_course(path: Path, figures: OptimiseFigures) -> None:
     tried = [(design.number, 1000 * design.mass_kg, 100 * design.margin) for design in figures.history]
     number, mass, margin = np.array(tried).T
     holds = margin >= 0
-    above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="holds")
-    above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not hold")
+    above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="meets the required factors")
+    above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not")
     lightest = np.minimum.accumulate(np.where(holds, mass, np.inf))
     known = np.isfinite(lightest)
-    above.step(number[known], lightest[known], where="post", color="0.4", lw=1, label="lightest that holds")
+    above.step(number[known], lightest[known], where="post", color="0.4", lw=1, label="lightest of these")
     above.set_ylabel("mass, g")
     above.set_title(f"{figures.study}: designs that were tried", fontsize=11)
     above.legend(frameon=False)
@@ -176,7 +176,7 @@ def optimise(
     require(most >= fewest(len(free.keys)), "optimise.evaluations", most, rule, remedy)
     with record(folder, asked) as kept:
         if kept.count:
-            show(f"going on after {kept.count} designs of an interrupted search", lasting=True)
+            show(f"resuming after {kept.count} designs of an interrupted search", lasting=True)
         with clock("search"):
             designs = Designs(free, progress(show, most, len(free.keys)), record=kept)
             result = search(designs, free.start, most)

@@ -177,7 +177,7 @@ def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: in
         x = _lightest(designs, about, reserve, radius)
         if any(np.abs(x - other.x).max() < _SAME for other in remeshed):
             if about.margin >= 0 or waited >= _PATIENT:
-                return f"none {'lighter' if holds else 'that holds'} was found near the best one"
+                return f"none {'lighter' if holds else 'that meets the factors'} was found near the best one"
             reserve, waited = reserve + _RAISED * max(-about.margin, _SETTLED), waited + 1
             continue
         design = designs.begin(x)

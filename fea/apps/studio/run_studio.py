@@ -164,9 +164,9 @@ class Studio:
             told = json.loads(message)
             await getattr(self, f"_on_{told.pop('do')}")(**told)
         except (ValueError, LookupError, TypeError, AttributeError) as error:
-            await self._note(f"The page asked for what cannot be: {error}")
+            await self._note(f"The page sent an invalid request: {error}")
         except OSError as error:
-            await self._note(f"The session could not be kept on disk: {error.strerror}")
+            await self._note(f"The session could not be saved: {error.strerror}")
 
     async def _on_ask(
         self, serial: int, state: State, *, rests: bool, touched: str = "", field: str = "von_mises"
@@ -227,16 +227,16 @@ class Studio:
             task.add_done_callback(self._telling.discard)
 
         async def lighten() -> None:
-            text = "The search has ended before a rod was found that holds."
+            text = "The search ended before a rod met the required factors."
             try:
                 found = await self._fresh.run(jobs.lighten, state, listener=tried)
                 best[:] = [found] if found["margin"] >= 0 else []
-                text = f"No rod was found that holds: the best one lacks {-found['margin']:.0%}."
+                text = f"No rod met the required factors: the best one lacks {-found['margin']:.0%}."
             finally:  # also where it was stopped
                 if best:
                     await self._on_keep("lightest", best[-1]["state"])
                     grams = 1000 * best[-1]["mass_kg"]
-                    text = f"The lightest rod that holds weighs {grams:.4g} g: see the variant “lightest”."
+                    text = f"The lightest rod has {grams:.4g} g: see the variant “lightest”."
                 await self._note(text, bad=False)
 
         self._queue("lighten", lighten)

@@ -95,8 +95,8 @@ def _remote(address: str) -> Iterator[Any]:
     except (OSError, ValueError, RuntimeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise ClusterError(
-            f"--cluster {address}: no scheduler answers ({why}). Start one with `dask scheduler`, and its "
-            "workers with `dask worker ADDRESS --nthreads 1 --nworkers N`, where conrod-fea[sweep] is."
+            f"--cluster {address}: no scheduler answers ({why}). Where conrod-fea[sweep] is installed, start "
+            "one with `dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1 --nworkers N`."
         ) from error
     try:
         yield client
@@ -155,7 +155,7 @@ class Workers:
             processes.scale(len(processes.worker_spec))
             if now - self._seen > _PATIENCE:
                 raise ClusterError(
-                    f"no worker process has stayed for {_PATIENCE:.0f} s. The rods that came back are in the "
+                    f"no worker was available for {_PATIENCE:.0f} s. The finished rods are in the "
                     "journal: see that there is memory (use fewer --workers), and run the same command."
                 )
         return self._threads
@@ -164,7 +164,7 @@ class Workers:
 def lost(why: object) -> ClusterError:
     """Return the error of a scheduler that is gone."""
     return ClusterError(
-        f"the connection to the scheduler is lost ({why}). The rods that came back are in the journal: start "
+        f"the connection to the scheduler is lost ({why}). The finished rods are in the journal: start "
         "the scheduler again, and run the same command."
     )
 
@@ -255,7 +255,7 @@ class Engine:
         if len(jobs) > 1:
             self._alone += jobs
             return []
-        return [Done(jobs[0], {}, 0.0, "the worker that computed it ended, again and again")]
+        return [Done(jobs[0], {}, 0.0, "the worker that computed it ended repeatedly")]
 
 
 def _unready(error: BaseException) -> VersionError:

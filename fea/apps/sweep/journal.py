@@ -196,7 +196,7 @@ class Journal:
             yield
         except sqlite3.OperationalError as error:
             raise StorageError(
-                f"{self.path} could not be written: {error}. What was entered before is safe: free disk "
+                f"{self.path} could not be written: {error}. Earlier entries are safe: free disk "
                 "space or the lock, and run the same command again."
             ) from error
         except sqlite3.DatabaseError as error:
@@ -276,7 +276,7 @@ class Progress:
         """Say how far it is, in a line."""
         share = f"{self.done} of {self.total} rods"
         if threads == 0:
-            return f"{share}; no worker is there: waiting for one"
+            return f"{share}; waiting for a worker"
         rate = self.rate
         if rate is None:
             return f"{share}, {threads} at a time"

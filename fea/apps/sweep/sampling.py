@@ -103,7 +103,7 @@ def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
         require(distinct == len(values), name, list(raw), rule, "Leave one out.")
         return Choice(tuple(raw))
     if not isinstance(raw, Mapping):
-        raise InvalidValue(name, raw, "says one value, so nothing varies", f"Move it to [set]. {_FORMS}")
+        raise InvalidValue(name, raw, "gives one value, so nothing varies", f"Move it to [set]. {_FORMS}")
     for key in raw:
         if key not in _KEYS:
             raise unknown_key(f"{name}:", key, _KEYS)

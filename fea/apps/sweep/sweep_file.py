@@ -100,7 +100,7 @@ def _samples(samples: object, *, grid: bool) -> int | None:
         rule = "has no effect on a grid, whose ranges have steps"
         require(samples is None, "samples", samples, rule, "Leave it out, or choose another sampling.")
         return None
-    require(samples is not None, "samples", None, "is missing", "Say how many designs are wanted.")
+    require(samples is not None, "samples", None, "is missing", "Give the number of designs.")
     return whole("samples", samples, 1, 10**6)
 
 

@@ -118,7 +118,7 @@ def _assembled(run: Run) -> str:
         return ""
     friction, preload = found.joint.friction, found.bolts.preload_N / 1000
     return (
-        f"Rod, cap and what is pressed in are parts of their own, which touch with Coulomb friction "
+        f"Rod, cap and press-fitted parts are separate bodies in contact with Coulomb friction "
         f"({friction:g} in the joint), open and slip; each bolt is a spring between its seats with "
         f"a preload of {figure(preload)} kN, and a beam whose ends follow them. Temperature "
         f"{figure(found.temperature_C)} °C."

@@ -54,7 +54,7 @@ def shown(value: object) -> str:
 
 _CHECKS = {
     "finite": "Load cases with values that are not finite",
-    "inverted_elements": "Elements turned inside out",
+    "inverted_elements": "Inverted elements",
     "flattest_element": "Flattest element: one over its mean ratio",
     "mesh_mass": "Mass of the mesh against that of the solid",
     "small_strain": "Largest strain, for linear elasticity",

@@ -165,7 +165,7 @@ def levers(summary: Summary) -> Iterator[str]:
         needed = weakest.yield_MPa * found.required_safety_factor / found.assured_safety_factor
         if needed < _MOST_STRENGTH * weakest.yield_MPa:
             have = f"now {weakest.yield_MPa:.0f} MPa"
-            yield f"Against yielding, a yield strength of {needed:.0f} MPa there would do ({have})."
+            yield f"Against yielding, a yield strength of {needed:.0f} MPa there would suffice ({have})."
     if found.mode == "fatigue":
         yield from _endurance(summary)
     where = weakest.where if found.mode == "yielding" and weakest else ""
