@@ -1,3 +1,3 @@
-"""The version of this program, which nothing else states but `CITATION.cff`."""
+"""The version of this program, which `CITATION.cff` and the conda recipe repeat."""
 
 __version__ = "0.1.0"
