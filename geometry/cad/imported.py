@@ -122,9 +122,17 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
 
 
 def _beside(points: Floats, entity: Entity, length: float) -> Mask:
-    """Whether each of some points (n, 3) is on the surface of a face, or on an edge between its ends."""
-    nearest, _ = gmsh.model.getClosestPoint(*entity, points.ravel())
-    return np.asarray(np.abs(np.reshape(nearest, (-1, 3)) - points).max(axis=1) < _BESIDE * length)
+    """Whether each of some points (n, 3) is on the surface of a face, or on an edge between its ends.
+
+    The kernel is asked only for those in the entity's box: of a large file, all of them take minutes.
+    """
+    slack = _BESIDE * length
+    low, high = np.reshape(gmsh.model.getBoundingBox(*entity), (2, 3))
+    beside = ((low - slack < points) & (points < high + slack)).all(axis=1)
+    if beside.any():
+        nearest, _ = gmsh.model.getClosestPoint(*entity, points[beside].ravel())
+        beside[beside] = np.abs(np.reshape(nearest, (-1, 3)) - points[beside]).max(axis=1) < slack
+    return np.asarray(beside)
 
 
 def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
@@ -133,14 +141,13 @@ def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
     The kernel takes a plane for infinite, and misses other faces at the corners of their parameters.
     """
     for edge in gmsh.model.getBoundary([(2, face) for face in faces], combined=False, oriented=False):
-        points = points[~_beside(points, edge, length)] if len(points) else points
+        points = points[~_beside(points, edge, length)]
     for face in faces:
-        if len(points):
-            _, places = gmsh.model.getClosestPoint(2, face, points.ravel())
-            on = _beside(points, (2, face), length)
-            for at in np.flatnonzero(on):
-                on[at] = gmsh.model.isInside(2, face, places[2 * at : 2 * at + 2], True)  # noqa: FBT003 - gmsh's
-            points = points[~on]
+        on = _beside(points, (2, face), length)
+        _, places = gmsh.model.getClosestPoint(2, face, points[on].ravel()) if on.any() else ((), ())
+        at = np.reshape(places, (-1, 2)).tolist()
+        on[on] = [gmsh.model.isInside(2, face, place, True) for place in at]  # noqa: FBT003 - gmsh's
+        points = points[~on]
     return not len(points)
 
 
