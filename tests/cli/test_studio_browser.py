@@ -9,14 +9,16 @@ from studios import end, served
 
 PATIENCE = 120  # seconds: several processes start
 ANSWERED = "feaStudio.current && feaStudio.shown.label === 'converged'"
-SLIDER = """((box) => [box.left + 8, box.width - 16, box.top + box.height / 2])(
-  (document.getElementById("in-web_thickness_mm").scrollIntoView({ block: "center" }),
-   document.getElementById("in-web_thickness_mm").getBoundingClientRect()))"""
+WEB = "document.getElementById('in-web_thickness_mm')"
+SLIDER = f"""((own) => {{
+  own.scrollIntoView({{ block: "center", behavior: "instant" }});  // the page scrolls smoothly by itself
+  const box = own.getBoundingClientRect();
+  return [box.left + 8, box.width - 16, box.top + box.height / 2];
+}})({WEB})"""
 CARDS = "Array.from(document.querySelectorAll('.card .big'), (own) => own.textContent)"
 UNNAMED = """Array.from(document.querySelectorAll("button, select, input, canvas"))
   .filter((one) => !(one.textContent.trim() || one.labels?.length || one.ariaLabel))
   .map((one) => one.outerHTML.slice(0, 80))"""
-WEB = "document.getElementById('in-web_thickness_mm')"
 WHY = "document.getElementById('in-web_thickness_mm-why')"
 ROWS = "Array.from(document.querySelectorAll('#compare tbody tr'), (row) => row.innerText)"
 NUMBER = f"Number({WEB}.value)"
