@@ -5,7 +5,8 @@
 A rod, its engine and its speed are drawn by `tests/support/rod_studies.py`; nothing else is asked for: pins
 are in contact and the mesh is refined as `fea run` does it. The peaks of the first rods, as many as
 `--references` says, are compared with those of the same rod with `--tolerance 1`. A reference is known to its
-own bar only, and a peak is decided where that of the reference is at most half of the one that is tested.
+own bar only; which peaks that decides is said once for this and for error_bars.py
+(`tests/support/error_bar_table.py`).
 """
 
 import json
@@ -23,10 +24,10 @@ from scripts import command, publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
+from error_bar_table import decided
 from rod_studies import random_study
 
 FIRST, REFERENCE_TOLERANCE = 440_000, 1.0
-DECIDED = 0.5  # of a bar: the most that its reference may be off
 
 Row = dict[str, Any]
 
@@ -62,13 +63,13 @@ def outcome(seed: int, *, compared: bool) -> Row | None:
     return row
 
 
-def decided(kept: dict[str, Row]) -> list[tuple[str, str, float, float]]:
+def decided_peaks(kept: dict[str, Row]) -> list[tuple[str, str, float, float]]:
     """Seed, case, bar and true error, both in percent, of every peak whose reference is known well enough."""
     peaks = []
     for seed, row in kept.items():
         for name, (value, bar) in row["peaks"].items() if "references" in row else ():
             truth, uncertainty = row["references"].get(name, (0.0, float("inf")))
-            if uncertainty * truth <= DECIDED * bar * value:
+            if decided(uncertainty * truth, bar * value):
                 peaks.append((seed, name, bar, 100 * abs(truth / value - 1)))
     return peaks
 
@@ -88,7 +89,7 @@ def report_text(kept: dict[str, Row], command: str) -> str:
     }
     lines = ["# Random rods as default runs", "", f"Made by `{command}`.", "", "| | |", "| --- | ---: |"]
     lines += [f"| {name} | {count} |" for name, count in counts.items()]
-    if peaks := decided(kept):
+    if peaks := decided_peaks(kept):
         inside = sum(error <= bar for *_, bar, error in peaks)
         ratio = statistics.median(bar / max(error, 1e-9) for *_, bar, error in peaks)
         held = f"{inside} of {len(peaks)} decided peaks are within their bars "

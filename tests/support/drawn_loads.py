@@ -13,7 +13,7 @@ GASES = ("otto", "motored", "none")
 CLAMPED_SHARE = 0.25
 
 
-def randomly_loaded(study: Study, seed: int) -> Study:
+def randomly_loaded(study: Study, seed: int, *, in_contact: bool = False) -> Study:
     """The rod of a study under other loads: a given pin force with the big end clamped, or another engine.
 
     Parameters
@@ -22,6 +22,8 @@ def randomly_loaded(study: Study, seed: int) -> Study:
         Of a random rod, with an engine and dimensions.
     seed
         The same seed draws the same loads.
+    in_contact
+        Whether an engine presses by pins in contact, the default, and not by a pressure that is drawn.
     """
     draw = np.random.default_rng([seed, 23])
     pressure = str(draw.choice(PRESSURES))
@@ -45,4 +47,5 @@ def randomly_loaded(study: Study, seed: int) -> Study:
     if engine.gas != "otto":
         engine = dataclasses.replace(engine, peak_pressure_bar=None)
     speed = SpeedTable(rpm=float(rpm * draw.uniform(0.3, 1.2)))
-    return dataclasses.replace(study, engine=engine, speed=speed, analysis=AnalysisTable(pressure=pressure))
+    analysis = AnalysisTable(pressure=None if in_contact else pressure)
+    return dataclasses.replace(study, engine=engine, speed=speed, analysis=analysis)
