@@ -19,10 +19,10 @@ _READING = f"""\
 *Held*: the true peak lies within the bar. The truth is exact for most known answers; NAFEMS's targets and
 Howland's are taken as sure to 0.1 %. For a rod it is the peak on a mesh with elements 5 or 10 times smaller
 at the peaks, and what a mesh of half that fineness differs by is the truth's uncertainty. *Decided* are the
-cases where it is at most half of the bar, whatever the error is, as in results/default-runs.md; of the others
-*sure* counts those whose bar holds the error and the uncertainty together. Were errors normally distributed and bars of
-the least size that holds 95 %, bar/error would be 2.9 in the median: an error crosses zero, its bar does not.
-*Without flags* is what
+cases where it is at most half of the bar, whatever the error is, as in results/default-runs.md; of the
+others *sure* counts those whose bar holds the error and the uncertainty together. Were errors normally
+distributed and bars of the least size that holds 95 %, bar/error would be 2.9 in the median: an error
+crosses zero, its bar does not. *Without flags* is what
 `fea run` leaves; at 1.5 times the size of `--tolerance 0` a fillet's arc has 2.7 elements in place of 4, and
 the run says that peaks may be too low. Curved elements that had to be straightened can have sharp edges,
 which are masked: the verdict of such a case is `diverging` and its run may be marked not to be trusted. It
@@ -31,8 +31,9 @@ counts here all the same.
 The constants of the estimate of second order (factor {STRESS_FACTOR[2]:g}, power {STRESS_POWER[2]:g}) are
 chosen with the calibration set (`--calibration`): the shipped studies at random speeds and random rods of the
 seeds from 20000, 30000, 50000, 60000 and 90000 under random loads. Hold-out sets, other rods under other
-loads, named by their first seed, had no part in it; every other of their engines presses by contact, as by
-default. Of the known answers the rotating disc, the only one that peaks inside the body, had a part in the factor on the sagitta there."""
+loads, named by their first seed, had no part in it; every other of their engines presses by contact, as
+by default. Of the known answers the rotating disc, the only one that
+peaks inside the body, had a part in the factor on the sagitta there."""
 
 
 def report_text(found: Found, command: str) -> str:
