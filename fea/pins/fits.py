@@ -14,7 +14,7 @@ those patents. A relief keeps the pin off the ends if it is as steep there.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fea.base.choices import PinBody
 from fea.base.note import SINGULAR, Assumed, Note, assumptions, warning
@@ -57,6 +57,13 @@ class Fits:
     half: float = 0.0
     bends: float = 0.0
     eased: float = 0.0  #: depth over `half` of a relief as steep as that of the small end, mm
+    #: Where the relief is assumed, as deep as the pin bends under its largest force if it presses evenly, mm
+    even: float | None = None
+
+    @property
+    def in_film(self) -> "Fits":
+        """As an oil film has them, which has no sharp ends: there the pin has to press evenly, no more."""
+        return self if self.even is None else replace(self, relief=(self.half, self.even))
 
     @property
     def sharp(self) -> tuple[Surface, ...]:
@@ -127,11 +134,12 @@ class Fits:
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
         relief, drawn = _relief(table, bores), widens > DRAWN_RELIEF * bores.small_radius
         half = bores.small_width / 2
-        bends, (pull, push) = 0.0, largest_forces
+        bends, even, (pull, push) = 0.0, None, largest_forces
         if piston_pin is not None:
             bends = max(bending(piston_pin, pull), bending(piston_pin, push, evenly=False))
         if relief is None and piston_pin is not None and not drawn:
-            relief = half, min(bends, LARGEST_CLEARANCE * bores.small_radius)
+            most = LARGEST_CLEARANCE * bores.small_radius
+            relief, even = (half, min(bends, most)), min(bending(piston_pin, max(pull, push)), most)
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
         crank_pin = None
         if CRANK_PIN in stiffness:  # solid, held by webs beside the rod
@@ -149,6 +157,7 @@ class Fits:
             half=half,
             bends=bends,
             eased=widens if relief is None else relief[1] * half / relief[0],
+            even=even,
         )
 
 

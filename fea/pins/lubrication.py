@@ -226,7 +226,7 @@ class Films:
 
     @cached_property
     def _fits(self) -> Fits:
-        return ContactPins(self._structure).fits
+        return ContactPins(self._structure).fits.in_film
 
     @cached_property
     def bore(self) -> YieldingBore:
