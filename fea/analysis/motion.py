@@ -54,9 +54,9 @@ def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
     loads, courses = weights @ (courses.T / sizes), sizes[:, None] * courses
     count, error = _enough(units, weights, loads, courses, tolerance)
     size = np.abs(courses[:count]).max(axis=1)
-    own = loads[:, :count] * size
-    stress = np.asarray(product(flat.reshape(units.shape), own), np.float64)
-    return Modes(stress, courses[:count] / size[:, None], own, error)
+    scaled = loads[:, :count] * size
+    stress = np.asarray(product(flat.reshape(units.shape), scaled), np.float64)
+    return Modes(stress, courses[:count] / size[:, None], scaled, error)
 
 
 def _enough(
@@ -137,8 +137,8 @@ class Motion:
     def still(self) -> "Motion":
         """Return the motion without displacement."""
         even, odd = (
-            None if own is None else replace(own, displacement=own.displacement[..., :0])
-            for own in (self.even, self.odd)
+            None if motion is None else replace(motion, displacement=motion.displacement[..., :0])
+            for motion in (self.even, self.odd)
         )
         return replace(self, even=even or self.even, odd=odd)
 
@@ -161,7 +161,7 @@ class Motion:
 
     def _of(self, parity: ParityMotion, name: str, angle: float) -> Floats:
         modes: Floats = getattr(parity, name)
-        course = [np.interp(angle, self.angles, own) for own in parity.courses[: modes.shape[2]]]
+        course = [np.interp(angle, self.angles, values) for values in parity.courses[: modes.shape[2]]]
         return np.asarray(modes @ np.array(course))
 
 
@@ -173,7 +173,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     """
     analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
     weights = analysis.weights(rod.crank_cycle(rpm), angles)
-    nodes = np.unique(np.concatenate([own.ravel() for own in whole.mesh.facets.values()]))
+    nodes = np.unique(np.concatenate([facets.ravel() for facets in whole.mesh.facets.values()]))
     cell, row = np.unique(whole.source[nodes], return_inverse=True)
     part = _parts(analysis.units.parts, rod, cell, weights)
     even, odd = (_gathered(analysis.units.parts, part, cell, parity) for parity in Parity)
@@ -183,7 +183,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     else:
         by_parity = [modes(np.concatenate([even, odd], axis=2), np.concatenate(weights), 2 * tolerance)]
     moved = _displacements(rod, by_parity, cell)
-    parities = [ParityMotion(own.stress, u, own.courses) for own, u in zip(by_parity, moved, strict=True)]
+    parities = [ParityMotion(mode.stress, u, mode.courses) for mode, u in zip(by_parity, moved, strict=True)]
     return Motion(
         nodes=nodes,
         row=row.astype(np.int64),
@@ -191,7 +191,7 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
         even=parities[0],
         odd=parities[1] if len(parities) > 1 else None,
         angles=angles,
-        error=sum(own.error for own in by_parity) / peak,
+        error=sum(mode.error for mode in by_parity) / peak,
         peak=peak,
         strength=np.array([material.yield_strength for material in rod.materials])[part],
     )
@@ -200,15 +200,15 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
 def _parts(parts: Sequence[PartStress], rod: PreparedRod, cell: Ints, weights: Weights) -> Ints:
     """The part (n_rows,) whose stress a node shows: where parts meet, the one that is closer to yielding."""
     chosen, usage = np.zeros(len(cell), np.int64), np.full(len(cell), -np.inf)
-    shared = np.sum([np.isin(cell, own.nodes) for own in parts], axis=0) > 1
+    shared = np.sum([np.isin(cell, stress.nodes) for stress in parts], axis=0) > 1
     some = weights.at(slice(None, None, _EVERY))
-    for number, (own, material) in enumerate(zip(parts, rod.materials, strict=True)):
-        mine = np.isin(cell, own.nodes)
+    for number, (stress, material) in enumerate(zip(parts, rod.materials, strict=True)):
+        mine = np.isin(cell, stress.nodes)
         worst = np.where(mine, 0.0, -np.inf)
         both = np.flatnonzero(mine & shared)
         if both.size:
-            at = np.searchsorted(own.nodes, cell[both])
-            even, odd = own.even[at] @ some.even, own.odd[at] @ some.odd
+            at = np.searchsorted(stress.nodes, cell[both])
+            even, odd = stress.even[at] @ some.even, stress.odd[at] @ some.odd
             sides = [even + odd, even - odd]
             largest = [von_mises(np.moveaxis(side, 1, -1)).max(axis=1) for side in sides]
             worst[both] = np.max(largest, axis=0) / material.yield_strength
@@ -221,10 +221,10 @@ def _gathered(parts: Sequence[PartStress], part: Ints, cell: Ints, parity: Parit
     """Unit stresses (n_rows, 6, n_units) of one parity, each row of its part."""
     first = parts[0].even if parity is Parity.SYMMETRIC else parts[0].odd
     stresses = np.empty((len(cell), 6, first.shape[2]), first.dtype)
-    for number, own in enumerate(parts):
+    for number, stress in enumerate(parts):
         rows = np.flatnonzero(part == number)
-        units = own.even if parity is Parity.SYMMETRIC else own.odd
-        stresses[rows] = units[np.searchsorted(own.nodes, cell[rows])]
+        units = stress.even if parity is Parity.SYMMETRIC else stress.odd
+        stresses[rows] = units[np.searchsorted(stress.nodes, cell[rows])]
     return stresses
 
 
@@ -236,15 +236,15 @@ def _displacements(rod: PreparedRod, by_parity: Sequence[Modes], cell: Ints) -> 
         forces = _forces(even, joined[: even.count]) + _forces(odd, joined[even.count :])
         loads = [Split(force, None) for force in forces]
     else:
-        sides = [_forces(of, own.loads[:, :_MOVING]) for of, own in zip((even, odd), by_parity, strict=True)]
+        sides = [_forces(of, one.loads[:, :_MOVING]) for of, one in zip((even, odd), by_parity, strict=True)]
         count = max(len(side) for side in sides)
         sides = [np.concatenate([side, np.zeros((count - len(side), *side.shape[1:]))]) for side in sides]
         loads = [Split(*pair) for pair in zip(*sides, strict=True)]
     solution = rod.model.solve(loads)
     first = _of_cell(rod, cell)
     return [
-        _one(rod, solution, parity)[first][..., : min(_MOVING, own.loads.shape[1])]
-        for parity, own in zip(Parity, by_parity, strict=False)
+        _one(rod, solution, parity)[first][..., : min(_MOVING, each.loads.shape[1])]
+        for parity, each in zip(Parity, by_parity, strict=False)
     ]
 
 
@@ -252,8 +252,8 @@ def _forces(fields: Fields, weights: Floats) -> Floats:
     """Nodal forces (n, n_nodes, 3) of combinations (n_units, n) of unit loads."""
     total: Floats | float = 0.0
     for start in range(0, fields.count, _FORCES):
-        own = slice(start, min(start + _FORCES, fields.count))
-        total = total + np.tensordot(weights[own].T, np.stack(list(fields.forces(own))), axes=1)
+        units = slice(start, min(start + _FORCES, fields.count))
+        total = total + np.tensordot(weights[units].T, np.stack(list(fields.forces(units))), axes=1)
     return np.asarray(total)
 
 
@@ -271,10 +271,10 @@ def _one(rod: PreparedRod, solution: Solution, parity: Parity) -> Floats:
 def _of_cell(rod: PreparedRod, cell: Ints) -> Ints:
     """Nodes of the whole rod that are the cell's own, for nodes of the cell."""
     whole = rod.mesh.mirrored
-    own = np.empty(int(whole.source.max()) + 1, np.int64)
+    original = np.empty(int(whole.source.max()) + 1, np.int64)
     # A node of the cell comes before its images.
-    own[whole.source[::-1]] = np.arange(len(whole.source))[::-1]
-    return own[cell]
+    original[whole.source[::-1]] = np.arange(len(whole.source))[::-1]
+    return original[cell]
 
 
 class Known(NamedTuple):

@@ -81,8 +81,8 @@ class AssemblyContact(BoreContact):
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
         number = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
-        own = [int(number[np.isin(mesh.tets[:, 0], nodes).argmax()]) for nodes in parts]
-        names = [specification.parts[k] if k < len(specification.parts) else "part" for k in own]
+        numbers = [int(number[np.isin(mesh.tets[:, 0], nodes).argmax()]) for nodes in parts]
+        names = [specification.parts[k] if k < len(specification.parts) else "part" for k in numbers]
         preload = np.full(len(axes), specification.preload)
         warming = _warming(mesh, bores, fits, specification)
         self.growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
@@ -183,7 +183,7 @@ class AssemblyPins(ContactPins):
         """The states of a cycle, and those that are known, by what acts."""
         key = _cycle_key(cycle)
         if key not in self._cycles:
-            kept = {own: known for own, known in self._cycles.items() if own in self._spanned}
+            kept = {other: known for other, known in self._cycles.items() if other in self._spanned}
             steps = self.assembly.loads(cycle.increments)
             self._cycles = kept | {key: (FrictionCycle(self.assembly.assembled, steps), {})}
         return self._cycles[key]
@@ -227,7 +227,7 @@ def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
     halved = Surface.SYMMETRY_Z in mesh.facets
     return [
         BoltEnds(
-            seats={surface: np.flatnonzero(own == number) for surface, own in owner.items()},
+            seats={surface: np.flatnonzero(owners == number) for surface, owners in owner.items()},
             head=np.array(bolt.at(bolt.head)),
             thread=np.array(bolt.at(bolt.grip_end)),
             share=0.5 if halved and abs(bolt.point[2]) <= _on(bolt) else 1.0,
@@ -248,22 +248,22 @@ def _owner(mesh: TetMesh, surface: Surface, bolts: Sequence[BoltAxis]) -> Ints:
 
 def _warming(mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpecification) -> Warming | None:
     """Free expansion of the parts about the big end's centre, of the bolts and of the pins."""
-    own = specification.expansion
-    if own is None or own.rise == 0:
+    expansion = specification.expansion
+    if expansion is None or expansion.rise == 0:
         return None
     rate = np.zeros(len(mesh.points))
     parts = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
-    for number, alpha in enumerate(own.parts):
+    for number, alpha in enumerate(expansion.parts):
         rate[mesh.tets[parts == number]] = alpha
     bolts = _of_cell(mesh, specification.bolts)
     pins = (
-        (own.piston_pin, bores.small_radius - fits.small_clearance),
-        (own.crank_pin, bores.big_radius - fits.big_clearance),
+        (expansion.piston_pin, bores.small_radius - fits.small_clearance),
+        (expansion.crank_pin, bores.big_radius - fits.big_clearance),
     )
     return Warming(
-        displacement=(own.rise * rate[:, None] * mesh.points).ravel(),
-        bolts=np.array([own.rise * own.bolt * bolt.grip for bolt in bolts]),
-        pins=[own.rise * alpha * radius for alpha, radius in pins],
+        displacement=(expansion.rise * rate[:, None] * mesh.points).ravel(),
+        bolts=np.array([expansion.rise * expansion.bolt * bolt.grip for bolt in bolts]),
+        pins=[expansion.rise * alpha * radius for alpha, radius in pins],
     )
 
 

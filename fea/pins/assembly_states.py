@@ -25,7 +25,7 @@ class AssemblyStates:
     ) -> None:
         self._assembled, self._friction, self._bending = assembled, friction, bending
         problem = assembled.problem
-        self._names = [Surface(own.name) for own in problem.faces]
+        self._names = [Surface(face.name) for face in problem.faces]
         both = problem.unfolding.both_sides
         self._bolts = np.concatenate([bolts, bolts * [1.0, -1.0, 1.0]]) if both else bolts
         self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in problem.bolts]
@@ -72,12 +72,12 @@ class AssemblyStates:
 
     def _face(self, number: int, state: ContactState, *known: Floats) -> FaceState:
         vertices = self._assembled.vertices
-        own = np.flatnonzero(vertices.face == number)
-        area, pressure, gap = (values[own] for values in (vertices.area, *known))
-        opened, slipping = state.guess.opened[own], state.guess.slipping[own]
+        mine = np.flatnonzero(vertices.face == number)
+        area, pressure, gap = (values[mine] for values in (vertices.area, *known))
+        opened, slipping = state.guess.opened[mine], state.guess.slipping[mine]
         force, widest = float(pressure @ area), int(gap.argmax())
         plane = self._names[number] is Surface.JOINT
-        edge, at, interface = self._edge[own], vertices.shear[own], self._assembled.interface
+        edge, at, interface = self._edge[mine], vertices.shear[mine], self._assembled.interface
         slipped = state.gap - self._assembled.tightened.gap  # since the parts were put together
         moments = slipped[np.searchsorted(interface, np.maximum(at, interface[0]))]
         slip = np.hypot(*np.where(at >= 0, moments, 0.0).T)
@@ -88,26 +88,26 @@ class AssemblyStates:
             largest=float(pressure.max()),
             open_share=_share(area, opened),
             opening=float(gap[widest]),
-            opening_at=_place(vertices.place[own[widest]]) if gap[widest] > 0 else None,
+            opening_at=_place(vertices.place[mine[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
             slip=float(np.where(opened, 0.0, slip / area).max()),
-            shear=float(np.linalg.norm(self._shear(own, state))) if plane else 0.0,
+            shear=float(np.linalg.norm(self._shear(mine, state))) if plane else 0.0,
             friction=self._friction * force,
             edge_pressure=float(pressure[edge].min()) if edge.any() else None,
         )
 
-    def _shear(self, own: Ints, state: ContactState) -> Floats:
+    def _shear(self, mine: Ints, state: ContactState) -> Floats:
         """Resultant (2,) along the tangents of a plane interface, N.
 
         Of a shear stress at an image across y = 0 the direction is the image of the tangent: the second one
         reverses. About z = 0 stresses along z cancel.
         """
         problem, vertices = self._assembled.problem, self._assembled.vertices
-        at = vertices.shear[own]
+        at = vertices.shear[mine]
         stress = np.where(at >= 0, state.values[at], 0.0)
-        image = vertices.normal[own] >= len(problem.unfolding.on_y)
+        image = vertices.normal[mine] >= len(problem.unfolding.on_y)
         stress[:, 1] *= np.where(image, -1.0, 1.0)
-        sums = vertices.area[own] @ stress
+        sums = vertices.area[mine] @ stress
         return np.asarray(sums * [0.0 if problem.cut_z else 1.0, 1.0])
 
 
@@ -129,10 +129,10 @@ def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
     every = np.zeros(problem.unfolding.size)
     every[normal] = gap
     parts = {}
-    for parity, own in problem.unfolding.parts(every).items():
+    for parity, part in problem.unfolding.parts(every).items():
         parts[parity] = np.zeros(len(problem.mesh.points))
         for number, faces in reversed(list(enumerate(problem.faces, len(problem.bores)))):
             for side in faces.sides:
-                nodes, values = side.at_nodes(own[problem.own(number)][: side.size, None])
+                nodes, values = side.at_nodes(part[problem.own(number)][: side.size, None])
                 parts[parity][nodes] = values[:, 0]
     return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))

@@ -153,7 +153,7 @@ class BoreContact:
     def touch(self, values: Floats) -> dict[Surface, Touch]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
         pressure = values[self._pins]
-        return {surface: Touch.of(pressure[own], *around) for surface, own, around in self._around}
+        return {surface: Touch.of(pressure[mine], *around) for surface, mine, around in self._around}
 
     @cached_property
     def _around(self) -> list[tuple[Surface, Ints, tuple[Floats, Floats, float]]]:
@@ -161,21 +161,21 @@ class BoreContact:
         x, y, z = self._vertices.T
         around = []
         for number, bore in enumerate(self.problem.bores):
-            own = np.flatnonzero(self._owner == number)
-            angle = np.arctan2(y[own], x[own] - bore.center[0])
+            mine = np.flatnonzero(self._owner == number)
+            angle = np.arctan2(y[mine], x[mine] - bore.center[0])
             apart = float(np.median(np.diff(np.unique(np.round(angle, 6)))))
-            around.append((bore.multipliers.surface, own, (angle, z[own], apart)))
+            around.append((bore.multipliers.surface, mine, (angle, z[mine], apart)))
         return around
 
     def traction(self, pressure: Floats) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
         tractions: dict[Surface, Floats] = {}
         for number, bore in enumerate(self.problem.bores):
-            own = bore.multipliers
-            nodes, values = own.at_nodes(pressure[self.problem.own(number)])
+            side = bore.multipliers
+            nodes, values = side.at_nodes(pressure[self.problem.own(number)])
             traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
-            traction[nodes] = values[:, None] * own.direction(self._points[nodes])[..., None]
-            tractions[own.surface] = traction
+            traction[nodes] = values[:, None] * side.direction(self._points[nodes])[..., None]
+            tractions[side.surface] = traction
         first = len(self.problem.bores)
         for number, faces in enumerate(self.problem.faces):
             tractions |= faces.traction(pressure[self.problem.own(first + number)], self._points)
@@ -188,13 +188,13 @@ class BoreContact:
     def pressure(self, values: Floats) -> dict[Surface, Split]:
         """Pressure (n_nodes,) on each surface of unknowns (n,), MPa; 0 beside the surface."""
         parts = self.problem.unfolding.parts(values)
-        return _by_surface({parity: self._pressure_on_cell(own) for parity, own in parts.items()})
+        return _by_surface({parity: self._pressure_on_cell(part) for parity, part in parts.items()})
 
     def _pressure_on_cell(self, values: Floats) -> dict[Surface, Floats]:
         problem, pressures = self.problem, dict[Surface, Floats]()
         sides = [(bore.multipliers,) for bore in problem.bores] + [faces.sides for faces in problem.faces]
-        for number, own in enumerate(sides):
-            for side in own:
+        for number, surfaces in enumerate(sides):
+            for side in surfaces:
                 at_vertices = values[problem.own(number)][: side.size]
                 pressures[side.surface] = side.on_mesh(at_vertices, self._n_nodes)
         for bolt, force in zip(problem.bolts, values[len(values) - len(problem.bolts) :], strict=True):
@@ -326,9 +326,9 @@ class ContactFields:
         """Nodal forces (n_nodes, 3) of some of them."""
         pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
         nodal = [column.reshape(-1, 3) for column in pressed]
-        for own, weights in zip(self.inertial, self.motions[:, units], strict=True):
+        for field, weights in zip(self.inertial, self.motions[:, units], strict=True):
             for number in np.flatnonzero(weights):
-                nodal[number] = nodal[number] + weights[number] * own
+                nodal[number] = nodal[number] + weights[number] * field
         return nodal
 
     def sums(self, units: slice) -> Floats:
@@ -359,7 +359,7 @@ class ContactUnits(UnitLoads):
     def pin_forces(self, parity: Parity, values: Floats) -> Floats:
         """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
         unfolding = self.contact.problem.unfolding
-        parts = {own: values if own is parity else np.zeros_like(values) for own in unfolding.parities()}
+        parts = {one: values if one is parity else np.zeros_like(values) for one in unfolding.parities()}
         return np.asarray(self.contact.problem.rigid.T @ unfolding.unfolded(parts))
 
     @abstractmethod
@@ -369,9 +369,9 @@ class ContactUnits(UnitLoads):
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
         fields, (even, odd) = [], inertial_fields(self.pins.structure.inertia)
-        for parity, own in zip(Parity, np.split(np.eye(len(_MOTIONS)), [len(even)]), strict=True):
+        for parity, alone in zip(Parity, np.split(np.eye(len(_MOTIONS)), [len(even)]), strict=True):
             patterns = self.patterns(parity)
-            motions = np.pad(own.T, [(0, 0), (patterns.shape[1] - len(own), 0)])
+            motions = np.pad(alone.T, [(0, 0), (patterns.shape[1] - len(alone), 0)])
             fields.append(ContactFields(self.contact, patterns, motions, [*even, *odd]))
         return fields[0], fields[1]
 
@@ -386,10 +386,10 @@ class PressurePatterns(ContactUnits):
         none = np.zeros((self._n_cell, 0))
         self._patterns, self._weighing = ({Parity.ANTISYMMETRIC: none} for _ in range(2))
         for parity, compliance in problem.cell_compliance.items():
-            own = np.flatnonzero(problem.unfolding.has(parity))
-            self._patterns[parity], self._weighing[parity] = np.zeros((2, self._n_cell, len(own)))
-            patterns = of_unit_work(compliance[np.ix_(own, own)])
-            self._patterns[parity][own], self._weighing[parity][own] = patterns
+            some = np.flatnonzero(problem.unfolding.has(parity))
+            self._patterns[parity], self._weighing[parity] = np.zeros((2, self._n_cell, len(some)))
+            patterns = of_unit_work(compliance[np.ix_(some, some)])
+            self._patterns[parity][some], self._weighing[parity][some] = patterns
         self.joint = JointBounds(*(slice(SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
         # Of cycles that were sampled: contact areas by the speed of the crank, rad/s.
         self._areas: dict[float, Mask] = {}
@@ -428,9 +428,9 @@ class PressurePatterns(ContactUnits):
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
         parts = {}
-        for parity, own in zip(Parity, weights, strict=True):
+        for parity, part in zip(Parity, weights, strict=True):
             patterns = self._patterns[parity]
-            parts[parity] = patterns @ own[: patterns.shape[1]]
+            parts[parity] = patterns @ part[: patterns.shape[1]]
         pressure = self.contact.problem.unfolding.unfolded(parts)
         return Contacts(self.contact.touches(pressure, slice(None)))
 
@@ -473,8 +473,8 @@ class EstimatedWeights(SampledWeights):
             with one_blas_thread():
                 self._solve_pressures(which)
             exact = self._units.of_pressures(self._pressure[:, which], self._instants[which])
-            for own, new in zip(self.weights, exact, strict=True):
-                own[:, which] = new
+            for known, new in zip(self.weights, exact, strict=True):
+                known[:, which] = new
             self.error[which] = 0.0
 
 

@@ -79,27 +79,27 @@ class CycleResult:
         """Return, over the crank angle, contact on each bore, bolts, joint and fits."""
         columns = {"crank_deg": self.angles / DEG}
         for surface in self.touches[0]:
-            end, own = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
-            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in own])
-            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in own]) / DEG
-            columns[f"{end}_z_mm"] = np.array([touch.z for touch in own])
-            columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in own]) / DEG
+            end, touches = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
+            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in touches])
+            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in touches]) / DEG
+            columns[f"{end}_z_mm"] = np.array([touch.z for touch in touches])
+            columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in touches]) / DEG
         if not self.states:  # a rod of one piece
             return columns
         joint = [state.joint for state in self.states]
         columns |= {f"bolt_{number}_N": force for number, force in enumerate(bolt_forces(self.states), 1)}
         for number, bolt in enumerate(zip(*(state.bolts for state in self.states), strict=True), 1):
-            columns[f"bolt_{number}_bending_MPa"] = np.array([own.bending for own in bolt])
-        columns["joint_clamp_N"] = np.array([own.force for own in joint])
-        columns["joint_shear_N"] = np.array([own.shear for own in joint])
-        columns["joint_open_percent"] = np.array([100 * own.open_share for own in joint])
-        columns["joint_opening_um"] = np.array([own.opening / UM for own in joint])
+            columns[f"bolt_{number}_bending_MPa"] = np.array([state.bending for state in bolt])
+        columns["joint_clamp_N"] = np.array([state.force for state in joint])
+        columns["joint_shear_N"] = np.array([state.shear for state in joint])
+        columns["joint_open_percent"] = np.array([100 * state.open_share for state in joint])
+        columns["joint_opening_um"] = np.array([state.opening / UM for state in joint])
         for seat, name in FITS.items():
             if seat in self.states[0].faces:
                 fit = [state.faces[seat] for state in self.states]
-                columns[f"{name}_mean_MPa"] = np.array([own.mean for own in fit])
-                columns[f"{name}_least_MPa"] = np.array([own.least for own in fit])
-                columns[f"{name}_lifted_percent"] = np.array([100 * own.open_share for own in fit])
+                columns[f"{name}_mean_MPa"] = np.array([state.mean for state in fit])
+                columns[f"{name}_least_MPa"] = np.array([state.least for state in fit])
+                columns[f"{name}_lifted_percent"] = np.array([100 * state.open_share for state in fit])
         return columns
 
     def notes(self) -> tuple[Note, ...]:
@@ -244,8 +244,8 @@ class CycleAnalysis(SpannedRod):
             return None
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
         stresses = self.direct(cycle.degrees[which], cycle)
-        solved = [[von_mises(own[..., k]) for own in stresses] for k in range(len(which))]
-        largest = [float(np.nanmax(own)) for own in zip(*solved, *peaks, strict=True)]
+        solved = [[von_mises(stress[..., k]) for stress in stresses] for k in range(len(which))]
+        largest = [float(np.nanmax(largest_of)) for largest_of in zip(*solved, *peaks, strict=True)]
         return self._difference(weights.at(which), solved, largest)
 
 

@@ -76,28 +76,28 @@ class UnitSolutions:
     def followed_by(self, more: "UnitSolutions") -> "UnitSolutions":
         """Return these solutions, then others of the same rod."""
         parts = (
-            replace(own, even=_after(own.even, other.even), odd=_after(own.odd, other.odd))
-            for own, other in zip(self.parts, more.parts, strict=True)
+            replace(stress, even=_after(stress.even, other.even), odd=_after(stress.odd, other.odd))
+            for stress, other in zip(self.parts, more.parts, strict=True)
         )
         worst = max(self.backward_error, more.backward_error)
         return UnitSolutions(tuple(parts), self.sides, self.count + more.count, worst)
 
     def of(self, nodes: Ints) -> "UnitSolutions":
         """Return those of some nodes of the cell; of a part without any of them, those of one node."""
-        rows = [np.flatnonzero(np.isin(own.nodes, nodes)) for own in self.parts]
+        rows = [np.flatnonzero(np.isin(stress.nodes, nodes)) for stress in self.parts]
         rows = [at if at.size else np.zeros(1, dtype=np.int64) for at in rows]
         parts = (
-            replace(own, nodes=own.nodes[at], even=own.even[at], odd=own.odd[at])
-            for own, at in zip(self.parts, rows, strict=True)
+            replace(stress, nodes=stress.nodes[at], even=stress.even[at], odd=stress.odd[at])
+            for stress, at in zip(self.parts, rows, strict=True)
         )
         return replace(self, parts=tuple(parts))
 
     def tensor(self, part: int, weights: Weights, whole: MirroredMesh) -> Floats:
         """Stress (n_nodes, 6, n_instants) of a part on the whole rod; NaN at nodes outside the part."""
-        own = self.parts[part]
+        stress = self.parts[part]
         even, odd = np.full((2, int(whole.source.max()) + 1, 6, weights.even.shape[1]), np.nan)
-        for field, unit, weight in zip((even, odd), (own.even, own.odd), weights, strict=True):
-            field[own.nodes] = unit[..., : len(weight)] @ weight.astype(unit.dtype)
+        for field, unit, weight in zip((even, odd), (stress.even, stress.odd), weights, strict=True):
+            field[stress.nodes] = unit[..., : len(weight)] @ weight.astype(unit.dtype)
         return whole.tensor(even, odd) if len(self.sides) > 1 else whole.tensor(even + odd)
 
 
@@ -120,7 +120,7 @@ def unit_solutions(
     if cut_y:  # an even and an odd load share a column, because each parity has its own factor
         stresses, errors = solved(fields=fields)
     else:
-        alone = [solved(fields=(own,)) for own in fields]
+        alone = [solved(fields=(of_parity,)) for of_parity in fields]
         stresses, errors = [found[0][0] for found in alone], [error for found in alone for error in found[1]]
     parts = tuple(starmap(PartStress, zip(recovery.nodes, *stresses, strict=True)))
     return UnitSolutions(parts, (1, -1) if cut_y else (1,), even.count + odd.count, max(errors))
@@ -133,7 +133,7 @@ def _after(one: Floats, other: Floats) -> Floats:
 def _solution(model: Model, fields: tuple[Fields, ...], units: slice) -> Solution:
     """Solve some unit loads; those of two parities in pairs."""
     sums = {parity: of.sums(units) for parity, of in zip(Parity, fields, strict=False)}
-    condensed = {parity: own for parity, own in sums.items() if own is not None}
+    condensed = {parity: total for parity, total in sums.items() if total is not None}
     if condensed:
         return model.solve_sums(condensed)
     if len(fields) == 1:
@@ -155,7 +155,7 @@ def _solved(
     nodes, errors = recovery.nodes, list[float]()
     double = not single and 48 * sum(map(len, nodes)) * sum(of.count for of in fields) <= DOUBLE_BYTES
     stresses = [
-        [np.empty((len(own), 6, of.count), np.float64 if double else np.float32) for own in nodes]
+        [np.empty((len(each), 6, of.count), np.float64 if double else np.float32) for each in nodes]
         for of in fields
     ]
     count, column = max(of.count for of in fields), len(fields) * model.mesh.points.nbytes
@@ -182,15 +182,15 @@ def _recover(
 ) -> None:
     """Put the stress of some units of one parity in its place; `first` is the first solved."""
     (parity, fields, stresses), units = item
-    own = slice(units.start, min(units.stop, fields.count))
-    if own.stop <= own.start:
+    columns = slice(units.start, min(units.stop, fields.count))
+    if columns.stop <= columns.start:
         return
-    solved = slice(own.start - first, own.stop - first)
+    solved = slice(columns.start - first, columns.stop - first)
     pressure = {number: p[:, solved] for number, p in solution.pressure.get(parity, {}).items()}
-    u, traction = solution.displacement[parity][..., solved], fields.traction(own)
+    u, traction = solution.displacement[parity][..., solved], fields.traction(columns)
     recovered = recovery.part_stress(u, materials, parity, traction, pressure)
     for part, stress in zip(stresses, recovered, strict=True):
-        part[..., own] = stress
+        part[..., columns] = stress
 
 
 MOST_SPOTS = 5

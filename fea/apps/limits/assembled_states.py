@@ -64,8 +64,8 @@ class _Forces:
     @property
     def count(self) -> int:
         parts = [[np.abs(one.forces.part(parity)).max() for one in self.responses] for parity in Parity]
-        own = np.max(parts[list(Parity).index(self.parity)])
-        return len(self.responses) if own > _ROUNDING * np.max(parts) else 0
+        largest = np.max(parts[list(Parity).index(self.parity)])
+        return len(self.responses) if largest > _ROUNDING * np.max(parts) else 0
 
     def forces(self, units: slice) -> list[Floats]:
         return [one.forces.part(self.parity) for one in self.responses[units]]
@@ -91,7 +91,7 @@ class _Alone(UnitLoads):
         return self._fields
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
-        even, odd = (np.eye(own.count, len(instants)) for own in self._fields)
+        even, odd = (np.eye(fields.count, len(instants)) for fields in self._fields)
         return Weights(even, odd)
 
 
@@ -132,11 +132,11 @@ class AssembledStates(States):
         if self._gone_through is not None:
             at, state = self._gone_through
             self._gone_through, before = None, self._from_rest(at)
-            ratios = {mode: state[mode].factor / own.factor for mode, own in before.items() if mode in state}
+            ratios = {mode: state[mode].factor / old.factor for mode, old in before.items() if mode in state}
             self._history |= {mode: ratio for mode, ratio in ratios.items() if math.isfinite(ratio)}
         return {
-            mode: replace(own, factor=own.factor * self._history.get(mode, 1.0))
-            for mode, own in self._from_rest(cycle).items()
+            mode: replace(worst, factor=worst.factor * self._history.get(mode, 1.0))
+            for mode, worst in self._from_rest(cycle).items()
         }
 
     def _from_rest(self, cycle: CrankCycle) -> dict[Mode, Worst]:
@@ -167,23 +167,23 @@ class AssembledStates(States):
                 return self._over(cycle)[0]
         solved, angles = self._at_decided(cycle)
         stress = 1 / self._history.get(Mode.FATIGUE, 1.0)
-        return [(part, rows, stress * own) for part, rows, own in _most_stressed(solved)], angles.tolist()
+        return [(part, rows, stress * past) for part, rows, past in _most_stressed(solved)], angles.tolist()
 
     def _over(self, cycle: CrankCycle) -> tuple[Histories, list[AssemblyState]]:
         """Go through a cycle: at every few degrees, then around the instants that decide."""
         angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
         first = self._solved(cycle.at(angles), cycle)
         places = _most_stressed(first)
-        histories = [own for _, _, own in places]
-        usage = [judged(part, own, rows) for part, rows, own in places]
+        histories = [course for _, _, course in places]
+        usage = [judged(part, course, rows) for part, rows, course in places]
         self._decided = np.union1d(self._decided, decisive(angles, histories, usage, 0))
         least = self._of_parts(first.states, angles.tolist()).values()
-        of_parts = around(np.array([own.crank_angle for own in least if own.crank_angle is not None]))
+        of_parts = around(np.array([worst.crank_angle for worst in least if worst.crank_angle is not None]))
         more = np.setdiff1d(np.union1d(decisive(angles, histories, usage), of_parts), angles)
         second = self._solved(cycle.at(more), cycle)
         both = [
-            (part, rows, np.concatenate([own, of_second.stress(second.weights, rows)], axis=2))
-            for (part, rows, own), of_second in zip(places, second.parts, strict=True)
+            (part, rows, np.concatenate([course, of_second.stress(second.weights, rows)], axis=2))
+            for (part, rows, course), of_second in zip(places, second.parts, strict=True)
         ]
         return (both, [*angles, *more]), [*first.states, *second.states]
 
@@ -221,15 +221,15 @@ class AssembledStates(States):
             Mode.BOLT_FATIGUE: Worst(bolts[tired].bending_fatigue_safety, places[tired]),
         }
         joint, before = [state.joint for state in states], self._start.joint
-        slip = [own.slip_safety or math.inf for own in joint]
+        slip = [state.slip_safety or math.inf for state in joint]
         found[Mode.SLIP] = Worst(min(slip), None, angles[int(np.argmin(slip))])
         edge = before.edge_pressure or 0.0
-        lost = {Mode.OPENING: [_lost(own.edge_pressure or 0.0, edge, own) for own in joint]}
+        lost = {Mode.OPENING: [_lost(state.edge_pressure or 0.0, edge, state) for state in joint]}
         for mode, seat in _SEATS.items():
             if seat in self._start.faces:
                 held = self._start.faces[seat].least
                 faces = [state.faces[seat] for state in states]
-                lost[mode] = [_lost(own.least if own.open_share == 0 else 0.0, held, own) for own in faces]
+                lost[mode] = [_lost(fit.least if fit.open_share == 0 else 0.0, held, fit) for fit in faces]
         for mode, usage in lost.items():
             if math.isfinite(most := max(usage)):
                 found[mode] = Worst(1 / max(most, _TINY), None, angles[int(np.argmax(usage))])

@@ -143,8 +143,8 @@ class States(ABC):
             largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
                 amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
-                own = replace(line, limit=line.limit[[row]])
-                most = max(most, float((1 / own.cycles(amplitude[:, None])).sum()))
+                at_row = replace(line, limit=line.limit[[row]])
+                most = max(most, float((1 / at_row.cycles(amplitude[:, None])).sum()))
         return 1 / max(most, _TINY)
 
     def _life_line(self, material: Material, surface: Floats) -> LifeLine | None:
@@ -181,7 +181,7 @@ class SuperposedStates(States):
     def survey(self, cycle: CrankCycle) -> State:
         """Look at every place, and keep what `follow` needs."""
         self._surveyed.append(self.usage(cycle))
-        most = np.max([own.max(axis=1) for own in self._surveyed[-1]], axis=0)
+        most = np.max([of_part.max(axis=1) for of_part in self._surveyed[-1]], axis=0)
         found = {mode: Worst(1 / most) for mode, most in zip(STRESSED, most, strict=True) if most > 0}
         return found | {Mode.BUCKLING: self.buckling(cycle)}
 
@@ -195,10 +195,10 @@ class SuperposedStates(States):
 
     def _follow(self, usage: Sequence[Floats], near: float) -> bool:
         """Follow places by their utilisations; whether any of them is new."""
-        largest, new = np.max([own.max(axis=1) for own in usage], axis=0), False
-        for number, own in enumerate(usage):
+        largest, new = np.max([of_part.max(axis=1) for of_part in usage], axis=0), False
+        for number, of_part in enumerate(usage):
             rows = [self._followed[number]]
-            for mode, most in zip(own, largest, strict=True):
+            for mode, most in zip(of_part, largest, strict=True):
                 order = np.argsort(-mode)[:_MOST]
                 rows.append(order[(mode[order] >= near * most) & (mode[order] > 0)])
             every = np.unique(np.concatenate(rows))
@@ -211,7 +211,7 @@ class SuperposedStates(States):
         usage, right = self.usage(cycle), True
         for number, mode in enumerate(STRESSED):
             if mode in state:
-                right &= max(float(own[number].max()) for own in usage) <= 1.001 / state[mode].factor
+                right &= max(float(of_part[number].max()) for of_part in usage) <= 1.001 / state[mode].factor
         return right or not self._follow(usage, 0.97)
 
     def at(self, cycle: CrankCycle) -> State:
@@ -227,8 +227,8 @@ class SuperposedStates(States):
         weights = self._analysis.weights(cycle, angles)
         pairs = [(part, rows) for part, rows in zip(self._parts, self._followed, strict=True) if rows.size]
         histories = [part.stress(weights, rows) for part, rows in pairs]
-        usage = [judged(part, own, rows) for (part, rows), own in zip(pairs, histories, strict=True)]
-        some = [(part, rows[closest(own)]) for (part, rows), own in zip(pairs, usage, strict=True)]
+        usage = [judged(part, course, rows) for (part, rows), course in zip(pairs, histories, strict=True)]
+        some = [(part, rows[closest(course)]) for (part, rows), course in zip(pairs, usage, strict=True)]
         self._decided = decisive(angles, histories, usage)
         more = np.setdiff1d(self._decided, angles)
         if more.size:
@@ -276,7 +276,7 @@ def judged(part: PartRows, history: Floats, rows: Ints) -> Floats:
     signed = signed_equivalent(history)
     highest, lowest = signed.max(axis=1), signed.min(axis=1)
     factors = part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)
-    return np.asarray([1 / np.maximum(np.where(np.isnan(own), np.inf, own), _TINY) for own in factors])
+    return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
 
 
 def decisive(
@@ -285,7 +285,7 @@ def decisive(
     """Crank angles within so many degrees of the instants at which the worst places have their extremes."""
     found = set[int]()
     for mode in range(len(STRESSED)):
-        number = int(np.argmax([own[mode].max(initial=0.0) for own in usage]))
+        number = int(np.argmax([of_part[mode].max(initial=0.0) for of_part in usage]))
         for row in np.argsort(-usage[number][mode])[:3]:
             signed = signed_equivalent(histories[number][row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}

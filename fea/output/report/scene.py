@@ -232,22 +232,22 @@ def _unit(name: str, si: int, us: int, per: float = 1.0) -> JsonObject:
 
 
 def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> JsonObject:
-    own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
+    nodal = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
     singular = figures.singular_max_von_mises_MPa is not None
-    stress = np.stack([own[f"principal_{k}"] for k in (1, 2, 3)], axis=1)
+    stress = np.stack([nodal[f"principal_{k}"] for k in (1, 2, 3)], axis=1)
     packer.values(f"{name}.stress", stress, surface.parents, levels=_levels(stress, _STRESS))
-    moved = own["displacement"]
+    moved = nodal["displacement"]
     packer.values(f"{name}.displacement", moved, surface.parents, levels=_levels(moved, _DISPLACEMENT))
     # Yield strength, MPa, from stress and safety factor; without stress, that of the others.
-    free = own["safety_factor"] < CAP
-    strength = np.where(free, own["safety_factor"] * own["von_mises"], np.nan)
+    free = nodal["safety_factor"] < CAP
+    strength = np.where(free, nodal["safety_factor"] * nodal["von_mises"], np.nan)
     usual = float(np.nanmedian(strength)) if free.any() else 0.0
     # Rounding would make constants look like noise.
     rounded = np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])
     packer.values(f"{name}.strength", rounded, surface.parents)
-    if "contact_pressure" in own:
-        packer.values(f"{name}.contact_pressure", own["contact_pressure"], surface.parents)
+    if "contact_pressure" in nodal:
+        packer.values(f"{name}.contact_pressure", nodal["contact_pressure"], surface.parents)
     crank, pin = (-loads.crank_axial_N, loads.crank_transverse_N), (loads.pin_axial_N, loads.pin_transverse_N)
     return {
         "id": name,
@@ -258,7 +258,7 @@ def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, pack
         "touch": bore_loads(figures.contact),
         "fields": [
             field | ({"away": list(figures.at_mm)} if singular and field["name"] == VON_MISES else {})
-            for field in case_fields(own, figures.max_von_mises_MPa)
+            for field in case_fields(nodal, figures.max_von_mises_MPa)
         ],
     }
 
@@ -270,10 +270,10 @@ def _levels(values: Floats, steps: int) -> int:
 
 
 def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> JsonObject:
-    own = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
-    fields = fields_of([name for name in available(list(own)) if name != "endurance_limit"], own, peak)
+    nodal = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
+    fields = fields_of([name for name in available(list(nodal)) if name != "endurance_limit"], nodal, peak)
     for field in fields:
-        values = own[field["name"]].astype(float)
+        values = nodal[field["name"]].astype(float)
         if field["low"]:  # one over a factor is what stress is proportional to; negative: not judged
             values = np.where(values > 0, 1 / np.where(values > 0, values, 1.0), np.nan)
         levels = _levels(values[np.isfinite(values)], _STRESS) if np.isfinite(values).any() else 1
@@ -294,11 +294,11 @@ def _cycle(
     packer.values("cycle.strength", found.strength[order], parents)
     displaced = 0.0
     modes = []
-    for name, own in (("even", found.even), ("odd", found.odd)):
-        if own is not None:
-            _pack_parity(packer, name, own, (order, parents), found.peak)
-            displaced += _largest_displacement(own) if found.moves else 0.0
-            modes.append(own.stress.shape[2])
+    for name, motion in (("even", found.even), ("odd", found.odd)):
+        if motion is not None:
+            _pack_parity(packer, name, motion, (order, parents), found.peak)
+            displaced += _largest_displacement(motion) if found.moves else 0.0
+            modes.append(motion.stress.shape[2])
     shown = instant_fields(found.peak, extremes, displaced)
     return {
         "id": "cycle",
@@ -310,26 +310,26 @@ def _cycle(
         "error": float(f"{found.error:.3g}"),
         "loads": cycle_loads(run),
         "moves": found.moves,
-        "fields": [own for own in shown if found.moves or own["name"] != "displacement"],
+        "fields": [field for field in shown if found.moves or field["name"] != "displacement"],
     }
 
 
-def _pack_parity(packer: Packer, name: str, own: ParityMotion, rows: tuple[Ints, Ints], peak: float) -> None:
+def _pack_parity(packer: Packer, name: str, of: ParityMotion, rows: tuple[Ints, Ints], peak: float) -> None:
     """Modes as columns, a component of stress after the other, and their courses."""
     order, parents = rows
-    columns = np.moveaxis(own.stress[order], 1, 2)
+    columns = np.moveaxis(of.stress[order], 1, 2)
     packer.steps(f"{name}.stress", columns, parents, max(peak / _MODE, float(np.abs(columns).max()) / 2**14))
-    moved = np.moveaxis(own.displacement[order], 1, 2)
+    moved = np.moveaxis(of.displacement[order], 1, 2)
     largest = float(np.abs(moved).max(initial=0.0)) or 1.0
     packer.steps(f"{name}.displacement", moved, parents, largest / _MOVED)
-    instants = np.arange(own.courses.shape[1])
-    packer.values(f"{name}.courses", own.courses.T, np.stack([instants - 1] * 2, axis=1))
+    instants = np.arange(of.courses.shape[1])
+    packer.values(f"{name}.courses", of.courses.T, np.stack([instants - 1] * 2, axis=1))
 
 
-def _largest_displacement(own: ParityMotion) -> float:
+def _largest_displacement(of: ParityMotion) -> float:
     """A close upper bound of the largest displacement of one parity, mm."""
-    moving = own.courses[: own.displacement.shape[2]]
-    sizes = np.linalg.norm(own.displacement, axis=1)
+    moving = of.courses[: of.displacement.shape[2]]
+    sizes = np.linalg.norm(of.displacement, axis=1)
     some = moving[:, ::15]
     far = np.argsort(-sizes.sum(axis=1))[:200]
-    return float(np.linalg.norm(own.displacement[far] @ some, axis=1).max())
+    return float(np.linalg.norm(of.displacement[far] @ some, axis=1).max())
