@@ -176,7 +176,7 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
     cases = list(states)
     in_time = list(states.values()) if cycle is None else cycle.states
     every = [*states.values(), *in_time]
-    own = [one for state in every for one in state.bolts]
+    bends = [one for state in every for one in state.bolts]
     judged = partial(judged_bolts, assembling)
     all_judged = judged(every)
     hardest = max(all_judged, key=lambda one: one.largest_force)
@@ -202,13 +202,13 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
         alternating_stress_MPa=tired.amplitude,
         endurance_MPa=tired.endurance,
         fatigue_safety_factor=_where_finite(tired.fatigue_safety),
-        max_bending_MPa=max(one.bending for one in own),
+        max_bending_MPa=max(one.bending for one in bends),
         bending_yield_safety_factor=min(one.bending_safety for one in all_judged),
         bending_alternating_stress_MPa=bent.bending_amplitude,
         bending_fatigue_safety_factor=_where_finite(bent.bending_fatigue_safety),
-        seat_lift_ratio=max((bolt.lift(one.force, one.ends) for one in own if one.force > 0), default=0.0),
+        seat_lift_ratio=max((bolt.lift(one.force, one.ends) for one in bends if one.force > 0), default=0.0),
         hole_play_mm=bolt.play,
-        sideways_mm=bolt.grip * max(one.bow for one in own) + max(state.joint.slip for state in every),
+        sideways_mm=bolt.grip * max(one.bow for one in bends) + max(state.joint.slip for state in every),
         shear_at_most_MPa=max(state.joint.shear for state in every)
         / (bolt.least_area * sum(one.count for one in states[ASSEMBLY].bolts)),
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
@@ -222,12 +222,12 @@ def judged_bolts(assembling: Assembling, states: Sequence[AssemblyState]) -> lis
     return [
         BoltResult.of(
             bolt,
-            np.array([one.force for one in own]),
-            np.array([one.fibre for one in own]),
-            np.array([one.thread_bending for one in own]),
+            np.array([one.force for one in course]),
+            np.array([one.fibre for one in course]),
+            np.array([one.thread_bending for one in course]),
             turned=turned,
         )
-        for own in over_time
+        for course in over_time
     ]
 
 
@@ -307,15 +307,15 @@ def _joint(friction: float, states: States, onsets: Onsets, cycle: CycleResult |
 
 def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
     joint, angle = [state.joint for state in cycle.states], cycle.angles / DEG
-    clamp, opening = np.array([own.force for own in joint]), np.array([own.opening for own in joint])
+    clamp, opening = np.array([state.force for state in joint]), np.array([state.opening for state in joint])
     least, widest = int(clamp.argmin()), int(opening.argmax())
-    reserves = [own.slip_safety for own in joint if own.slip_safety is not None]
+    reserves = [state.slip_safety for state in joint if state.slip_safety is not None]
     return JointCycleFigures(
         min_clamp_force_N=float(clamp[least]),
         min_clamp_crank_deg=float(angle[least]),
         max_opening_um=float(opening[widest]) / UM,
         max_opening_crank_deg=float(angle[widest]),
-        open_percent=100 * float(np.mean([own.edge_pressure == 0 for own in joint])),
+        open_percent=100 * float(np.mean([state.edge_pressure == 0 for state in joint])),
         min_slip_reserve=min(reserves, default=None),
     )
 

@@ -65,9 +65,9 @@ def _run(job: Callable[[], int], write: int, chatter: IO[bytes]) -> None:
         for name, descriptor in (("stdout", 1), ("stderr", 2)):
             stream = getattr(sys, name)
             stream.flush()
-            own = outlet(os.dup(descriptor), stream, patient=stream is sys.stderr)
-            setattr(sys, name, own)
-            setattr(sys, f"__{name}__", own)
+            copy = outlet(os.dup(descriptor), stream, patient=stream is sys.stderr)
+            setattr(sys, name, copy)
+            setattr(sys, f"__{name}__", copy)
             os.dup2(chatter.fileno(), descriptor)
         code = job()
     except SystemExit as leaving:

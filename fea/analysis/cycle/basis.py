@@ -135,20 +135,20 @@ class SmallBasis(Basis):
     ) -> None:
         self.loads, self._solve, self._counts = loads, solve, counts
         self._full = loads.fields()
-        self._pressing = [loads.contact.pressing(counts)[:, None] * own.patterns for own in self._full]
-        self._kept = [min(loads.kept, own.count) for own in self._full]
+        self._pressing = [loads.contact.pressing(counts)[:, None] * fields.patterns for fields in self._full]
+        self._kept = [min(loads.kept, fields.count) for fields in self._full]
         self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
         self._remembered: dict[bytes, _States] = {}
         self._columns = [self._exact(parity) for parity in Parity]
         states = [self._states(cycle) for cycle in cycles]
-        every = _joined(*(own.every for own in states))
+        every = _joined(*(state.every for state in states))
         with one_blas_thread():
-            first = [_leading(own, _FIRST, self._nothing(every)) for own in self.left(every)]
-        self._columns = [np.hstack(own) for own in zip(self._columns, first, strict=True)]
+            first = [_leading(rest, _FIRST, self._nothing(every)) for rest in self.left(every)]
+        self._columns = [np.hstack(pair) for pair in zip(self._columns, first, strict=True)]
         self.units = solve(self.fields())
-        self.sensitivity = [np.zeros((2, len(self.units.sides), len(own.nodes))) for own in self.units.parts]
-        for cycle, own in zip(cycles, states, strict=True):
-            self._span(cycle, own)
+        self.sensitivity = [np.zeros((2, len(self.units.sides), len(of.nodes))) for of in self.units.parts]
+        for cycle, state in zip(cycles, states, strict=True):
+            self._span(cycle, state)
 
     def _exact(self, parity: Parity) -> Floats:
         """Columns (n, k) of what is exact at every instant: the loads kept, and the forces of the pins."""
@@ -166,7 +166,7 @@ class SmallBasis(Basis):
 
     def projected(self, full: Weights) -> Weights:
         """Weights of the sums, from those of the full unit loads."""
-        return Weights(*(own.T @ w for own, w in zip(self._columns, full, strict=True)))
+        return Weights(*(columns.T @ w for columns, w in zip(self._columns, full, strict=True)))
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd sums."""
@@ -188,18 +188,18 @@ class SmallBasis(Basis):
 
     def left(self, full: Weights) -> Weights:
         """What the basis leaves out, as weights of the full unit loads; exactly zero where it is rounding."""
-        left = [w - own @ (own.T @ w) for own, w in zip(self._columns, full, strict=True)]
+        left = [w - c @ (c.T @ w) for c, w in zip(self._columns, full, strict=True)]
         some = np.linalg.norm(np.vstack(left), axis=0) > self._nothing(full)
         return Weights(left[0] * some, left[1] * some)
 
     def _nothing(self, full: Weights) -> float:
         """Length of weights that is nothing beside those of the patterns at any instant."""
-        patterns = np.vstack([own[: len(own) - kept] for own, kept in zip(full, self._kept, strict=True)])
+        patterns = np.vstack([rows[: len(rows) - kept] for rows, kept in zip(full, self._kept, strict=True)])
         return _NOTHING * float(np.linalg.norm(patterns, axis=0).max(initial=0.0))
 
     def pressure(self, full: Weights) -> Floats:
         """Largest pressure (n_instants,) at places that count, MPa, of weights of the full unit loads."""
-        even, odd = (np.abs(own @ w) for own, w in zip(self._pressing, full, strict=True))
+        even, odd = (np.abs(by @ w) for by, w in zip(self._pressing, full, strict=True))
         return np.asarray((even + odd).max(axis=0))
 
     def largest(self, cycle: CrankCycle) -> float:
@@ -213,20 +213,20 @@ class SmallBasis(Basis):
         It is twice the largest that was found at the node; where pins or parts press, at least the largest
         of any node.
         """
-        own = self.sensitivity[number]
-        most = own.max(axis=(1, 2), keepdims=True)
+        ratio = self.sensitivity[number]
+        most = ratio.max(axis=(1, 2), keepdims=True)
         pressed = np.isin(self.units.parts[number].nodes[rows], self._pressed)
-        return np.moveaxis(np.maximum(2 * own[..., rows], np.where(pressed, most, 0.0)), 0, 1)
+        return np.moveaxis(np.maximum(2 * ratio[..., rows], np.where(pressed, most, 0.0)), 0, 1)
 
     def include(self, full: Weights) -> None:
         """Make instants exact at every node: what is left out of them is solved and joins the basis."""
-        self._extend([own[:, :0] for own in self._columns], self.left(full), self._nothing(full))
+        self._extend([columns[:, :0] for columns in self._columns], self.left(full), self._nothing(full))
 
     def _states(self, cycle: CrankCycle) -> _States:
         cases = peak_cases(cycle).cases
-        degrees, own = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
+        degrees, peaks = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
         more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
-        return _States(degrees, _joined(degrees, own, *more), np.nan)
+        return _States(degrees, _joined(degrees, peaks, *more), np.nan)
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
         every, largest = states.every, self._largest(states.every)
@@ -234,7 +234,7 @@ class SmallBasis(Basis):
         while error > ACCURACY * largest:
             grown, left = self._grown(every, ACCURACY * largest / stress)
             self._extend(grown, left.at(_worst(self.pressure(left))), self._nothing(every))
-            stress = max(stress, *(float(own[0].max(initial=0.0)) for own in self.sensitivity))
+            stress = max(stress, *(float(ratio[0].max(initial=0.0)) for ratio in self.sensitivity))
             error = stress * float(self.pressure(self.left(every)).max())
         self.error = max(self.error, error / max(largest, np.finfo(float).tiny))
         if len(self._remembered) == _REMEMBERED:
@@ -252,40 +252,40 @@ class SmallBasis(Basis):
 
     def _grown(self, full: Weights, allowed: float) -> tuple[list[Floats], Weights]:
         """Patterns with which no more than a pressure is left out, and what is left out then."""
-        left, grown, nothing = self.left(full), [own[:, :0] for own in self._columns], self._nothing(full)
+        left, grown, nothing = self.left(full), [c[:, :0] for c in self._columns], self._nothing(full)
         with one_blas_thread():
             while (pressure := self.pressure(left)).max() > allowed:
                 worse = (pressure / pressure.max()) ** 3  # of the powers tried, it needs the fewest
-                more = [_leading(own * worse, _MORE, nothing) for own in left]
-                if not any(own.shape[1] for own in more):
+                more = [_leading(part * worse, _MORE, nothing) for part in left]
+                if not any(columns.shape[1] for columns in more):
                     break
-                grown = [np.hstack(own) for own in zip(grown, more, strict=True)]
-                left = Weights(*(w - own @ (own.T @ w) for own, w in zip(more, left, strict=True)))
+                grown = [np.hstack(pair) for pair in zip(grown, more, strict=True)]
+                left = Weights(*(w - c @ (c.T @ w) for c, w in zip(more, left, strict=True)))
         return grown, left
 
     def _extend(self, grown: list[Floats], left: Weights, nothing: float) -> None:
         """Solve more sums, and what is left out at some instants beside them: see how much stress it is."""
         pressure = self.pressure(left)
         left, pressure = left.at(pressure > 0), pressure[pressure > 0]
-        known = [np.hstack(own) for own in zip(self._columns, grown, strict=True)]
-        rest = [_orthonormal(*own, nothing) for own in zip(left, known, strict=True)]
-        more = [np.hstack(own) for own in zip(grown, rest, strict=True)]
-        if not any(own.shape[1] for own in more):
+        known = [np.hstack(pair) for pair in zip(self._columns, grown, strict=True)]
+        rest = [_orthonormal(*pair, nothing) for pair in zip(left, known, strict=True)]
+        more = [np.hstack(pair) for pair in zip(grown, rest, strict=True)]
+        if not any(columns.shape[1] for columns in more):
             return
         units = self._solve(self._combined(more))
-        self._columns = [np.hstack(own) for own in zip(self._columns, more, strict=True)]
-        causing = Weights(*(own.T @ w for own, w in zip(more, left, strict=True)))
+        self._columns = [np.hstack(pair) for pair in zip(self._columns, more, strict=True)]
+        causing = Weights(*(columns.T @ w for columns, w in zip(more, left, strict=True)))
         for stress, part in zip(self.sensitivity, units.parts, strict=True):
-            for side, own in enumerate(part.histories(causing, units.sides, slice(None))):
-                found = np.stack([deviator_norm(own), np.abs(own[:, 5])]) / pressure
+            for side, history in enumerate(part.histories(causing, units.sides, slice(None))):
+                found = np.stack([deviator_norm(history), np.abs(history[:, 5])]) / pressure
                 most = np.where(self._counts[part.nodes], found.max(axis=2, initial=0.0), 0.0)
                 stress[:, side] = np.fmax(stress[:, side], most)
-        ends = (own.shape[1] for own in self._columns)
+        ends = (columns.shape[1] for columns in self._columns)
         joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
         self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
 
     def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
-        even, odd = (of.combined(own) for of, own in zip(self._full, columns, strict=True))
+        even, odd = (of.combined(some) for of, some in zip(self._full, columns, strict=True))
         return even, odd
 
 

@@ -73,17 +73,17 @@ class PartRows:
     """
 
     def __init__(self, rod: SpannedRod, number: int, counts: Mask | None = None) -> None:
-        own, self._sides = rod.units.parts[number], rod.units.sides
+        stress, self._sides = rod.units.parts[number], rod.units.sides
         if counts is None:
-            counts = rod.counts[own.nodes]
+            counts = rod.counts[stress.nodes]
         if not counts.any():  # a part has a worst place
             counts[:] = True
-        self._even, self._odd = deviatoric(own.even[counts]), deviatoric(own.odd[counts])
-        self.joint, self._balanced = own.joint, rod.loads.balanced
+        self._even, self._odd = deviatoric(stress.even[counts]), deviatoric(stress.odd[counts])
+        self.joint, self._balanced = stress.joint, rod.loads.balanced
         self.material = rod.materials[number]
-        self._criterion, self.regions = rod.fatigue, rod.regions.at(own.nodes[counts])
+        self._criterion, self.regions = rod.fatigue, rod.regions.at(stress.nodes[counts])
         self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
-        points = rod.mesh.cell.points[own.nodes[counts]]
+        points = rod.mesh.cell.points[stress.nodes[counts]]
         self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
 
     def made_of(self, material: Material) -> "PartRows":
@@ -96,7 +96,7 @@ class PartRows:
     @cached_property
     def _norms(self) -> list[Reals]:
         units = zip((self._even, self._odd), self.joint, strict=True)
-        return [norms(own, joint)[0] for own, joint in units]
+        return [norms(unit, joint)[0] for unit, joint in units]
 
     @cached_property
     def of_errors(self) -> tuple[Floats, Floats]:
@@ -107,9 +107,9 @@ class PartRows:
             units = [(q, z.astype(q.dtype)) for q, z in zip((self._even, self._odd), balanced, strict=True)]
             for start in range(0, len(self._even), _NODES):
                 rows = slice(start, start + _NODES)
-                own = [(q[rows, :, : len(z)], z) for q, z in units]
-                every = sum(q @ q.swapaxes(1, 2) for q, _ in own)
-                even, odd = (q @ z for q, z in own)
+                near = [(q[rows, :, : len(z)], z) for q, z in units]
+                every = sum(q @ q.swapaxes(1, 2) for q, _ in near)
+                even, odd = (q @ z for q, z in near)
                 for number, side in enumerate(self._sides):
                     free = even + side * odd
                     squares = every - free @ free.swapaxes(1, 2)
@@ -129,8 +129,8 @@ class PartRows:
 
         `error` (n_instants,): that of the weights.
         """
-        own = (of[rows][:, None] * error for of in self.of_errors)
-        return np.stack([np.minimum(bound, most[:, None]) for bound in own])
+        errors = (of[rows][:, None] * error for of in self.of_errors)
+        return np.stack([np.minimum(bound, most[:, None]) for bound in errors])
 
     def every(self, weights: Weights) -> Floats:
         """Stress (n_rows, 6, n_instants) of every row."""

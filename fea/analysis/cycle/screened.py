@@ -55,7 +55,7 @@ def path(weights: Weights, joint: JointBounds = NOT_JOINT) -> Path:
     """Divide the instants, in the given order, into chords."""
     count = weights.even.shape[1]
     ends = np.unique(np.append(np.arange(0, count, CHORD), count - 1))
-    strays = Weights(*(_strays(w, ends, own) for w, own in zip(weights, joint, strict=True)))
+    strays = Weights(*(_strays(w, ends, norms) for w, norms in zip(weights, joint, strict=True)))
     return Path(weights, ends, strays, joint)
 
 
@@ -155,7 +155,7 @@ def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) ->
     every = [(part, start) for part in parts for start in range(0, len(part.nodes), rows)]
     blocks = iter(side_by_side(block, every))
     of_parts = [list(islice(blocks, -(-len(part.nodes) // rows))) for part in parts]
-    return [[_joined(of_side) for of_side in zip(*own, strict=True)] for own in of_parts]
+    return [[_joined(of_side) for of_side in zip(*sides, strict=True)] for sides in of_parts]
 
 
 class Block:
@@ -288,8 +288,8 @@ def _at_either_end(values: Reals) -> Reals:
 
 
 def _rows(reach: Reach, count: int, number: int) -> Reach:
-    own = slice(number * count, (number + 1) * count)
-    return Reach(**{field.name: getattr(reach, field.name)[own] for field in dataclasses.fields(Reach)})
+    rows = slice(number * count, (number + 1) * count)
+    return Reach(**{field.name: getattr(reach, field.name)[rows] for field in dataclasses.fields(Reach)})
 
 
 def _joined(blocks: tuple[Reach, ...]) -> Reach:

@@ -87,8 +87,8 @@ class EstimatedCycle:
         which = which[self.error[which] > 0]
         degrees = self._order[which]
         self.degrees.solve(degrees)
-        for own, exact in zip(self.weights, self.degrees.weights, strict=True):
-            own[:, which] = exact[:, degrees]
+        for known, exact in zip(self.weights, self.degrees.weights, strict=True):
+            known[:, which] = exact[:, degrees]
         self.error[which] = 0.0
 
 
@@ -198,7 +198,7 @@ class SpeedSearch:
         self._anchors = np.sort(np.asarray(speeds, float))[places]
         self._sampled = {rpm: self._sample(rpm) for rpm in self._anchors}
         # Copies: what is solved later does not change what the bounds are of.
-        self._weights = [Weights(*(w.copy() for w in own.weights)) for own in self._sampled.values()]
+        self._weights = [Weights(*(w.copy() for w in sample.weights)) for sample in self._sampled.values()]
         self._largest = [[part.bound(weights) for part in self._parts] for weights in self._weights]
         along = path(self._weights[0], analysis.units.joint)
         self._starts = along.ends[first_chords(along)]
@@ -234,8 +234,8 @@ class SpeedSearch:
         before, after = self._weights[above - 1], self._weights[above]
         strays = Weights(
             *(
-                np.maximum.reduceat(sizes(w - (1 - share) * b - share * a, own), self._starts, axis=1)
-                for w, b, a, own in zip(weights, before, after, joint, strict=True)
+                np.maximum.reduceat(sizes(w - (1 - share) * b - share * a, norms), self._starts, axis=1)
+                for w, b, a, norms in zip(weights, before, after, joint, strict=True)
             )
         )
         between = zip(self._largest[above - 1], self._largest[above], strict=True)

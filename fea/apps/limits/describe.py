@@ -41,9 +41,9 @@ class Bars:
         node = self.node(limit.worst.at)
         case = max(self._cases, key=lambda one: float(one.von_mises[node]))
         stress = float(case.von_mises[node])
-        own = 100 * float(case.von_mises_error[node]) / max(stress, 1e-12)
+        error = 100 * float(case.von_mises_error[node]) / max(stress, 1e-12)
         near = stress >= _NEAR_PEAK * case.peak.value
-        return max(own, case.worst.error_percent) if near else own
+        return max(error, case.worst.error_percent) if near else error
 
     def place(self, limit: Limit) -> str:
         """Return where a limit is, in words."""
@@ -67,7 +67,7 @@ def figures_of(study: Study, found: Found, adapted: Adapted, clock: Clock) -> Li
     """Return the figures of what was found."""
     operation = found.operation
     bars, (speed, pressure, closed) = Bars(found), ends_of(found)
-    every = [limit for own in found.of_rays.limits.values() for limit in own if limit is not None]
+    every = [limit for line in found.of_rays.limits.values() for limit in line if limit is not None]
     shortfall = [adapted.shortfall] if adapted.shortfall else []
     notes, left_out = by_consequence([*found.static.notes, *_notes(found), *shortfall])
     boost = None
@@ -225,7 +225,7 @@ def _table(found: Found) -> Iterator[tuple[str, ...]]:
     operation, of_rays = found.operation, found.of_rays
     if not (operation.burns and of_rays.limits):
         return
-    fastest = max(limit.rpm for own in of_rays.limits.values() for limit in own if limit is not None)
+    fastest = max(limit.rpm for line in of_rays.limits.values() for limit in line if limit is not None)
     step = 250 * math.ceil(fastest / _ROWS / 250)
     for rpm in np.arange(step, fastest + step, step).tolist():
         peaks = np.linspace(operation.peak(rpm, LEAST_CHARGE), MOST_PEAK, 2000)
@@ -234,10 +234,10 @@ def _table(found: Found) -> Iterator[tuple[str, ...]]:
         least, modes = least_of(factors, scale), list(factors)
         safe = np.flatnonzero(least > 1)
         if not safe.size:
-            worst = modes[int(np.argmin([own.max() for own in factors.values()]))]
+            worst = modes[int(np.argmin([factor.max() for factor in factors.values()]))]
             yield f"{rpm:.0f}", "none", worst.value
             continue
         low = "0" if safe[0] == 0 else f"{peaks[safe[0]] / BAR:.0f}"
         above = min(safe[-1] + 1, len(peaks) - 1)
-        what = modes[int(np.argmin([own[above] for own in factors.values()]))]
+        what = modes[int(np.argmin([factor[above] for factor in factors.values()]))]
         yield f"{rpm:.0f}", f"{low} to {peaks[safe[-1]] / BAR:.0f}", what.value

@@ -113,8 +113,8 @@ def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, sp
     box = plot_limits(folder / MAP, shown)
     bars = Bars(found)
     places = {
-        mode.value: [None if one is None else _place(one, bars) for one in own]
-        for mode, own in found.of_rays.limits.items()
+        mode.value: [None if one is None else _place(one, bars) for one in limits]
+        for mode, limits in found.of_rays.limits.items()
     }
     notes = [str(note) for note in (*figures.notes, *figures.left_out)]
     write_limits_page(
@@ -137,16 +137,16 @@ def _place(limit: Limit, bars: Bars) -> dict[str, Any]:
     return {"name": bars.place(limit), "at": limit.worst.at, "angle": angle and angle / DEG}
 
 
-def _row(own: LimitFigures) -> str:
-    place = own.at_mm or (None, None, None)
-    values = (own.rpm, own.peak_pressure_bar, own.gas_scale, own.bar, own.interpolated, *place, own.crank_deg)
-    return ",".join([own.mode, *("" if value is None else f"{value:.7g}" for value in values)])
+def _row(at: LimitFigures) -> str:
+    place = at.at_mm or (None, None, None)
+    values = (at.rpm, at.peak_pressure_bar, at.gas_scale, at.bar, at.interpolated, *place, at.crank_deg)
+    return ",".join([at.mode, *("" if value is None else f"{value:.7g}" for value in values)])
 
 
 def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[MapPlot, dict[str, Floats]]:
     """The map, and the factors at its points over the required one."""
     operation, of_rays, bars = found.operation, found.of_rays, Bars(found)
-    every = [limit for own in of_rays.limits.values() for limit in own if limit is not None]
+    every = [limit for line in of_rays.limits.values() for limit in line if limit is not None]
     rpm = np.linspace(0.0, 1.08 * max([limit.rpm for limit in every] + speeds), _COLUMNS)[1:]
     top = 1.15 * max([limit.peak for limit in every] + [operation.peak(each) for each in speeds])
     peak = np.linspace(0.0, min(top, LARGEST_PEAK), _LINES)
@@ -169,7 +169,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         factor=least_of(ending(factors), scale),
         yielding=yielding,
         elastic=ELASTIC,
-        lines={mode.value: _line(own, bars) for mode, own in of_rays.limits.items()},
+        lines={mode.value: _line(line, bars) for mode, line in of_rays.limits.items()},
         full_load=(full, np.array(today)),
         full_load_name="the study's load" if operation.full_load is None else "full load",
         points=[(each, operation.peak(each, operation.today(each)) / BAR) for each in speeds],
@@ -177,14 +177,14 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
         boost=_boosts(found, float(peak[-1])),
         hours=hours,
     )
-    return shown, {mode.value: own for mode, own in factors.items()}
+    return shown, {mode.value: values for mode, values in factors.items()}
 
 
-def _line(own: tuple[Limit | None, ...], bars: Bars) -> MapLine:
+def _line(limits: tuple[Limit | None, ...], bars: Bars) -> MapLine:
     nan = math.nan
     rows = [
         (nan, nan, nan) if one is None else (one.rpm, one.peak / BAR, (bars.percent(one) or nan) / 100)
-        for one in own
+        for one in limits
     ]
     rpm, peak, bar = np.array(rows).T
     return MapLine(rpm=rpm, peak=peak, bar=bar)

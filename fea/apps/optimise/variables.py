@@ -38,8 +38,8 @@ class Variables:
     def start(self) -> Floats:
         """The study's own values (n,), scaled."""
         rod = self.study.rod.solid()
-        own = np.array([getattr(rod, dimension_of(key)) for key in self.keys])
-        return (own - self.low) / (self.high - self.low)
+        values = np.array([getattr(rod, dimension_of(key)) for key in self.keys])
+        return (values - self.low) / (self.high - self.low)
 
     def dimensions(self, x: Floats) -> dict[str, float]:
         """Return the dimensions, mm, by their keys, of scaled values (n,)."""
@@ -100,15 +100,15 @@ def variables(study: Study) -> Variables:
     usual = (*_USUAL, *(_USUAL_OF_I if rod.has_pockets else ()))
     bounds = {key: (bound[0], bound[1]) for key, bound in asked.items()}
     bounds = bounds or {f"{name}_mm": tuple(x * getattr(rod, name) for x in (_FROM, _TO)) for name in usual}
-    own = {key: getattr(rod, dimension_of(key)) for key in bounds}
+    start = {key: getattr(rod, dimension_of(key)) for key in bounds}
     for key, (low, high) in bounds.items():
         rule = f"is 0 in this rod, so the feature is left out: it cannot vary from {low:g} to {high:g} mm"
-        require(own[key] > 0, f"rod.{key}", own[key], rule, "Give it a value, or do not name it as free.")
+        require(start[key] > 0, f"rod.{key}", start[key], rule, "Give it a value, or do not name it as free.")
         rule = "cannot be free: the shank has no pockets, so that it has no effect"
         of_pocket = dimension_of(key) in _OF_POCKET and not (rod.shank_bore and key == "pocket_setback_mm")
         require(rod.has_pockets or not of_pocket, f"optimise.free.{key}", None, rule, "Leave it out.")
         rule = f"must lie between its bounds, {low:g} and {high:g} mm, where the search starts"
-        require(low <= own[key] <= high, f"rod.{key}", own[key], rule, "Widen the bounds.")
+        require(low <= start[key] <= high, f"rod.{key}", start[key], rule, "Widen the bounds.")
     thinnest, where = min((wall, name) for name, wall in walls(rod).items())
     given = None if table is None else table.least_wall_mm
     least = min(_LEAST_WALL, thinnest) if given is None else given

@@ -178,9 +178,9 @@ def input_tables(study: Study) -> list[InputTable]:
             continue
         plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
         found.append(_table(study, name, _TITLES.get(name, name.replace("_", " ").capitalize()), plain))
-        for part, own in values.items():
-            if isinstance(own, Mapping):
-                found.append(_table(study, "material", f"Material of {part.replace('_', ' ')}", own))
+        for part, entry in values.items():
+            if isinstance(entry, Mapping):
+                found.append(_table(study, "material", f"Material of {part.replace('_', ' ')}", entry))
     return [table for table in found if table.rows]
 
 
@@ -223,8 +223,8 @@ def _remark(study: Study, table: str, values: Mapping[str, Any]) -> str:
         return f"The rod {same[0]} of the library: {ORIGINS[same[0]]}" if same else ""
     if table == "material":
         known = ("E_GPa", "nu", "density_kg_m3", "yield_MPa", "ultimate_MPa", "endurance_MPa")
-        own = {key: values[key] for key in known if values.get(key) is not None}
-        alike = [m for m in LIBRARY.values() if own == {k: v for k, v in m.figures.items() if k in known}]
+        given = {key: values[key] for key in known if values.get(key) is not None}
+        alike = [m for m in LIBRARY.values() if given == {k: v for k, v in m.figures.items() if k in known}]
         assumed = "Assumed, as the study says nothing. " if study.material is ASSUMED_MATERIAL else ""
         return assumed + (f"The material {alike[0].name} of the library: {alike[0].source}" if alike else "")
     if table == "engine" and study.engine is not None and study.engine.library() is not None:

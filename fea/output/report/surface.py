@@ -62,8 +62,8 @@ class Surface:
         order, first, renumbered = _appearance(row)
         above = self.parents[first]
         parents = np.where(above >= 0, renumbered[above], -1)
-        own = np.arange(len(order))[:, None]
-        return order, np.where(parents >= own, own - 1, parents)
+        row = np.arange(len(order))[:, None]
+        return order, np.where(parents >= row, row - 1, parents)
 
 
 def _appearance(values: Ints) -> tuple[Ints, Ints, Ints]:
@@ -81,8 +81,8 @@ def _by_appearance(table: Ints) -> tuple[Ints, Ints]:
 def _vertex_parents(corners: Ints, count: int) -> Ints:
     """The vertices with smaller numbers in the facet that mentions a vertex first; else the one before."""
     _, first = np.unique(corners.ravel(), return_index=True)
-    facet, own = corners[first // 3], np.arange(count)
-    earlier = np.sort(np.where(facet < own[:, None], facet, -1), axis=1)[:, ::-1]
-    one = np.where(earlier[:, 0] >= 0, earlier[:, 0], own - 1)
+    facet, row = corners[first // 3], np.arange(count)
+    earlier = np.sort(np.where(facet < row[:, None], facet, -1), axis=1)[:, ::-1]
+    one = np.where(earlier[:, 0] >= 0, earlier[:, 0], row - 1)
     other = np.where(earlier[:, 1] >= 0, earlier[:, 1], one)
     return np.stack([one, other], axis=1)

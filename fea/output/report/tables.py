@@ -308,13 +308,13 @@ def contact_table(summary: Summary) -> Table | None:
     """Return the contact on the bores in every load case."""
     rows = [
         (
-            f"{name}, {bore.replace('_bore', '').replace('_', ' ')}", number(own.max_pressure_MPa, ".1f"),
-            number(own.at_deg, ".0f"), number(own.at_z_mm, ".1f"), number(own.arc_deg, ".0f"),
-            number(1e3 * own.widest_mm, "+.0f"), number(own.widest_deg, ".0f"),
-            number(1e3 * own.narrowest_mm, "+.0f"), number(own.narrowest_deg, ".0f"),
+            f"{name}, {bore.replace('_bore', '').replace('_', ' ')}", number(touch.max_pressure_MPa, ".1f"),
+            number(touch.at_deg, ".0f"), number(touch.at_z_mm, ".1f"), number(touch.arc_deg, ".0f"),
+            number(1e3 * touch.widest_mm, "+.0f"), number(touch.widest_deg, ".0f"),
+            number(1e3 * touch.narrowest_mm, "+.0f"), number(touch.narrowest_deg, ".0f"),
         )
         for name, case in summary.results.items()
-        for bore, own in (case.contact or {}).items()
+        for bore, touch in (case.contact or {}).items()
     ]  # fmt: skip
     head = ("load case, bore", "pressure, MPa", "at, °", "at z, mm", "arc, °", "widest, µm", "at, °",
             "narrowest, µm", "at, °")  # fmt: skip

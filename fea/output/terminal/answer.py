@@ -237,7 +237,7 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
     if bolts.tightened is not None:
         yield f"Bolts tightened to {bolts.tightened}."
     widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
-    reserves = {name: own.slip_reserve for name, own in joint.by_case.items() if own.slip_reserve is not None}
+    reserves = {name: one.slip_reserve for name, one in joint.by_case.items() if one.slip_reserve is not None}
     gap = joint.by_case[widest].opening_um
     said = [f"opens by up to {gap:.0f} µm ({widest})" if gap > 0 else "stays closed"]
     if joint.opens is not None and joint.opens.load_factor is not None:
@@ -328,11 +328,11 @@ def _joint(found: AssemblyFigures) -> Iterator[str]:
     if said:
         yield f"Joint: {'; '.join(said)}."
     if joint.cycle is not None:
-        own = joint.cycle
+        cycle = joint.cycle
         yield (
-            f"Joint over the cycle: clamped by at least {own.min_clamp_force_N / KN:.1f} kN "
-            f"({own.min_clamp_crank_deg:.0f}°), gap at most {own.max_opening_um:.0f} µm "
-            f"({own.max_opening_crank_deg:.0f}°), open at the bore in {own.open_percent:.0f} % of it."
+            f"Joint over the cycle: clamped by at least {cycle.min_clamp_force_N / KN:.1f} kN "
+            f"({cycle.min_clamp_crank_deg:.0f}°), gap at most {cycle.max_opening_um:.0f} µm "
+            f"({cycle.max_opening_crank_deg:.0f}°), open at the bore in {cycle.open_percent:.0f} % of it."
         )
 
 
