@@ -11,7 +11,7 @@ function interval({ factor, bar_percent: percent }) {
 }
 
 function verdict({ low, high }, required) {
-  return low >= required ? ["holds", "holds"] : high < required ? ["fails", "does not hold"] : ["open", "undecided"];
+  return low >= required ? ["holds", "met"] : high < required ? ["fails", "not met"] : ["open", "undecided"];
 }
 
 class AnswerPanel {
@@ -74,7 +74,7 @@ class AnswerPanel {
     const head = element("h3", {}, name);
     if (governs) head.append(element("span", { class: "badge" }, "governs"));
     if (!factor) return element("div", { class: "card none" }, head, element("p", { class: "big" }, "…"),
-      element("p", { class: "change" }, name === "Fatigue" ? "worked out when the hand rests" : "no load case compresses the rod"));
+      element("p", { class: "change" }, name === "Fatigue" ? "computed when the slider stops" : "no load case compresses the rod"));
     const own = interval(factor), [kind, words] = verdict(own, this.required);
     const bar = own.bar ? ` ± ${own.bar.toFixed(2)}` : "";
     return element("div", { class: `card ${kind}`, title: factor.where },

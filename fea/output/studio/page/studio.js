@@ -222,7 +222,7 @@ class StudioPage {
 
   on_tried({ design }) {
     const { mass_kg: mass, margin, governs, count, most } = design, holds = margin >= 0;
-    const said = `${count} of at most ${most}: ${(1000 * mass).toFixed(1)} g, ${holds ? "holds" : `lacks ${(-100 * margin).toFixed(1)} %`} (${governs})`;
+    const said = `${count} of at most ${most}: ${(1000 * mass).toFixed(1)} g, ${holds ? "meets the factors" : `lacks ${(-100 * margin).toFixed(1)} %`} (${governs})`;
     const list = this.get("tried"), look = element("button", { type: "button" }, "Look");
     look.addEventListener("click", () => {
       this.state = design.state;
