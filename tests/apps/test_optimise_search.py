@@ -105,7 +105,7 @@ def test_where_no_rod_holds_the_search_ends_and_says_so():
     found = search(rods, np.full(N, 0.8), 150)
     assert not found.holds
     assert found.count <= 150
-    assert "none that meets the factors was found" in found.ended or "used up" in found.ended
+    assert "none that meets the factors was found" in found.ended or "evaluations are left" in found.ended
 
 
 def test_the_model_is_that_of_the_mean_mesh():

@@ -173,7 +173,7 @@ def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: in
         if waited >= _PATIENT and holds:
             return f"further designs saved less than {100 * _SETTLED:g} % of the mass"
         if designs.count + mesh_cost > most:
-            return f"the {most} evaluations are used up"
+            return f"too few of the {most} evaluations are left for another design"
         x = _lightest(designs, about, reserve, radius)
         if any(np.abs(x - other.x).max() < _SAME for other in remeshed):
             if about.margin >= 0 or waited >= _PATIENT:
