@@ -315,14 +315,13 @@ def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
 
 def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> EnvelopeFigures:
     """Return the worst of the cycle and its worst places; errors are those of its load cases."""
-    mesh, criterion, materials = rod.mesh.whole, rod.options.fatigue, rod.materials
+    mesh, materials = rod.mesh.whole, rod.materials
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
     fatigue, multiaxial = (
         None if spot is None else _spot(spot, result, rod) for spot in (result.weakest, result.multiaxial)
     )
     singular = not counts.all()
-    used = usage(cases, mesh, materials, SurfaceRegions.of(mesh, rod.mesh.bores), criterion)
     return EnvelopeFigures(
         min_safety_factor=float(found.safety_factor[worst]),
         at_mm=vector(mesh.points[worst]),
@@ -332,9 +331,9 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         max_principal_MPa=float(found.principal_1[counts].max()),
         min_principal_MPa=float(found.principal_3[counts].min()),
         min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
-        fatigue_criterion=criterion.value,
+        fatigue_criterion=rod.options.fatigue.value,
         fatigue=fatigue,
-        fatigue_error_percent=None if used is None else peak(*used, ~counts).error_percent,
+        fatigue_error_percent=fatigue_error(result, rod, cases),
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
         endurance=endurance_figures(rod.mesh.parts, materials) or None,
@@ -345,6 +344,14 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
         unmasked_min_safety_factor=float(found.safety_factor.min()) if singular else None,
     )
+
+
+def fatigue_error(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> float | None:
+    """Return the error bar, percent, of the smallest factor against fatigue: that between the load cases."""
+    mesh = rod.mesh.whole
+    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
+    used = usage(cases, mesh, rod.materials, regions, rod.options.fatigue)
+    return None if used is None else peak(*used, ~result.counts).error_percent
 
 
 def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:

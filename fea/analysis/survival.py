@@ -104,10 +104,11 @@ def factors(
             found.append(Factor("fatigue", "", envelope.min_fatigue_safety_factor, error))
     if buckling.min_safety_factor is not None:
         found.append(Factor("buckling", "", buckling.min_safety_factor))
-    return found if assembly is None else [*found, *_of_assembly(assembly)]
+    return found if assembly is None else [*found, *factors_of_assembly(assembly)]
 
 
-def _of_assembly(assembly: AssemblyFigures) -> list[Factor]:
+def factors_of_assembly(assembly: AssemblyFigures) -> list[Factor]:
+    """Return the safety factors of bolts and joint."""
     bolts, joint = assembly.bolts, assembly.joint
     found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
     if bolts.bending_fatigue_safety_factor is not None:

@@ -103,7 +103,7 @@ def drag(studio, shown, options, began):
     shown.run("document.querySelector('#keep button').click()")
     since = time.monotonic()
     shown.run(f"{DRAG}('{KEY}', 1)")
-    wait("feaStudio.anchors === 1")
+    wait("feaStudio.panel.solving === 1")
     said("anchors", since)
     since = time.monotonic()
     while time.monotonic() - since < 60 * options.minutes:

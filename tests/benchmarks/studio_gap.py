@@ -1,11 +1,12 @@
 """What `fea studio` shows while one drags against what is solved there, and what its answers cost.
 
-    python tests/benchmarks/studio_gap.py gap [--rods 50] [--size 14] [--only STUDY ...]
+    python tests/benchmarks/studio_gap.py gap [--rods 50] [--size 14] [--only STUDY ...] [--seed 40]
     python tests/benchmarks/studio_gap.py cost [STUDY]
 
-`gap`: up to seven dimensions of each study are touched, as on the page; then rods between the anchors, in up
-to seven dimensions at once within ±10 %, are interpolated and solved on the same moved mesh. The error is
-that of the smallest safety factor against yielding. `cost`: times, and the processor's in parentheses, of the
+`gap`: up to seven dimensions of each study are touched, as on the page, which rests then; then rods between
+the anchors, in up to seven dimensions at once within ±10 %, are interpolated and solved on the same moved
+mesh. The error is that of the smallest safety factor against yielding. The constants of the estimate were
+fitted on the rods of seed 39 of all studies but the last. `cost`: times, and the processor's in parentheses, of the
 first picture, of an update while one drags, of the exact answer at rest; and the memory of the process.
 """
 
@@ -53,14 +54,15 @@ def study(name, size=None):
     return found if size is None else replace(found, mesh=replace(found.mesh, size_mm=size))
 
 
-def held_out(name, count, size):
+def held_out(name, count, size, seed):
     """Errors and gaps, percent, of rods between the anchors; rows of (error, gap, bar, dimensions)."""
-    rod, random = LiveRod(study(name, size)), np.random.default_rng(39)
+    rod, random = LiveRod(study(name, size)), np.random.default_rng(seed)
     operation, own = rod.operation, rod.base_design
     touched = [key for key in TOUCHED if key in own][:DIMENSIONS]
     for key in touched:
         for _ in rod.touch(key, {}, operation):
             pass
+    deque(rod.cross({}, operation), maxlen=0)
     ranges = rod.ranges({})
     touched = [key for key in touched if ranges[key].covered_low is not None]
     rows, grey, moved_not, alike = [], 0, 0, []
@@ -100,9 +102,9 @@ def held_out(name, count, size):
     return table
 
 
-def gap(names, count, size):
+def gap(names, count, size, seed):
     """Print the errors of each study and of all."""
-    tables = [held_out(name, count, size) for name in names]
+    tables = [held_out(name, count, size, seed) for name in names]
     error, shown, bar, _ = np.hstack(tables)
     print(
         f"all {len(error)}: error median {np.median(error):.3f} %, largest {error.max():.2f} %; gap median "
@@ -176,10 +178,11 @@ def main():
     parser.add_argument("study", nargs="?", default="leon-2001")
     parser.add_argument("--rods", type=int, default=50)
     parser.add_argument("--size", type=float)
+    parser.add_argument("--seed", type=int, default=40)
     parser.add_argument("--only", nargs="+", default=STUDIES)
     asked = parser.parse_args()
     if asked.what == "gap":
-        gap(asked.only, asked.rods, asked.size)
+        gap(asked.only, asked.rods, asked.size, asked.seed)
     else:
         cost(asked.study)
 

@@ -1,23 +1,13 @@
 """Stresses between designs that are solved, interpolated from the stress tensors of these, the anchors.
 
-All anchors are on one mesh, moved. Their weights at a design are those of universal kriging with a Gaussian
-covariance of the scaled dimensions and a linear trend (Sacks et al. 1989, eqs. 5-7): close to the polynomial
-through a few anchors on a line, and to a quadratic without mixed terms at a star of them.
-
-The error of the interpolation has two parts. The first is of each dimension alone, on the line of anchors
-through the nearest one: what leaving out one of them at a time changes gives the scale (Dubrule 1983), the
-covariance how it grows between them. All anchors together would give every dimension the scale of the least
-smooth one. The second is of mixed terms, which lines do not show: the geometric mean of the products of what
-two dimensions change alone on the way from the nearest anchor, as where the stress is a product of powers of
-the dimensions, and of those of their distances, as where they act together only. The constants are fitted on
-rods that are solved: tests/benchmarks/studio_gap.py.
+All anchors are on one mesh, moved; `fea.apps.studio.stars` says how they are added up, and the error of that.
 """
 
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +17,7 @@ from fea.analysis.cycle.rows import PartRows
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.apps.studio.frame import LARGEST_OF_CASES, CaseFigures, Factor, Figures, Singles
+from fea.apps.studio.stars import SAME, Mix, Star, stars
 from fea.base.material import Material
 from fea.base.units import DEG, KG
 from fea.judge.case_result import CaseResult
@@ -43,11 +34,7 @@ from geometry.mass import MassProperties, Tensor
 from geometry.section import Section
 from loads.instants import Instants, joined
 
-# A change of a dimension by this share is a unit of distance; the reach of the covariance in such units.
-UNIT, _REACH = 0.15, 2.5
-# Standard deviations of the interpolation that are shown as its error; and the square of mixed terms over the
-# products of what two dimensions change alone and of their distances.
-GAP, _MIXED = 3.0, 0.12
+UNIT = 0.15  # a change of a dimension by this share is a unit of distance
 _LEAST = 2e-4  # of the stress: what elements change that are curved in some rods and straight in others
 VAGUE = 0.05  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
@@ -56,9 +43,8 @@ _INSIDE, _TIRED = 0.6, 0.75
 # Relative error of stresses that are superposed: the series of the pins' pressure (`fea.pins.pressure`).
 SUPERPOSED = 5e-4
 _EVERY = 2 * DEG  # crank angles at which fatigue is looked at
-SAME = 1e-9
 _RECENT = 2  # loads whose fields are kept
-_MOST = 24  # anchors that are kept, of some 10 MB each
+_MOST = 64  # anchors that are kept, of some 10 MB each
 # Crank angle, rad, between load cases of one name that are different peaks of the cycle.
 _TURN = 10 * DEG
 Angles = Mapping[str, float]  # crank angle, rad, by load case
@@ -262,6 +248,7 @@ class Anchors:
     def __init__(self, followed: Followed, elastic: tuple[object, ...]) -> None:
         self.followed, self.elastic = followed, elastic
         self.every: list[Anchor] = []
+        self._stars: list[Star] = []
         self._known: dict[object, list[_Stack]] = {}
 
     def add(self, anchor: Anchor) -> None:
@@ -269,23 +256,24 @@ class Anchors:
         others = [one for one in self.every if np.abs(one.x - anchor.x).max(initial=0.0) > SAME]
         others.sort(key=lambda one: float(np.abs(one.x - anchor.x).max()))
         self.every = [anchor, *others][:_MOST]
+        self._stars = list(stars(np.array([one.x for one in self.every])))
         self._known.clear()
 
-    @property
-    def box(self) -> tuple[Floats, Floats]:
-        """Least and largest scaled dimensions of the anchors."""
-        places = np.array([one.x for one in self.every])
-        return places.min(axis=0), places.max(axis=0)
+    def star(self, x: Floats) -> Star | None:
+        """Return the star for scaled dimensions; None beyond the anchors."""
+        covering = (one for one in self._stars if one.covers(x))
+        return min(covering, key=lambda one: one.away(x), default=None)
 
     def at(self, x: Floats, loaded: Loaded) -> "Between | None":
         """Interpolate at scaled dimensions; None beyond the anchors, or with another elasticity."""
         if loaded.elastic != self.elastic or not self.every:
             return None
-        same = [one for one in self.every if np.abs(one.x - x).max(initial=0.0) <= SAME]
-        low, high = self.box
-        if not same and (len(self.every) < 3 or ((x < low - SAME) | (x > high + SAME)).any()):
+        star = self.star(x)
+        if star is None:
             return None
-        which = same or self.every
+        mix, which = star.at(x), self.every
+        if not mix.lines:
+            mix, which = mix.only(star.center), [self.every[star.center]]
         key = (loaded.key, loaded.materials, len(which), id(which[0]))
         if key not in self._known:
             recent = list(self._known.items())[-_RECENT:]
@@ -293,14 +281,14 @@ class Anchors:
         stacks = self._known[key]
         stack = stacks[0]
         if stack.ambiguous:
-            cases = stack.cases(x)
+            cases = stack.cases(mix.weights)
             for stack in stacks:
                 if not any(_apart(case, stack.angles) for case in cases):
                     break
             else:
                 stack = _Stack(which, loaded, self.followed, _angles(cases))
                 stacks.append(stack)
-        return Between(stack, self.followed, x)
+        return Between(stack, self.followed, mix)
 
 
 class _Stack:
@@ -328,11 +316,9 @@ class _Stack:
         self.mass = np.array([one.mass.mass for one in anchors])
         direct = all(one.deviators and loaded.key == one.solved for one in anchors)
         self.superposed = 0.0 if direct else SUPERPOSED
-        self._x = np.array([one.x for one in anchors])
 
-    def cases(self, x: Floats) -> Instants:
-        """Load cases at scaled dimensions, whose mass properties are interpolated."""
-        weights, _ = self.weights(x)
+    def cases(self, weights: Floats) -> Instants:
+        """Load cases of a rod whose mass properties are those of the anchors, weighted."""
         near = self.anchors[int(np.abs(weights).argmax())]
         masses = [one.mass for one in self.anchors]
         center = weights @ np.array([mass.center for mass in masses])
@@ -347,104 +333,19 @@ class _Stack:
         known = [own for own in found if own is not None]
         return np.stack(known) if len(known) == len(found) else None
 
-    @cached_property
-    def _inverse(self) -> tuple[Ints, Floats]:
-        """The dimensions that vary, and the inverse of the kriging equations."""
-        varied = np.flatnonzero(np.ptp(self._x, axis=0) > SAME)
-        return varied, _inverse(self._x[:, varied])
-
-    def weights(self, x: Floats) -> tuple[Floats, float]:
-        """Weights (n_anchors,) at scaled dimensions, and the standard deviation there over the scale."""
-        varied, inverse = self._inverse
-        return _weights(self._x[:, varied], inverse, x[varied])
-
-    def _nearest(self, x: Floats) -> int:
-        """The anchor from which the products of two dimensions' distances are least."""
-        return int(_products(x - self._x).argmin())
-
-    def apart(self, x: Floats) -> float:
-        """The products of two dimensions' distances from the nearest anchor."""
-        return float(_products(x - self._x).min())
-
-    def lines(self, x: Floats) -> list["_Line"]:
-        """A line of each dimension that is another than the nearest anchor's; of all where one is unknown."""
-        nearest, found = self._x[self._nearest(x)], []
-        for number in np.flatnonzero(np.abs(x - nearest) > SAME):
-            beside = np.delete(self._x - nearest, number, axis=1)
-            on = np.flatnonzero(np.abs(beside).max(axis=1, initial=0.0) <= SAME)
-            line = self._x[on, number, None]
-            if len(on) < 3:
-                return [_Line(np.arange(len(self._x)), self._inverse[1], self.weights(x)[1])]
-            own = _inverse(line)
-            found.append(_Line(on, own, _weights(line, own, x[number, None])[1]))
-        return found
-
-    def alone(self, x: Floats) -> Floats:
-        """Weights (n_varied, n_anchors) of what each dimension alone changes from the nearest anchor to x."""
-        (varied, inverse), count = self._inverse, len(self.anchors)
-        away = x[varied] - self._x[:, varied]
-        slope = -_covariance(self._x[:, varied], x[None, varied]) * away / _REACH**2
-        right = np.concatenate([slope, np.zeros((1, len(varied))), np.eye(len(varied))])
-        return np.asarray(away[self._nearest(x)][:, None] * (inverse[:count] @ right).T)
-
-
-class _Line(NamedTuple):
-    """Anchors on a line."""
-
-    on: Ints  #: their numbers
-    inverse: Floats  #: of their kriging equations
-    deviation: float  #: standard deviation of the interpolation over the scale
-
-    def error(self, stress: Floats) -> float:
-        """Standard deviation of the interpolation of stresses (n_anchors,), MPa."""
-        count = len(self.on)
-        own = self.inverse[:count, :count]
-        left = own @ stress[self.on]
-        return self.deviation * float(np.sqrt((left**2 / np.maximum(np.diag(own), 1e-12)).mean()))
-
-
-def _inverse(x: Floats) -> Floats:
-    """Inverse of the kriging equations of anchors at scaled dimensions (n, m)."""
-    count, trend = len(x), np.column_stack([np.ones(len(x)), x])
-    system = np.zeros((count + trend.shape[1],) * 2)
-    system[:count, :count] = _covariance(x, x) + 1e-10 * np.eye(count)
-    system[:count, count:], system[count:, :count] = trend, trend.T
-    return np.asarray(np.linalg.pinv(system, hermitian=True))
-
-
-def _weights(x: Floats, inverse: Floats, at: Floats) -> tuple[Floats, float]:
-    """Weights (n,) of anchors (n, m) at a place (m,), and the standard deviation there over the scale."""
-    right = np.concatenate([_covariance(x, at[None])[:, 0], [1.0], at])
-    solution = inverse @ right
-    return solution[: len(x)], float(np.sqrt(max(0.0, 1.0 - right @ solution)))
-
 
 def _tensor(rows: Floats) -> Tensor:
     first, second, third = (vector(row) for row in rows)
     return first, second, third
 
 
-def _products(of: Floats) -> Floats:
-    """Root of the sum of the squared products of every two of the last axis."""
-    squares = of**2
-    doubled = squares.sum(axis=-1) ** 2 - (squares**2).sum(axis=-1)
-    return np.asarray(np.sqrt(np.maximum(0.0, doubled) / 2))
-
-
-def _covariance(one: Floats, other: Floats) -> Floats:
-    square = ((one[:, None] - other[None]) ** 2).sum(axis=2)
-    return np.asarray(np.exp(-square / (2 * _REACH**2)))
-
-
 class Between:
     """What is interpolated at one design."""
 
-    def __init__(self, stack: _Stack, followed: Followed, x: Floats) -> None:
-        self._stack, self._followed = stack, followed
-        self._weights, self._lines = stack.weights(x)[0], stack.lines(x)
+    def __init__(self, stack: _Stack, followed: Followed, mix: Mix) -> None:
+        self._stack, self._followed, self._mix, self._weights = stack, followed, mix, mix.weights
         single = self._weights.astype(np.float32)
         self._stress = np.tensordot(single, stack.stress, 1)
-        self._alone, self._apart = stack.alone(x), stack.apart(x)
         self.von_mises = np.sqrt((self._stress**2).sum(axis=0))
         self.used = self.von_mises * stack.share
         error = np.maximum(0.0, np.tensordot(single, stack.error, 1))
@@ -458,6 +359,11 @@ class Between:
         return self.gap(int(row), int(case))
 
     @property
+    def solved(self) -> bool:
+        """Whether this design is an anchor."""
+        return not self._mix.lines
+
+    @property
     def vague(self) -> bool:
         """Whether the interpolation is too uncertain to be shown."""
         return self.worst_gap > VAGUE
@@ -466,13 +372,10 @@ class Between:
         """Estimated error of the stress at a row over it."""
         length = max(float(self.von_mises[case, row]), 1e-9)
         direction = np.asarray(self._stress[:, case, row] / length, np.float64)
-        if not self._lines:  # solved here
+        if self.solved:
             return self._stack.superposed
-        stress = self._stack.stress[:, :, case, row] / length
-        alone = float(_products(np.linalg.norm(self._alone @ stress, axis=-1)))
-        mixed = float(np.sqrt(_MIXED * alone * self._apart))
-        along = (GAP * line.error(stress @ direction) for line in self._lines)
-        return float(np.linalg.norm([mixed, *along])) + _LEAST + self._stack.superposed
+        stress = np.asarray(self._stack.stress[:, :, case, row] / length, np.float64)
+        return self._mix.error(stress, direction) + _LEAST + self._stack.superposed
 
     @property
     def figures(self) -> Figures:

@@ -3,14 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from itertools import chain
 from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
+from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import column_figures
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
+from fea.analysis.summary import fatigue_error, sharp_edge_figures
+from fea.analysis.survival import factors_of_assembly
 from fea.apps.studio.operation import Operation
 from fea.base.checks import Check
 from fea.base.note import NoteKind
@@ -24,7 +28,7 @@ from geometry.arrays import vector
 Singles = npt.NDArray[np.float32]
 Place = tuple[float, float, float]
 LARGEST_OF_CASES = "von_mises"  # the field of the largest stress over all load cases
-YIELDING, FATIGUE, BUCKLING = "yielding", "fatigue", "buckling"
+MODES = YIELDING, FATIGUE, BUCKLING, BOLTS = "yielding", "fatigue", "buckling", "bolts"
 
 
 class Label(StrEnum):
@@ -64,14 +68,15 @@ class Figures:
     yielding: Factor
     fatigue: Factor | None = None  #: None where it is not worked out yet, or no strength is known
     buckling: Factor | None = None  #: None where no load case compresses the rod
+    bolts: Factor | None = None  #: of bolts or joint, `where` says which; None for a rod in one piece
     checks: Mapping[str, Check] | None = None  #: None where nothing was solved
     notes: tuple[str, ...] = ()
 
     @property
     def governs(self) -> str:
         """The mode of failure with the smallest factor."""
-        modes = {YIELDING: self.yielding, FATIGUE: self.fatigue, BUCKLING: self.buckling}
-        return min((mode for mode in modes if modes[mode]), key=lambda mode: modes[mode].factor)  # type: ignore[union-attr]
+        modes = {mode: known for mode in MODES if (known := getattr(self, mode)) is not None}
+        return min(modes, key=lambda mode: float(modes[mode].factor))
 
     @property
     def trusted(self) -> bool | None:
@@ -123,8 +128,9 @@ def figures(rod: PreparedRod, result: SpeedResult) -> Figures:
         cases=tuple(_case(rod, case) for case in cases),
         governing=worst.load.name,
         yielding=_yielding(rod, result, governing.percent),
-        fatigue=_fatigue(rod, result, governing.percent),
+        fatigue=_fatigue(rod, result),
         buckling=buckling(rod, result),
+        bolts=_bolts(rod, result),
         checks=result.checks,
         notes=tuple(str(note) for note in result.notes if note.kind in (NoteKind.DOUBT, NoteKind.WARNING)),
     )
@@ -136,15 +142,30 @@ def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor:
     if result.cycle is not None:
         usage = np.where(result.cycle.counts, result.cycle.envelope.usage, -np.inf)
         node, used = int(usage.argmax()), float(usage.max())
-    return _factor(rod, 1 / used, percent, node)
+    found = _factor(rod, 1 / used, percent, node)
+    every = sharp_edge_figures(result.cases, rod.options.min_safety).values()
+    edges = [
+        Factor(edge.safety_factor, edge.error_percent, 0.0, f"edge {edge.name}")
+        for edge in chain.from_iterable(every)
+    ]
+    return min(found, *edges, key=lambda one: one.factor) if edges else found
 
 
-def _fatigue(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor | None:
+def _fatigue(rod: PreparedRod, result: SpeedResult) -> Factor | None:
     cycle = result.cycle
     if cycle is None or cycle.weakest is None or cycle.envelope.fatigue_factor is None:
         return None
     node = cycle.weakest.node
-    return _factor(rod, float(cycle.envelope.fatigue_factor[node]), percent, node)
+    percent = fatigue_error(cycle, rod, tuple(result.cases.values()))
+    return _factor(rod, float(cycle.envelope.fatigue_factor[node]), percent or 0.0, node)
+
+
+def _bolts(rod: PreparedRod, result: SpeedResult) -> Factor | None:
+    assembly = assembly_figures(rod, result.cases, result.cycle)
+    if assembly is None:
+        return None
+    worst = min(factors_of_assembly(assembly), key=lambda one: one.value)
+    return Factor(worst.value, worst.error_percent or 0.0, 0.0, worst.mode)
 
 
 def _factor(rod: PreparedRod, factor: float, percent: float, node: int) -> Factor:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.apps.studio.frame import BUCKLING, FATIGUE, YIELDING, Frame
+from fea.apps.studio.frame import MODES, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
 from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
@@ -85,12 +85,15 @@ def frame(serial: int, state: State, top: float, field: str) -> Answer:
 
 
 def begin(kind: str, state: State, what: str) -> None:
-    """Begin what takes several steps: "touch" a dimension, or solve "exact" with a field."""
-    design, operation = dict(state["design"]), _operation(state)
-    if kind == "touch":
-        _Inside.steps = _Inside.live.touch(what, design, operation)
+    """Begin what takes several steps: "touch" a dimension, solve "exact" with a field, or "cross"."""
+    live, design, operation = _Inside.live, dict(state["design"]), _operation(state)
+    if kind == "cross":
+        _Inside.steps = live.cross(design, operation)
     else:
-        _Inside.steps = _Inside.live.exact(design, operation, what)
+        begun = (
+            live.touch(what, design, operation) if kind == "touch" else live.exact(design, operation, what)
+        )
+        _Inside.steps = begun
 
 
 def step(serial: int, state: State, top: float) -> Answer | float | None:
@@ -177,7 +180,7 @@ def _table(variants: Mapping[str, Any]) -> str:
             figures = answer["figures"]
             row |= {key: answer[key] for key in ("label", "pins")}
             row |= {key: figures[key] for key in ("mass_kg", "governs")}
-            for mode in (YIELDING, FATIGUE, BUCKLING):
+            for mode in MODES:
                 factor = figures[mode] or {}
                 row |= {mode: factor.get("factor"), f"{mode}_bar_percent": factor.get("bar_percent")}
         rows.append(row)

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import combinations, product
 from time import perf_counter
 
 import numpy as np
@@ -12,16 +13,15 @@ from fea.analysis.adapt import adapt_mesh
 from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
-from fea.apps.studio.anchors import SAME, UNIT, Anchors, Followed, Loaded
+from fea.apps.studio.anchors import UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
-from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import Surface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
-from fea.study.pin_models import PRESCRIBED
+from fea.study.pin_models import FILM, PRESCRIBED
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -40,7 +40,7 @@ _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 def live_study(study: Study) -> Study:
     """Return a study as it is solved while it changes: in one piece, the load of its pins prescribed."""
     options = study.analysis
-    pressure = PRESCRIBED if options.in_contact else options.pressure
+    pressure = PRESCRIBED if options.in_contact or options.pressure == FILM else options.pin_load
     quick = replace(options, pressure=pressure, cycle=False, film=False, buckling=False)
     parts = {name: table for name, table in study.part_material.items() if name != BOLT}
     if study.assembly is not None:
@@ -87,14 +87,11 @@ class LiveRod:
     def ranges(self, design: Design) -> dict[str, Range]:
         """Return how far each dimension can go from a design while the others stay."""
         design, found = self._full(design), dict[str, Range]()
-        x = self._scaled(design)
-        low, high = self._anchors.box
+        star = self._anchors.star(self._scaled(design))
         for number, (name, value) in enumerate(design.items()):
             own = feasible(self.study, design, name, value)
-            beside = np.delete((x < low - SAME) | (x > high + SAME), number)
-            if not beside.any() and high[number] > low[number]:
-                base = self.base_design[name]
-                least, most = (float(base + UNIT * base * end[number]) for end in (low, high))
+            if star is not None and number in star.lines:
+                least, most = (self._value(name, end) for end in star.lines[number].ends)
                 own = replace(own, covered_low=least, covered_high=most)
             if name in self._unreached:
                 own = replace(own, reach_low=self._unreached[name][0], reach_high=self._unreached[name][1])
@@ -115,8 +112,9 @@ class LiveRod:
             value = design[name] if share is None else low + share * (high - low)
             there = {**design, name: value}
             between = self._anchors.at(self._scaled(there), loaded)
-            known = between is not None and 100 * between.worst_gap <= _ENOUGH_PERCENT
-            known = known and (share not in _INNER or self._lined(name, there))
+            known = between is not None and (
+                between.solved or (100 * between.worst_gap <= _ENOUGH_PERCENT and self._lined(name, there))
+            )
             if not known and not fault(self.study, there):
                 study = self.study_at(there, operation)
                 mesh = self._moved(study)
@@ -125,6 +123,31 @@ class LiveRod:
                     for _ in self._solved(there, operation, study, mesh, cycle=False):
                         yield (done - 0.3) / len(shares)
             yield done / len(shares)
+
+    def cross(self, design: Design, operation: Operation) -> Iterator[float]:
+        """Solve what every two of the dimensions that were touched here change together; see `touch`."""
+        design = self._full(design)
+        star = self._anchors.star(self._scaled(design))
+        if star is None or star.changed(self._scaled(design)).size:
+            return
+        pairs = list(combinations(star.lines, 2))
+        for done, pair in enumerate(pairs):
+            corners = product(*(star.lines[number].ends[::-1] for number in pair))
+            for corner in () if pair in star.corners else corners:
+                names = [list(design)[number] for number in pair]
+                there = {
+                    **design,
+                    **{name: self._value(name, end) for name, end in zip(names, corner, strict=True)},
+                }
+                if fault(self.study, there):
+                    continue
+                study = self.study_at(there, operation)
+                mesh = self._moved(study)
+                yield done / len(pairs)
+                if mesh is not None:
+                    for _ in self._solved(there, operation, study, mesh, cycle=False):
+                        yield done / len(pairs)
+                    break
 
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
         """Return what is interpolated; no figures beyond the anchors or in another elasticity."""
@@ -157,6 +180,10 @@ class LiveRod:
         """Dimensions (n,) relative to those of the study, in units of the interpolation."""
         own = [(design[name] - value) / (UNIT * value) for name, value in self.base_design.items()]
         return np.array(own)
+
+    def _value(self, name: str, scaled: float) -> float:
+        """The value, mm, of a dimension that is scaled."""
+        return float((1 + UNIT * scaled) * self.base_design[name])
 
     def _loaded(self, operation: Operation) -> Loaded:
         if self._last is None or self._last[0] != operation:
@@ -230,25 +257,23 @@ class LiveRod:
         self._anchors.add(self._followed.anchor(self._scaled(design), loaded, rod, result))
 
     def _frame(self, design: Design, operation: Operation, label: Label, shown: str) -> Frame:
-        return Frame(
-            design=design, operation=operation, label=label, base=self.base, shown=shown, pins=PRESCRIBED
-        )
+        pins = live_study(self.study).analysis.pin_load
+        return Frame(design=design, operation=operation, label=label, base=self.base, shown=shown, pins=pins)
 
 
 def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
-    """Solve a study on a mesh of its own, refined and with pins as in `fea run`, with its errors."""
+    """Solve a study on a mesh of its own, refined and with pins as in `fea run --cycle`, with its errors."""
     began, operation = perf_counter(), Operation.of(study)
+    study = replace(study, analysis=replace(study.analysis, cycle=study.engine is not None))
     adapted = adapt_mesh(study, (operation.rpm,), Clock())
     result = adapted.at(operation.rpm)
-    if result.cycle is None and study.engine is not None:
-        result = with_cycle(adapted.rod, result)
     surface = Surface.of(adapted.rod.mesh.whole)
     frame = Frame(
         design={each.key: each.value for each in dimensions(study)},
         operation=operation,
         label=Label.CONVERGED,
         shown=fields,
-        pins=CONTACT if adapted.rod.options.in_contact else adapted.rod.structure.pressure,
+        pins=adapted.rod.structure.pressure,
         new_mesh=True,
         triangles=triangles(surface),
     )

@@ -94,7 +94,7 @@ _LONGEST_MESSAGE = 2**16  # bytes, from the page
 _LONGEST_NAME = 60
 _MESHES = 4  # that are kept for a page that is loaded again
 _REPLACED = 4000  # why a socket is closed (of the range for applications)
-_TOUCH, _EXACT, _CONVERGE = "touch", "exact", "converge"
+_TOUCH, _EXACT, _CROSS, _CONVERGE = "touch", "exact", "cross", "converge"
 Job = Callable[[], Awaitable[None]]
 
 
@@ -348,7 +348,7 @@ class Studio:
         if asked.touched and not known and self._anchored and self._anchored.state != asked.state:
             await self._begin(_TOUCH, asked, asked.touched)
 
-    async def _begin(self, what: str, asked: Asked, of: str) -> None:
+    async def _begin(self, what: str, asked: Asked, of: str = "") -> None:
         self._steps, self._anchored = what, asked if what == _TOUCH else None
         await self._live.run(jobs.begin, what, asked.state, of)
         await self._tell_ranges(asked)
@@ -357,15 +357,17 @@ class Studio:
         found = await self._live.run(jobs.step, asked.serial, asked.state, self._top)
         if isinstance(found, jobs.Answer):
             await self._answered(found)
-        elif found is not None:
-            await self._tell("anchors", share=found)
-            self._waiting = self._waiting or self._newest
-        else:
-            if self._steps == _EXACT:
+        elif found is None:
+            ended, self._steps = self._steps, ""
+            if ended == _EXACT:
                 self._converging = asked
                 self._fresh_work.set()
-            self._steps = ""
-            await self._tell_ranges(asked)
+                await self._begin(_CROSS, asked)
+            else:
+                await self._tell_ranges(asked)
+        elif self._steps == _TOUCH:
+            await self._tell("anchors", share=found)
+            self._waiting = self._waiting or self._newest
 
     async def _tell_ranges(self, asked: Asked) -> None:
         await self._tell("ranges", serial=asked.serial, ranges=await self._live.run(jobs.ranges, asked.state))

@@ -1,7 +1,10 @@
 // The answer: mass and safety factors with their bars, and which design they are of.
 
-const MODES = [["yielding", "Yielding"], ["fatigue", "Fatigue"], ["buckling", "Buckling"]];
+const MODES = [["yielding", "Yielding"], ["fatigue", "Fatigue"], ["buckling", "Buckling"], ["bolts", "Bolts and joint"]];
 const KNOWN = { interpolated: "Interpolated", "exact on a moved mesh": "Exact on a moved mesh", converged: "Converged" };
+const PINS = { contact: "pins in contact", bonded: "pins bonded", "oil-film": "pins in oil" };
+// What loads the bores.
+const loading = (pins) => PINS[pins] ?? `prescribed pressure ${pins}`;
 const two = (value) => (value >= 100 ? "> 100" : value.toFixed(2));
 
 // A factor and how far it may be off: the bar is of the stress behind it.
@@ -19,6 +22,7 @@ class AnswerPanel {
     const get = (id) => document.getElementById(id);
     Object.assign(this, { root: get("cards"), of: get("of"), governs: get("governs"), said: get("said"), label: get("label"), mini: get("mini") });
     this.required = 1;
+    this.solving = NaN; // share of the rods that are solved around a design
     this.since = null;
   }
 
@@ -29,6 +33,7 @@ class AnswerPanel {
 
   show(header, design) {
     const { figures } = header;
+    if (header.label !== "interpolated") this.solving = NaN;
     this.now = JSON.stringify(header.state);
     this.label.textContent = this.labelled(header);
     this.label.dataset.label = figures ? header.label : "none";
@@ -38,12 +43,12 @@ class AnswerPanel {
     if (this.since?.state === JSON.stringify(header.state)) this.since.figures[header.pins] = figures;
     const before = this.since?.figures[header.pins] ?? {};
     this.root.replaceChildren(this.mass(figures, before),
-      ...MODES.map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
+      ...MODES.filter(([mode]) => mode !== "bolts" || figures.bolts).map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
     const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
-    const where = worst.where ? `, ${worst.where}` : "";
+    const [what, where] = figures.governs === "bolts" ? [worst.where, ""] : [figures.governs, worst.where && `, ${worst.where}`];
     const stress = peak ? ` Largest stress: ${peak.peak_MPa.toFixed(0)} MPa in ${peak.name}, ${peak.where}.` : "";
     const failed = figures.failed.length ? ` Not to be trusted: ${figures.failed.join(", ")} failed.` : "";
-    this.governs.textContent = `${upper(figures.governs)} governs${where}.${stress}${failed}`;
+    this.governs.textContent = `${upper(what)} governs${where}.${stress}${failed}`;
     const there = MODES.filter(([mode]) => figures[mode]);
     this.mini.textContent = [`${(1000 * figures.mass_kg).toFixed(0)} g`,
       ...there.map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}`)].join(" · ");
@@ -53,9 +58,10 @@ class AnswerPanel {
     this.said.textContent = `${this.label.textContent}: mass ${(1000 * figures.mass_kg).toFixed(0)} grams; ${factors.join("; ")}.`;
   }
 
+  // How exact the answer is, and what loads the bores; while rods around a design are solved, how many are.
   labelled({ label, pins, new_mesh: anew, figures }) {
-    if (!figures) return "Not solved here";
-    return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · pins: ${pins}`;
+    if (!figures) return this.solving < 1 ? `Solving around this design: ${Math.round(100 * this.solving)} %` : "Not solved here";
+    return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · ${loading(pins)}`;
   }
 
   mass({ mass_kg: mass }, before) {

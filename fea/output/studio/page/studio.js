@@ -97,6 +97,7 @@ class StudioPage {
     if (layout.title) {
       this.layout = layout;
       this.panel.required = layout.required;
+      this.get("required").textContent = `· required safety factor ${layout.required.toFixed(2)}`;
       this.sliders.lay(layout);
       this.get("lighten").hidden = !layout.dimensions.length;
     }
@@ -154,7 +155,7 @@ class StudioPage {
     this.panel.show(header, this.described(header.state));
     if (fields) this.uncover();
     if (this.current) {
-      if (!fields) this.stage.cover("an earlier design: let go, and this one is solved");
+      if (!fields) this.stage.cover("an earlier design: let go, and this one is solved at once");
       if (RANK[header.label]) {
         this.sliders.set(this.state, header.operation);
         this.compare();
@@ -197,8 +198,8 @@ class StudioPage {
   }
 
   on_anchors({ share }) {
-    this.anchors = share;
-    this.get("label").textContent = share < 1 ? `Solving around this design: ${Math.round(100 * share)} %` : this.panel.labelled(this.shown ?? {});
+    this.panel.solving = share;
+    this.get("label").textContent = this.panel.labelled(this.shown ?? {});
   }
 
   on_refused({ serial, text }) {

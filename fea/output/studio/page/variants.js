@@ -14,7 +14,7 @@ class Variants {
     }
     const head = element("tr", {}, element("th", { scope: "col" }, ""), ...columns.map(([name]) => this.heading(name)));
     const rows = [...this.inputs(columns, items), ...this.answers(columns)];
-    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? `${KNOWN[answer.label]}, pins: ${answer.pins}` : "not solved yet")));
+    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? `${KNOWN[answer.label]}, ${loading(answer.pins)}` : "not solved yet")));
     const table = element("table", {}, element("caption", { class: "sr-only" }, "Variants with what differs, and the difference to the present design"),
       element("thead", {}, head), element("tbody", {}, ...rows, labels));
     this.root.replaceChildren(table);
