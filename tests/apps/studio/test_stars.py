@@ -66,9 +66,9 @@ def test_the_estimate_bounds_the_error_and_shrinks_where_two_dimensions_are_meas
 def test_nothing_is_extrapolated():
     star, _ = star_of()
     center = star.x[0]
-    assert star.covers(center + [1.0, -1.0, 0.5])
-    assert not star.covers(center + [1.01, 0.0, 0.0])
+    assert star.covers(center + np.array([1.0, -1.0, 0.5]))
+    assert not star.covers(center + np.array([1.01, 0.0, 0.0]))
     other = next(each for each in stars(star.x) if each.center == 1)
     assert sorted(other.lines) == [0]  # an end of the first line: no line along the others goes through it
-    assert not other.covers(center + [0.0, 0.5, 0.0])
+    assert not other.covers(center + np.array([0.0, 0.5, 0.0]))
     assert star.at(center).lines == []
