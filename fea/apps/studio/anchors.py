@@ -262,7 +262,7 @@ class Anchors:
     def star(self, x: Floats) -> Star | None:
         """Return the star for scaled dimensions; None beyond the anchors."""
         covering = (one for one in self._stars if one.covers(x))
-        return min(covering, key=lambda one: one.away(x), default=None)
+        return min(covering, key=lambda one: (one.away(x), one.changed(x).size), default=None)
 
     def at(self, x: Floats, loaded: Loaded) -> "Between | None":
         """Interpolate at scaled dimensions; None beyond the anchors, or with another elasticity."""
