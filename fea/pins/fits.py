@@ -143,9 +143,9 @@ class Fits:
             assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
         crank_pin = None
         if CRANK_PIN in stiffness:  # solid, held by webs beside the rod
-            half, radius = bores.big_width / 2, bores.big_radius
-            webs = (1.02 * half, 1.02 * half + radius)
-            crank_pin = Pin(radius, 0.0, half, webs, *stiffness[CRANK_PIN])
+            touching, radius = bores.big_width / 2, bores.big_radius
+            webs = (1.02 * touching, 1.02 * touching + radius)
+            crank_pin = Pin(radius, 0.0, touching, webs, *stiffness[CRANK_PIN])
         return cls(
             small_clearance=small / 2,
             big_clearance=big / 2,

@@ -18,7 +18,10 @@ from fea.analysis.cycle.basis import ACCURACY
 from fea.analysis.prepare import _pins, prepare
 from fea.analysis.speed import solve_speed
 from fea.base.choices import CONTACT, Support
+from fea.contact.elastic_pin import Pin
 from fea.output.json_file import read_summary
+from fea.pins.fits import Fits
+from fea.rod.meshed_rod import Bores
 from fea.solid.stress import von_mises
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
@@ -181,6 +184,16 @@ def test_an_almost_rigid_elastic_pin_is_the_rigid_one(rigid, solved):
     for name, case in solved(stiff).items():
         pressure = rigid[name].contact_pressure
         assert np.abs(case.contact_pressure - pressure).max() < 1e-4 * pressure.max()
+
+
+def test_an_elastic_crank_pin_is_as_long_as_the_big_end_and_changes_nothing_at_the_small_end():
+    table = ContactTable(small_end_relief_mm=(3.0, 0.01))
+    bores = Bores(150.0, big_radius=26.0, big_width=24.0, small_radius=12.0, small_width=30.0)
+    rigid, elastic = (Fits.of(table, bores, own, (3e4, 3e4)) for own in ({}, {"crank_pin": (206e3, 0.3)}))
+    assert rigid.crank_pin is None
+    assert elastic.crank_pin == Pin(26.0, 0.0, 12.0, (1.02 * 12.0, 1.02 * 12.0 + 26.0), 206e3, 0.3)
+    assert dataclasses.replace(elastic, crank_pin=None) == rigid
+    assert elastic.eased == pytest.approx(0.01 * 15.0 / 3.0)
 
 
 @pytest.mark.parametrize(

@@ -189,6 +189,20 @@ def test_grooves_in_the_shell_and_in_the_pin_feed_the_big_end(rod, monkeypatch):
     assert shell > 1.5 * without
 
 
+def test_the_oil_hole_turns_with_the_crank_arm(rod, monkeypatch):
+    """At top dead centre it is where the study puts it; then it turns with the crank, away from the rod."""
+    seen = []
+    monkeypatch.setattr(lubrication, "integrate", lambda _bearing, acting, **_: seen.append(acting))
+    film = FilmTable(viscosity_mPas=8.0, hole_diameter_mm=5.0, hole_deg=30.0)
+    cycle = rod.crank_cycle(6000.0)
+    Films(replace(rod.structure, film=film)).coarse(cycle)
+    (acting,) = seen
+    crank = lubrication.crank_angles(len(acting.hole_angle))
+    study = load_study()
+    rod_angle = np.arcsin(study.engine.stroke_mm / 2 / study.rod.length * np.sin(crank))
+    assert acting.hole_angle == pytest.approx(math.pi / 6 + crank + rod_angle, rel=1e-9)
+
+
 def test_a_lubrication_refuses_what_does_not_suit_the_small_end(rod):
     tight = replace(rod.structure.contact, small_end_clearance_mm=0.001)
     structure = replace(rod.structure, contact=tight, film=FilmTable(viscosity_mPas=8.0))
