@@ -16,6 +16,8 @@ from geometry.arrays import Floats
 
 # k_τ: share of the torsion of tightening that remains in service.
 _TORSION_LEFT = 0.5
+# Play, over the hole's diameter, that is none: what rounding leaves of a bolt in inches.
+_FITTED = 1e-9
 # Places around a thread whose stress is followed: the largest amplitude is met to 0.2 %.
 _AROUND = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 
@@ -48,7 +50,8 @@ class BoltShape:
     def play(self) -> float:
         """Least distance between bolt and hole where both are centred, mm."""
         widest = max(self.shank_diameter, self.thread.diameter if self.free_thread else 0.0)
-        return max(self.hole - widest, 0.0) / 2
+        play = (self.hole - widest) / 2
+        return play if play > _FITTED * self.hole else 0.0
 
     def lift(self, force: float, ends: tuple[float, float]) -> float:
         """Largest moment on a seat over that at which its edge lifts, F (D² + d_h²)/(8 D) of a ring.

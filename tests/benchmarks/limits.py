@@ -2,6 +2,7 @@
 
 python tests/benchmarks/limits.py points               # random limits, solved again directly
 python tests/benchmarks/limits.py cost                 # against a static run and a run with --cycle
+python tests/benchmarks/limits.py cost leon-2001-bolted --size 10   # without refinement
 python tests/benchmarks/limits.py engines --report results/limits.md
 """
 
@@ -68,7 +69,7 @@ HEAD = (
 )
 
 
-def study_of(name: str, pins: str) -> Study:
+def study_of(name: str, pins: str, size: float | None = None) -> Study:
     """A shipped study, or that of an engine of the library with the usual proportions."""
     if name in engine_names() and name != "leon-2001":
         with TemporaryDirectory() as folder:
@@ -79,7 +80,8 @@ def study_of(name: str, pins: str) -> Study:
         study = load_study(name)
     pressure = None if pins == "contact" else pins
     options = dataclasses.replace(study.analysis, pressure=pressure, cycle=True)
-    return dataclasses.replace(study, analysis=options)
+    mesh = dataclasses.replace(study.mesh, size_mm=size or study.mesh.size_mm)
+    return dataclasses.replace(study, analysis=options, mesh=mesh)
 
 
 def meshed(study: Study) -> Adapted:
@@ -142,7 +144,7 @@ def in_parts(found: Found, limit: Limit) -> float:
     }[limit.mode]
 
 
-def points(names: list[str]) -> Iterator[str]:
+def points(names: list[str], size: float | None) -> Iterator[str]:
     """Yield a line for each random limit of stress."""
     head = f"{'rod':<18}{'pins':<12}{'mode':<9}{'rpm':>7}{'bar':>8}"
     yield f"{head}{'superposed':>12}{'direct':>9}{'apart %':>9}{'bar %':>7}"
@@ -151,7 +153,7 @@ def points(names: list[str]) -> Iterator[str]:
     for name, pins in RODS:
         if names and name not in names:
             continue
-        adapted = meshed(study_of(name, pins))
+        adapted = meshed(study_of(name, pins, size))
         found = explore(adapted, max(rpm for rpm in adapted.rod.study.speeds() if rpm), None, _quiet)
         parts = found.rod.assembly_contact is not None
         modes = (Mode.YIELD, Mode.FATIGUE, *((Mode.BOLT_YIELD, Mode.BOLT_FATIGUE) if parts else ()))
@@ -186,14 +188,14 @@ def _seconds(job: Callable[[], Any]) -> tuple[float, float, Any]:
     return time.perf_counter() - wall, time.process_time() - used, done
 
 
-def cost(names: list[str]) -> Iterator[str]:
+def cost(names: list[str], size: float | None) -> Iterator[str]:
     """Yield a line for each rod: processor time of a static run, with the cycle, and of the limits."""
     head = f"{'rod':<18}{'pins':<12}{'static s':>9}{'cycle s':>9}{'answer s':>9}{'map s':>8}"
     yield f"{head}{'answer/cycle':>14}{'map/static':>12}  (wall s)"
     for name, pins in RODS:
         if names and name not in names:
             continue
-        adapted = meshed(study_of(name, pins))
+        adapted = meshed(study_of(name, pins, size))
         study, mesh = adapted.rod.study, adapted.rod.mesh
         rpm = max(rpm for rpm in study.speeds() if rpm)
 
@@ -258,10 +260,11 @@ def main() -> None:
     parser = reporting(__doc__)
     parser.add_argument("what", choices=("points", "cost", "engines"))
     parser.add_argument("rods", nargs="*")
+    parser.add_argument("--size", type=float, help="element size, mm, without refinement")
     options = parser.parse_args()
     measured = {
-        "points": lambda: points(options.rods),
-        "cost": lambda: cost(options.rods),
+        "points": lambda: points(options.rods, options.size),
+        "cost": lambda: cost(options.rods, options.size),
         "engines": engines,
     }[options.what]
     lines = []

@@ -272,6 +272,7 @@ def test_a_seat_lifts_where_linear_pressure_vanishes_at_its_edge(force, wide, ho
     assert shape.lift(force, (moment * lifting, 9 * lifting)) == pytest.approx(moment)
     assert bolt(hole=9.0, shank_diameter=7.0, free_thread=0.0).play == pytest.approx(1.0)
     assert bolt(hole=9.6, shank_diameter=7.0, free_thread=5.0).play == pytest.approx(0.3)
+    assert bolt(hole=0.375 * 25.4, shank_diameter=3 * (25.4 / 8) - 2e-15, free_thread=0.0).play == 0
 
 
 @given(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4))

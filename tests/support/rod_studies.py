@@ -9,13 +9,17 @@ from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.dimensions import ShankSection
 from geometry.errors import InvalidValue
+from geometry.rod import Rod
 
 
 def random_study(seed: int, section: ShankSection | None = None) -> Study | None:
     """A random rod in a random engine at full speed; None where the rod is refused."""
     rod = random_rod(seed, section)
-    if isinstance(rod, InvalidValue):
-        return None
+    return None if isinstance(rod, InvalidValue) else random_engine(seed, rod)
+
+
+def random_engine(seed: int, rod: Rod) -> Study:
+    """A rod in a random engine at full speed."""
     draw = np.random.default_rng(10_000 + seed)
     stroke = rod.length * draw.uniform(0.45, 0.75)
     bore = stroke * draw.uniform(0.8, 1.2)

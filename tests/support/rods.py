@@ -9,7 +9,7 @@ from geometry.errors import InvalidValue
 from geometry.rod import Rod, proportioned
 
 
-def random_rod(seed: int, section: ShankSection | None = None) -> Rod | InvalidValue:
+def random_rod(seed: int, section: ShankSection | None = None, spread: float = 0.25) -> Rod | InvalidValue:
     """Draw a rod: usual proportions, every dimension then scaled at random; or the refusal it met.
 
     Parameters
@@ -18,6 +18,8 @@ def random_rod(seed: int, section: ShankSection | None = None) -> Rod | InvalidV
         The same seed draws the same rod.
     section
         That of the shank, with an oil gallery in half of the rods; None: an I-section or a rectangle.
+    spread
+        Standard deviation of the logarithm of each dimension over the usual one.
     """
     draw = np.random.default_rng(seed)
     length = float(np.exp(draw.uniform(np.log(40), np.log(600))))
@@ -30,7 +32,7 @@ def random_rod(seed: int, section: ShankSection | None = None) -> Rod | InvalidV
             optional["oil_gallery"] = 0.3 * rod.drilled_thickness
         rod = proportioned(**_given(rod), **optional)
         free = dimensions()[3:]  # beyond length and bores
-        changes = {name: getattr(rod, name) * float(np.exp(draw.normal(0, 0.25))) for name in free}
+        changes = {name: getattr(rod, name) * float(np.exp(draw.normal(0, spread))) for name in free}
         return replace(rod, **changes)
     except InvalidValue as refusal:
         return refusal
