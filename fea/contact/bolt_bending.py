@@ -4,8 +4,8 @@ A bolt is a beam between its head's seat and the nut's, or the first thread that
 mean motion of these seats, the rigid one that is nearest in the least squares, as they do while friction
 holds head and nut. While a bolt is tightened its head slides, so that it has no shear then. The seats move
 under what acts between the parts and on them; in turn the bolt's moments turn them back, through the parts as
-they stick together. What they do to bolt force and pressures is left out: it is small as long as a bolt is
-slender beside what it clamps (`BoltBending.feedback`).
+they stick together where the joint is closed. What they do to bolt force and pressures is left out: it is
+small as long as a bolt is slender beside what it clamps (`BoltBending.feedback`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from fea.contact.assembled import Assembled
 from fea.contact.bolt_beam import BoltBeam
@@ -24,6 +25,8 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 _Z = np.array([0.0, 0.0, 1.0])
+# Stiffness, over that of each place alone, that holds parts which nothing else holds.
+_HELD = 1e-9
 
 
 class Body(Protocol):
@@ -121,7 +124,11 @@ class BoltBending:
         self._moved = np.stack(motions, axis=1) if motions else np.zeros((self._unfolding.size, 0))
         of_beams = np.kron(np.diag([end.share for end in ends]), np.kron(np.eye(2), beam.flexibility))
         beams = self._unfolding.compliance(dict.fromkeys(self._unfolding.parities(), of_beams))
-        self._stiffness = np.linalg.inv(beams + self._seats(itself))
+        joint = [number for number, own in enumerate(problem.faces) if own.name == Surface.JOINT]
+        self._joint = np.flatnonzero(np.isin(assembled.vertices.face, joint))
+        self._opened: dict[bytes, Floats] = {}
+        self._compliance = beams + self._seats(itself)
+        self._stiffness = np.linalg.inv(self._compliance)
         warmed = self._whole({Parity.SYMMETRIC: turning.T @ np.broadcast_to(growth, len(turning))})
         self._made = warmed + self._shifted(self._turns(assembled.tightened))
 
@@ -136,7 +143,7 @@ class BoltBending:
         moved = {parity: turned.T @ unit[parity] for parity, turned in self._turned.items()}
         gap = self._assembled.problem.unfolding.moments(moved)
         values, amounts = self._assembled.sticking(gap, self._moved.T)
-        self.feedback = values[self._assembled.bolts]
+        self.feedback, self._stresses = values[self._assembled.bolts], values[self._assembled.interface]
         stuck = gap.T @ values + self._moved @ amounts
         turns = self._unfolding.compliance(itself) + stuck
         return np.asarray((turns + turns.T) / 2)
@@ -149,9 +156,28 @@ class BoltBending:
 
     def moments(self, state: ContactState) -> Floats:
         """Moments (n_bolts, 2, 2), N mm, in the order of `BoltBeam.bending`; zero for bolts without force."""
-        moments = (self._stiffness @ (self._turns(state) + self._made)).reshape(-1, 2, 2)
+        moments = (self._with_open(state) @ (self._turns(state) + self._made)).reshape(-1, 2, 2)
         moments[state.values[self._assembled.bolts] <= 0] = 0.0
         return np.asarray(moments)
+
+    def _with_open(self, state: ContactState) -> Floats:
+        """Moments (m, m) by unit turns, where the parts may move freely at places of the joint that are open.
+
+        By unit moments these places have stresses V while all sticks, which their gaps undo: Vᵀ S⁻¹ V more
+        compliance.
+        """
+        opened = self._joint[state.guess.opened[self._joint]]
+        key = opened.tobytes()
+        if key not in self._opened:
+            places, S = self._assembled.system.places, self._assembled.system.condensed.S
+            free = np.concatenate([places.normal[opened], places.tangential[opened].ravel()])
+            free = free[free >= 0]
+            unit = 1 / np.sqrt(np.diag(S)[free])
+            stiff = unit[:, None] * S[np.ix_(free, free)] * unit + _HELD * np.eye(len(free))
+            stresses = unit[:, None] * self._stresses[free]
+            more = stresses.T @ cho_solve(cho_factor(stiff, overwrite_a=True), stresses)
+            self._opened[key] = np.linalg.inv(self._compliance + more)
+        return self._opened[key]
 
     def _turns(self, state: ContactState) -> Floats:
         """Turns (m,) of the ends of all bolts with their seats, as these are without their moments."""
