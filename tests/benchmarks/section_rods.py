@@ -105,7 +105,7 @@ def row(section, kept):
     drawn = [one for one in kept.values() if "off" in one]
     apart = [one for one in drawn if one["off"] > WITHIN]
     worst = max((one["off"] for one in drawn), default=0.0)
-    cut = max((one.get("off_sliced", one["off"]) for one in drawn), default=0.0)
+    cut = max((one["off_sliced"] for one in apart), default=0.0)
     order = max((one["off_order"] for one in drawn), default=0.0)
     figures = [counts[kind] for kind in ("solved", "marked", "refused", "failed")]
     cells = [section, *figures, len(apart), f"{worst:.1e}", f"{cut:.1e}", f"{order:.1e}"]
@@ -151,9 +151,9 @@ def main():
             "every dimension of a rod in usual proportions scaled at random, with options, drilled or not,",
             "solved at the peaks of a random engine at full speed on a coarse mesh. The last columns are",
             "mass properties by quadrature against the CAD kernel: rods off by more than 1e-6, the largest",
-            "difference, the largest where the kernel integrates those over slices of the solid, and",
-            "against a quadrature of twice the order. The kernel's rule has few points on each face, and no",
-            "tolerance that could be set; its error falls with the size of the faces.",
+            "difference, the largest where the kernel integrates those over slices of the solid, and that",
+            "of all rods against a quadrature of twice the order. The kernel's rule has few points on each",
+            "face, and no tolerance that could be set; its error falls with the size of the faces.",
             "",
             "| section | solved | marked | refused | failed | > 1e-6 | largest | sliced | twice the order |",
             "| --- | " + "---: | " * 8,
