@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.analysis.cycle.basis import joined
 from fea.analysis.cycle.envelope import carried
-from fea.analysis.cycle.screened import extremes, path
+from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.figures import DutyFigures, LifeFigures, vector
@@ -39,7 +40,7 @@ _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
 )
-# Weights of the unit solutions over the cycle of each entry of a duty, and its cycles per hour.
+# Weights of all unit loads over the cycle of each entry of a duty, and its cycles per hour.
 _Entries = Sequence[tuple[Weights, float]]
 
 
@@ -91,13 +92,15 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     for rpm, share, loading in zip(table.rpm, table.shares, duty.loadings, strict=True):
         # At every degree and at the peaks, as `CycleAnalysis.at` takes its extremes.
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
-        angles = np.sort(np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle]))
-        entries.append((analysis.weights(cycle, angles), share * rpm * _CYCLES_PER_HOUR))
+        angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
+        full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
+        entries.append((full, share * rpm * _CYCLES_PER_HOUR))
     of_parts = {number: _of_part(analysis, entries, number) for number in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
     damage, order, owner = _ranked(analysis, parts)
+    _make_exact(analysis, entries, [(node, int(owner[node])) for node in order])
     counted = [_counted(analysis, entries, node, int(owner[node])) for node in order]
     whole = analysis.mesh.mirrored
     image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
@@ -107,6 +110,19 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     figures = _figures(analysis, table, worst)
     known = _limits(table, worst, figures, singular=bool(analysis.masked.any()))
     return Life(figures, (*unknown, *known, _OMISSION), damage)
+
+
+def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tuple[int, int]]) -> None:
+    """Make the stress exact where the largest ranges of some nodes of parts end, in either revolution."""
+    ends = []
+    for full, _ in entries:
+        half = full.even.shape[1] // 2
+        for revolution in (full.at(slice(half)), full.at(slice(half, None))):
+            weights = analysis.basis.projected(revolution)
+            found = spots(places, analysis.units, weights, analysis.mesh.mirrored)
+            reached = [at for spot in found for at in (spot.signed.argmax(), spot.signed.argmin())]
+            ends.append(revolution.at(np.unique(reached)))
+    analysis.basis.exact_at(joined(*ends))
 
 
 def _ranked(analysis: CycleAnalysis, parts: Mapping[int, tuple[Floats, Floats]]) -> tuple[Floats, Ints, Ints]:
@@ -133,9 +149,11 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None
     amplitudes = []
-    for weights, _ in entries:
-        (sides,) = extremes([part], path(weights, units.joint), units.sides)
-        own = [reversed_amplitude(analysis.fatigue, of.mean, of.amplitude, material) for of in sides]
+    for full, _ in entries:
+        along = path(analysis.basis.projected(full), units.joint)
+        ends = signed_extremes(part, along, units.sides)
+        halves = [((high + low) / 2, (high - low) / 2) for high, low in ends]
+        own = [reversed_amplitude(analysis.fatigue, *half, material) for half in halves]
         amplitudes.append(own)
     rate, whole = np.array([rate for _, rate in entries]), analysis.mesh.mirrored
     sides_of = [np.stack(of_side) for of_side in zip(*amplitudes, strict=True)]
@@ -152,8 +170,8 @@ def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int)
     if line is None:
         raise ValueError("only parts with an S–N line have worst places")
     amplitudes, rates, numbers = [], [], []
-    for index, (weights, rate) in enumerate(entries):
-        (spot,) = spots([(node, number)], analysis.units, weights, whole)
+    for index, (full, rate) in enumerate(entries):
+        (spot,) = spots([(node, number)], analysis.units, analysis.basis.projected(full), whole)
         mean, amplitude = rainflow(spot.signed)
         amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
         rates.append(np.full(len(mean), rate))

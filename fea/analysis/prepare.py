@@ -185,8 +185,8 @@ class PreparedRod:
 
     @property
     def cycle(self) -> CycleAnalysis:
-        """Unit solutions of crank cycles, solved when first needed; a duty, which sums damage, takes all."""
-        exact = self.options.cycle_accuracy is CycleAccuracy.EXACT or self.duty is not None
+        """Unit solutions of crank cycles, solved when first needed."""
+        exact = self.options.cycle_accuracy is CycleAccuracy.EXACT
         return self.full_cycle if exact or "full_cycle" in self.__dict__ else self.certified_cycle
 
     @cached_property

@@ -12,7 +12,7 @@ from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed, with_cycle
-from fea.base.choices import Fatigue, Finish
+from fea.base.choices import CycleAccuracy, Fatigue, Finish
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.life_line import LifeLine
 from fea.machine.clock import Clock
@@ -147,6 +147,21 @@ def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
     with pytest.raises(Met) as met:
         adapt.adapt_mesh(refined, (1000.0, 6000.0), Clock(), mesh=object())
     assert set(met.value.args) == {1000.0, *SPEEDS}
+
+
+def test_contact_spans_a_duty_by_few_sums_with_the_life_of_all_unit_loads():
+    base, lives, counts = study("molina-2024", duty=DutyTable((12000.0, 13500.0), HOURS[:2])), [], []
+    for accuracy in (CycleAccuracy.FAST, CycleAccuracy.EXACT):
+        options = replace(base.analysis, pressure=None, cycle_accuracy=accuracy)
+        rod = prepare(replace(base, analysis=options))
+        lives.append(rod.life.figures)
+        counts.append(rod.cycle.units.count)
+    few, every = lives
+    assert counts[0] < 0.9 * counts[1]
+    assert few.at_mm == every.at_mm
+    assert few.hours == pytest.approx(every.hours, rel=1e-5)
+    amplitudes = [[entry.reversed_amplitude_MPa for entry in life.duty] for life in lives]
+    assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-6)
 
 
 TEXT = f"""{PLAIN}[material]

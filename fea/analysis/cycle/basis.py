@@ -49,9 +49,17 @@ class Basis(ABC):
     units: UnitSolutions
     error: float = 0.0
 
-    @abstractmethod
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of `units` at n instants; `cycle` as for `fea.pins.model.PinModel.respond`."""
+        return self.projected(self.full(instants, cycle))
+
+    def projected(self, full: Weights) -> Weights:
+        """Weights of `units`, from those of `loads`."""
+        return full
+
+    @abstractmethod
+    def exact_at(self, full: Weights) -> None:
+        """Make instants exact at every node, given weights of `loads`."""
 
     @abstractmethod
     def fields(self) -> tuple[Fields, Fields]:
@@ -73,9 +81,8 @@ class FullBasis(Basis):
         self.loads = loads
         self.units = solve(loads.fields()).bounded(loads.joint)
 
-    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
-        """Weights of the unit loads: see `Basis.weights`."""
-        return self.full(instants, cycle)
+    def exact_at(self, full: Weights) -> None:
+        """Every instant is exact: see `Basis.exact_at`."""
 
     def fields(self) -> tuple[Fields, Fields]:
         """Return the even and the odd unit loads."""
@@ -141,7 +148,7 @@ class SmallBasis(Basis):
         self._remembered: dict[bytes, _States] = {}
         self._columns = [self._exact(parity) for parity in Parity]
         states = [self._states(cycle) for cycle in cycles]
-        every = _joined(*(state.every for state in states))
+        every = joined(*(state.every for state in states))
         with one_blas_thread():
             first = [_leading(rest, _FIRST, self._nothing(every)) for rest in self.left(every)]
         self._columns = [np.hstack(pair) for pair in zip(self._columns, first, strict=True)]
@@ -160,12 +167,8 @@ class SmallBasis(Basis):
         alone = np.eye(fields.count)[:, fields.count - kept :]
         return np.hstack([alone, _orthonormal(forces, alone, nothing)])
 
-    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
-        """Weights of the sums: see `Basis.weights`."""
-        return self.projected(self.full(instants, cycle))
-
     def projected(self, full: Weights) -> Weights:
-        """Weights of the sums, from those of the full unit loads."""
+        """Weights of the sums: see `Basis.projected`."""
         return Weights(*(columns.T @ w for columns, w in zip(self._columns, full, strict=True)))
 
     def fields(self) -> tuple[Fields, Fields]:
@@ -184,7 +187,7 @@ class SmallBasis(Basis):
             return self.loads.weights(instants, cycle)
         if len(instants) == count:
             return known
-        return _joined(known, self.loads.weights(instants[count:], cycle))
+        return joined(known, self.loads.weights(instants[count:], cycle))
 
     def left(self, full: Weights) -> Weights:
         """What the basis leaves out, as weights of the full unit loads; exactly zero where it is rounding."""
@@ -218,7 +221,7 @@ class SmallBasis(Basis):
         pressed = np.isin(self.units.parts[number].nodes[rows], self._pressed)
         return np.moveaxis(np.maximum(2 * ratio[..., rows], np.where(pressed, most, 0.0)), 0, 1)
 
-    def include(self, full: Weights) -> None:
+    def exact_at(self, full: Weights) -> None:
         """Make instants exact at every node: what is left out of them is solved and joins the basis."""
         self._extend([columns[:, :0] for columns in self._columns], self.left(full), self._nothing(full))
 
@@ -226,7 +229,7 @@ class SmallBasis(Basis):
         cases = peak_cases(cycle).cases
         degrees, peaks = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
         more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
-        return _States(degrees, _joined(degrees, peaks, *more), np.nan)
+        return _States(degrees, joined(degrees, peaks, *more), np.nan)
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
         every, largest = states.every, self._largest(states.every)
@@ -289,7 +292,8 @@ class SmallBasis(Basis):
         return even, odd
 
 
-def _joined(*weights: Weights) -> Weights:
+def joined(*weights: Weights) -> Weights:
+    """Weights at all of these instants."""
     return Weights(*map(np.hstack, zip(*weights, strict=True)))
 
 

@@ -172,7 +172,7 @@ def make_exact(rod: SpannedRod, basis: SmallBasis, full: Weights, places: Mappin
         chosen = np.flatnonzero(wanted & (pressure > 0))
         if not chosen.size:
             return True
-        basis.include(full.at(np.sort(chosen[np.argsort(-pressure[chosen])[:_JOINING]])))
+        basis.exact_at(full.at(np.sort(chosen[np.argsort(-pressure[chosen])[:_JOINING]])))
     return False
 
 

@@ -13,7 +13,7 @@ superposition.
 """
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -143,34 +143,62 @@ class Reach(Extremes):
 
 def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[Reach]]:
     """Find the extremes at every node of each part, and of its image across y = 0 (side −1)."""
-    rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
 
-    def block(item: tuple[PartStress, int]) -> list[Reach]:
-        part, start = item
-        units = (deviatoric(unit[start : start + rows]) for unit in (part.even, part.odd))
-        even, odd = (unit.astype(np.float32) for unit in units)
-        reach = Block(even, odd, path, sides).extremes()
-        return [_rows(reach, len(even), number) for number in range(len(sides))]
+    def block(item: tuple[PartStress, slice]) -> list[Reach]:
+        found = Block(*item, path, sides)
+        reach = found.extremes()
+        return [_rows(reach, found.count, number) for number in range(len(sides))]
 
-    every = [(part, start) for part in parts for start in range(0, len(part.nodes), rows)]
+    every = [(part, rows) for part in parts for rows in _rows_at_once(part, path, sides)]
     blocks = iter(side_by_side(block, every))
-    of_parts = [list(islice(blocks, -(-len(part.nodes) // rows))) for part in parts]
-    return [[_joined(of_side) for of_side in zip(*sides, strict=True)] for sides in of_parts]
+    of_parts = [list(islice(blocks, len(_rows_at_once(part, path, sides)))) for part in parts]
+    return [[_joined(of_side) for of_side in zip(*images, strict=True)] for images in of_parts]
+
+
+def signed_extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> Floats:
+    """Highest and lowest signed equivalent stress (n_sides, 2, n) alone, which takes half the time."""
+
+    def block(rows: slice) -> Reals:
+        found = Block(part, rows, path, sides, lambda stress: deviator_norm(stress)[None])
+        return np.reshape(found.signed(), (2, len(sides), -1))
+
+    blocks = list(side_by_side(block, _rows_at_once(part, path, sides)))
+    return np.concatenate(blocks, axis=2, dtype=np.float64).swapaxes(0, 1)
+
+
+def _rows_at_once(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[slice]:
+    rows = max(1, BLOCK_BYTES // (len(sides) * 6 * 4 * len(path.ends)))
+    return [slice(start, start + rows) for start in range(0, len(part.nodes), rows)]
 
 
 class Block:
     """Some nodes of a part and their images, over a path.
 
-    `even`, `odd` (n_nodes, 6, n_units) unit stresses, components of `fea.judge.history`; `sides`: 1 for the
-    nodes, −1 for their images across y = 0: rows are those of the first side, then of the next.
+    `rows`: of the part's nodes; `sides`: 1 for the nodes, −1 for their images across y = 0: rows of what is
+    found are those of the first side, then of the next; `measures`: what is found of stress (n, 6,
+    n_instants), the von Mises stress first, as of `_measures`.
     """
 
-    def __init__(self, even: Reals, odd: Reals, path: Path, sides: tuple[int, ...]) -> None:
-        self._even, self._odd, self._path, self._sides = even, odd, path, sides
+    def __init__(
+        self,
+        part: PartStress,
+        rows: slice,
+        path: Path,
+        sides: tuple[int, ...],
+        measures: Callable[[Reals], Reals] | None = None,
+    ) -> None:
+        units = [deviatoric(unit[rows]).astype(np.float32) for unit in (part.even, part.odd)]
+        (self._even, self._odd), self._path, self._sides = units, path, sides
+        self.count, self._measures = len(self._even), measures or _measures
         self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
-        bounds = [_bounds(*item) for item in zip((even, odd), path.strays, path.joint, strict=True)]
+        bounds = [_bounds(*item) for item in zip(units, path.strays, path.joint, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
         self._strays = np.concatenate([bounds[0] + bounds[1]] * len(sides), axis=1)[[0, 1, 1]]
+
+    def signed(self) -> tuple[Any, Any]:
+        """Highest and lowest signed equivalent stress of every row."""
+        largest, _, worst = self._largest()
+        return self._signed(largest[0], worst)
 
     def extremes(self) -> Reach:
         """Find the extremes of every row, including principal stresses."""
@@ -209,13 +237,14 @@ class Block:
         return np.where(compressed, -least, largest), np.where(compressed, -largest, least)
 
     def _largest(self) -> tuple[Reals, Ints, Reals]:
-        """Largest measures (3, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
-        at_ends = _measures(self._at_ends)
+        """Largest measures (k, n_rows); instant and stress (n_rows, 6) of the largest von Mises stress."""
+        at_ends = self._measures(self._at_ends)
         end = at_ends[0].argmax(axis=1)
         instant, worst = self._path.ends[end], self._at_ends[np.arange(len(end)), :, end]
         largest = at_ends.max(axis=2)
-        for rows, start, stress in self._inside(_at_either_end(at_ends) + self._strays, largest):
-            inside = _measures(stress)
+        upper = _at_either_end(at_ends) + self._strays[: len(at_ends)]
+        for rows, start, stress in self._inside(upper, largest):
+            inside = self._measures(stress)
             best = inside[0].argmax(axis=1)
             highest = inside.max(axis=2)
             more = highest[0] > largest[0, rows]

@@ -204,7 +204,7 @@ class CycleAnalysis(SpannedRod):
         places = critical_places(found, whole, counts, basis.error * basis.largest(cycle))
         certain = make_exact(self, basis, basis.full(instants, cycle), places)
         if not certain:
-            basis.include(basis.full(instants, cycle))
+            basis.exact_at(basis.full(instants, cycle))
         return np.unique(np.concatenate(list(places.values()))), certain
 
     def _difference(
