@@ -100,16 +100,15 @@ def mattering(
     return tuple(places[: max(min(len(kept), _MATTERING), _IF_DIVERGING if diverging else 0)])
 
 
-# Steps of a walk over one thickness, and the weights of the stress after 0.4 and 1.0 of it.
-_STEPS = 10
+# Steps of a walk over one thickness, those that find the end of a shorter flank, and the weights of the
+# stress after 0.4 and 1.0 of it.
+_STEPS, _FINE_STEPS = 10, 40
 _READ, _WEIGHTS = [3, 9], np.array([1.67, -0.67])
-# Edges of the mesh that are looked at on each place: those with the highest stress.
-_MOST = 8
 # The notch is fitted over this share of the thickness, beyond so many elements from the edge: the stress in
 # those that touch it is wrong. They may take this share of the way.
 _NOTCH, _BEYOND, _WRONG = 0.5, 1.5, 0.6
-# Share of a step that the way ends before the end of a short flank.
-_SHORT = 0.3
+# Steps that the way ends before the end of a short flank.
+_SHORT = 1.2
 # Of flanks that end before one thickness, those are read that have this share of the longest.
 _LONG = 0.8
 # Reference points beyond this share of the rod would lie on another part of it.
@@ -132,32 +131,32 @@ class SharpPlaces:
         with more than twice as much even where they are singular are left out.
         """
         edges, equivalent = self._edges, von_mises(stress)
-        rows = _hottest(edges, 1 / safety_factor, SHARE / least_factor)
+        rows = _hot(edges, 1 / safety_factor, SHARE / least_factor)
         if not rows.size:
             return ()
         measure, spots, bars = self._structural(rows, stress, error)
-        fields = self._notches(rows, measure, stress)
+        sizes = von_mises(spots)
+        worst = [np.flatnonzero(edges.place[rows] == number) for number in np.unique(edges.place[rows])]
+        worst = [of[np.isfinite(sizes[of]).any(axis=1)] for of in worst]
+        chosen = np.array([of[np.nanmax(sizes[of], axis=1).argmax()] for of in worst if of.size], dtype=int)
+        sides = np.nanargmax(sizes[chosen], axis=1) if chosen.size else chosen
+        fields = self._notches(rows[chosen], measure[chosen], stress)
         places = []
-        for number in np.unique(edges.place[rows]):
-            of_place = np.flatnonzero(edges.place[rows] == number)
-            sizes = von_mises(spots[of_place])
-            if not np.isfinite(sizes).any():
-                continue
-            k, side = np.unravel_index(np.nanargmax(sizes), sizes.shape)
-            at, row = of_place[k], rows[of_place[k]]
+        for at, side, notch in zip(chosen.tolist(), sides.tolist(), fields, strict=True):
+            row = rows[at]
             node, away = edges.nodes[row, 0], edges.away[row, side]
             places.append(
                 SharpPlace(
-                    at=edges.middle[row],
-                    between=edges.between[number],
+                    at=edges.at[row],
+                    between=edges.between[edges.place[row]],
                     opening=float(edges.opening[row]),
                     length=float(edges.length[row]),
                     thickness=float(measure[at, side]),
                     stress=float(away @ matrices(spots[at, side]) @ away),
-                    von_mises=float(sizes[k, side]),
+                    von_mises=float(sizes[at, side]),
                     bar=float(bars[at, side]),
                     yield_strength=float(safety_factor[node] * equivalent[node]),
-                    notch=fields[at],
+                    notch=notch,
                     shorter=float(measure[at].min()),
                     plane=math.sqrt(1 - self._poisson + self._poisson**2),
                 )
@@ -183,28 +182,42 @@ class SharpPlaces:
         np.maximum.at(longest, place[rows[alone]], measure[alone].max(axis=1))
         left_out = short & (~alone[:, None] | (measure < _LONG * longest[place[rows]][:, None]))
         spots[left_out] = bars[left_out] = np.nan
-        return measure, spots, bars
+        return measure, spots, bars + self._unsure(rows, von_mises(spots))
+
+    def _unsure(self, rows: Ints, sizes: Floats) -> Floats:
+        """By how much sizes (n, 2) change to the next station where those of a flank begin or end to be read.
+
+        How far it is read depends on the mesh there.
+        """
+        change = np.abs(np.diff(sizes, axis=0, append=np.nan))
+        together = np.append(np.diff(self._edges.edge[rows]) == 0, False)
+        change[~together] = 0.0  # ends of the edge, which are those of the drawing
+        before = np.concatenate([np.zeros((1, 2)), change[:-1]])
+        lost = np.isnan(change) != np.isnan(before)
+        return np.where(lost, np.fmax(change, before), 0.0)
 
     def _flank(self, rows: Ints, side: int) -> tuple[Floats, Mask, Walks]:
         """Walk one thickness over a flank, or to its end: the measure, where that is nearer, and the ways."""
         edges = self._edges
         most = _LONGEST * float(np.ptp(edges.ground.points, axis=0).max())
         measure = np.minimum(edges.thickness(rows)[:, side], most)
-        ends = np.zeros(len(rows), dtype=bool)
-        for more in (1.0, -_SHORT):  # the end lies within the next step; then a little before it
-            walks = edges.walks(side, measure / _STEPS, _STEPS, rows)
-            short = walks.reached < _STEPS
-            if not short.any():
-                return measure, ends, walks
-            ends |= short
-            measure = np.where(short, measure * np.maximum(walks.reached + more, 0.5) / _STEPS, measure)
-        return measure, ends, edges.walks(side, measure / _STEPS, _STEPS, rows)
+        within = measure / _STEPS
+        walks = edges.walks(side, rows, within, _STEPS, within)
+        ends = walks.reached < _STEPS
+        if not ends.any():
+            return measure, ends, walks
+        # The end lies within the next step; then a little before it.
+        next_step = (walks.reached[ends] + 1) / _STEPS
+        fine = measure[ends] * next_step / _FINE_STEPS
+        reached = edges.walks(side, rows[ends], fine, _FINE_STEPS, within[ends]).reached
+        measure[ends] = fine * np.maximum(reached - _SHORT, 0.5)
+        return measure, ends, edges.walks(side, rows, measure / _STEPS, _STEPS, within)
 
     def _notches(self, rows: Ints, measure: Floats, stress: Floats) -> list[NotchField | None]:
         """Fit the notch field of each edge over half the smaller of the measures of its flanks."""
         edges = self._edges
         step = _NOTCH * measure.min(axis=1) / _STEPS
-        flanks = [edges.walks(side, step, _STEPS, rows) for side in (0, 1)]
+        flanks = [edges.walks(side, rows, step, _STEPS, step) for side in (0, 1)]
         sampled = [
             np.einsum("nsi,nsij,nsj->ns", walk.ahead, matrices(walk.of(stress)), walk.ahead)
             for walk in flanks
@@ -222,15 +235,8 @@ class SharpPlaces:
         return fields
 
 
-def _hottest(edges: SharpEdges, usage: Floats, least: float) -> Ints:
-    """Rows of the edges of the mesh with the highest usage (n_nodes,), on each place with at least so much.
-
-    Where an edge ends, at a corner, its stress is that of the corner: there it is not looked at.
-    """
+def _hot(edges: SharpEdges, usage: Floats, least: float) -> Ints:
+    """Stations of the edges whose usage (n_nodes,) is somewhere at least so much."""
     heat = usage[edges.nodes].mean(axis=1)
-    inner = ~edges.at_end
-    hot = [number for number in np.unique(edges.place) if heat[edges.place == number].max() >= least]
-    rows = [np.flatnonzero((edges.place == number) & inner) for number in hot]
-    return np.concatenate(
-        [np.zeros(0, dtype=np.int64), *(row[np.argsort(-heat[row], kind="stable")[:_MOST]] for row in rows)]
-    )
+    hot = np.unique(edges.place[heat >= least])
+    return np.flatnonzero(np.isin(edges.place, hot))

@@ -1,5 +1,6 @@
 """Sharp re-entrant edges of the whole rod: where they are, between which faces, and the ways off them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,10 +14,15 @@ from mesh.creases import Creases
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
+# Nodes of a flat facet, which does not show how its face is curved.
+_FLAT = 3
 # Facets whose centres are nearest to a place: the one that holds it is among them.
 _CANDIDATES = 24
 # A step has left the facets it may walk on if it ends off them by more than this share of its length.
 _OFF = 0.4
+# A way ends where its face turns by more than this over the length that is asked for, rad: in a hollow, such
+# as a fillet, the stress is another notch's; over a round it leads to another face.
+_HOLLOW, _ROUND = 0.1, 0.4
 
 
 @dataclass(frozen=True)
@@ -42,23 +48,38 @@ class Ground:
     points: Floats  #: (n_points, 3)
     facets: Ints  #: (n_facets, 3) or (n_facets, 6), outward
     patch: Ints  #: (n_facets,) number of the face each belongs to: a way stays on one
+    normals: Floats  #: (n_facets, n_nodes, 3) outward, at the nodes of each
 
-    def walk(self, start: Floats, ahead: Floats, facet: Ints, step: Floats, count: int) -> Walks:
-        """Walk `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet."""
-        here, patch = start, self.patch[facet]
+    def walk(
+        self, start: Floats, ahead: Floats, facet: Ints, step: Floats, *, count: int, within: Floats
+    ) -> Walks:
+        """Walk `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet.
+
+        A way ends where its face does, or where that turns within a length (n,), mm.
+        """
+        here, patch, rows = start, self.patch[facet], np.arange(len(start))
         on = np.ones(len(start), dtype=bool)
         nodes, weights, directions, reached = [], [], [], np.zeros(len(start), dtype=np.int64)
-        for _ in range(count):
+        # Angle by which the way has risen so far, and how many steps ago it is compared.
+        risen, window = np.zeros((count + 1, len(start))), np.rint(within / step).astype(int)
+        for number in range(count):
             aim = here + step[:, None] * ahead
             facets, share, place = self._nearest(aim, patch)
             on = on & (np.linalg.norm(place - aim, axis=1) < _OFF * step)
-            normal = self._flat.normals[facets]
-            turned = ahead - (ahead * normal).sum(axis=1, keepdims=True) * normal
+            shape = shape_functions(self.facets.shape[1], share.T)[0]
+            normal = (shape[..., None] * self.normals[facets]).sum(axis=1)
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            across = (ahead * normal).sum(axis=1)
+            if self.facets.shape[1] > _FLAT:
+                risen[number + 1] = risen[number] - np.arcsin(np.clip(across, -1.0, 1.0))
+                rise = risen[number + 1] - risen[np.maximum(number + 1 - window, 0), rows]
+                on = on & (rise > -_ROUND) & (rise < _HOLLOW)
+            turned = ahead - across[:, None] * normal
             ahead = turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
             here = place
             reached += on
             nodes.append(self.facets[facets])
-            weights.append(shape_functions(self.facets.shape[1], share.T)[0])
+            weights.append(shape)
             directions.append(ahead)
         return Walks(np.stack(nodes, 1), np.stack(weights, 1), np.stack(directions, 1), reached)
 
@@ -125,18 +146,23 @@ def _barycentric(corners: Floats, places: Floats) -> tuple[Floats, Mask]:
 # side. It does not depend on the elements, nor does the thickness then.
 _BESIDE = 0.002
 # Distance from the end of an edge, relative to its length and at most to the rod's, within which the stress
-# is that of the corner there.
+# is that of the corner there. Between its ends an edge is looked at in places at most so far apart, relative
+# to the rod's length, but in no fewer and no more than these.
 _END, _END_MOST = 0.25, 0.02
+_APART, _FEWEST, _MOST = 0.005, 5, 33
 
 
 @dataclass(frozen=True)
 class SharpEdges:
-    """Edges of the mesh on sharp re-entrant edges of the rod, each with its two flanks."""
+    """Stations on the sharp re-entrant edges of the rod, each with two flanks.
 
-    #: middle, size: (n, 3) middle of each and (n,) its length, mm
-    middle: Floats
+    They divide each edge evenly, whatever mesh edges it consists of.
+    """
+
+    #: at, size: (n, 3) each station, and (n,) the length of the mesh edge it is on, mm
+    at: Floats
     size: Floats
-    nodes: Ints  #: (n, 2) the vertices at its ends
+    nodes: Ints  #: (n, 2) the vertices at the ends of that mesh edge
     opening: Floats  #: (n,) angle of the notch, outside the material, rad
     facet: Ints  #: (n, 2) of `ground` on either side
     #: normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
@@ -145,8 +171,8 @@ class SharpEdges:
     away: Floats
     place: Ints  #: (n,) number of the place: one edge of the rod, with its mirror images
     between: tuple[tuple[str, str], ...]  #: per place, the two faces that meet there, in words
-    length: Floats  #: (n,) of the connected edge of the rod that it is part of, mm
-    at_end: Mask  #: (n,) whether it is next to an end of that edge
+    edge: Ints  #: (n,) number of the connected edge of the rod that it is on, along which stations follow
+    length: Floats  #: (n,) of that edge, mm
     ground: Ground  #: the surface of the rod
 
     @classmethod
@@ -155,42 +181,34 @@ class SharpEdges:
         body = BoundarySurface.of(mesh, list(mesh.facets))
         edges = body.edges
         ends = body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]
-        row = every = creases.find(ends)
-        kept = np.flatnonzero((row >= 0) & ~edges.convex)
+        every = creases.find(ends)
+        kept = np.flatnonzero((every >= 0) & ~edges.convex)
         if not kept.size:
             return None
-        ends, row = ends[kept], row[kept]
-        fold = creases.fold[row]
-        a, b = mesh.points[ends[:, 0]], mesh.points[ends[:, 1]]
-        middle, size = (a + b) / 2, np.linalg.norm(b - a, axis=1)
-        normal, away = _flanks(body, kept, (b - a) / size[:, None])
         names = [tuple(sorted(pair)) for pair in creases.between]
-        places = sorted({names[label] for label in creases.label[row]})
-        place = np.array([places.index(names[label]) for label in creases.label[row]])
-        length = _lengths(ends, size, place, len(mesh.points))
-        far = np.minimum(_END * length, _END_MOST * float(np.ptp(mesh.points, axis=0).max()))
-        joined = body.edges.facet[body.edges.smooth & (every < 0)]
-        distance = np.full(len(ends), np.inf)
-        for number in np.unique(place):
-            of_place = np.flatnonzero(place == number)
-            nodes, count = np.unique(ends[of_place], return_counts=True)
-            last = mesh.points[nodes[count == 1]]
-            if len(last):
-                apart = np.linalg.norm(middle[of_place, None] - last, axis=2)
-                distance[of_place] = apart.min(axis=1)
+        places = sorted({names[label] for label in creases.label[every[kept]]})
+        place = np.array([places.index(names[label]) for label in creases.label[every[kept]]])
+        number, share, edge, length = _stations(mesh.points, ends[kept], place)
+        row = kept[number]
+        fold = creases.fold[every[row]]
+        a, b = mesh.points[ends[row, 0]], mesh.points[ends[row, 1]]
+        size = np.linalg.norm(b - a, axis=1)
+        normal, away = _flanks(body, row, share)
+        joined = edges.facet[edges.smooth & (every < 0)]
+        patch = linked_groups(len(body.facets), *joined.T)
         return cls(
-            middle=middle,
+            at=a + share[:, None] * (b - a),
             size=size,
-            nodes=ends,
-            opening=np.where(edges.cosine[kept] < 0, fold, np.pi - fold),
-            facet=edges.facet[kept],
+            nodes=ends[row],
+            opening=np.where(edges.cosine[row] < 0, fold, np.pi - fold),
+            facet=edges.facet[row],
             normal=normal,
             away=away,
-            place=place,
+            place=place[number],
             between=tuple((one, other) for one, other in places),
+            edge=edge,
             length=length,
-            at_end=distance < far,
-            ground=Ground(body.points, body.facets, linked_groups(len(body.facets), *joined.T)),
+            ground=Ground(body.points, body.facets, patch, body.normals),
         )
 
     def thickness(self, rows: Ints) -> Floats:
@@ -198,36 +216,90 @@ class SharpEdges:
         depth, beside = np.empty((len(rows), 2)), _BESIDE * float(np.ptp(self.ground.points, axis=0).max())
         for side in (0, 1):
             inwards = -self.normal[rows, side]
-            start = self.middle[rows] + beside * (self.away[rows, side] + 1e-2 * inwards)
+            start = self.at[rows] + beside * (self.away[rows, side] + 1e-2 * inwards)
             depth[:, side] = self.ground.depth(start, inwards)
         return depth
 
-    def walks(self, side: int, step: Floats, count: int, rows: Ints) -> Walks:
-        """Walk away from some of the edges over one flank, `count` steps (n,) of so many mm."""
-        return self.ground.walk(self.middle[rows], self.away[rows, side], self.facet[rows, side], step, count)
+    def walks(self, side: int, rows: Ints, step: Floats, count: int, within: Floats) -> Walks:
+        """Walk away from some of the edges over one flank, `count` steps (n,), mm; see `Ground.walk`."""
+        start, ahead, facet = self.at[rows], self.away[rows, side], self.facet[rows, side]
+        return self.ground.walk(start, ahead, facet, step, count=count, within=within)
 
 
-def _flanks(body: BoundarySurface, rows: Ints, along: Floats) -> tuple[Floats, Floats]:
-    """Outward normals and tangents away from the edge (n, 2, 3) of the facets on either side."""
+def _flanks(body: BoundarySurface, rows: Ints, share: Floats) -> tuple[Floats, Floats]:
+    """Outward normals and tangents away from the edge (n, 2, 3) of the facets on either side.
+
+    They are those at a share (n,) of the mesh edges, from the first end.
+    """
     normal, away = np.empty((2, len(rows), 2, 3))
+    curved, s = body.facets.shape[1] > _FLAT, share[:, None]
     for side in (0, 1):
         facet, place = body.edges.facet[rows, side], body.edges.place[rows, side]
-        at = place + 3 if body.facets.shape[1] == 6 else place
-        n = body.normals[facet, at]
-        start = body.points[body.facets[facet, place]]
-        inwards = body.points[body.facets[facet, (place + 2) % 3]] - start
-        across = inwards - (inwards * n).sum(axis=1, keepdims=True) * n
-        across -= (across * along).sum(axis=1, keepdims=True) * along
+        # On the other side the edge runs backwards.
+        first, last = (place, (place + 1) % 3)[:: 1 - 2 * side]
+        a, b = body.points[body.facets[facet, first]], body.points[body.facets[facet, last]]
+        along = b - a
+        n = (1 - s) * body.normals[facet, first] + s * body.normals[facet, last]
+        if curved:
+            sag = body.points[body.facets[facet, place + 3]] - (a + b) / 2
+            along = along + 4 * (1 - 2 * s) * sag
+            middle = (
+                body.normals[facet, place + 3] - (body.normals[facet, first] + body.normals[facet, last]) / 2
+            )
+            n = n + 4 * s * (1 - s) * middle
+        n /= np.linalg.norm(n, axis=1, keepdims=True)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        across = np.cross(along, n) * (2 * side - 1)
         normal[:, side], away[:, side] = n, across / np.linalg.norm(across, axis=1, keepdims=True)
     return normal, away
 
 
-def _lengths(ends: Ints, size: Floats, place: Ints, n_points: int) -> Floats:
-    """Length (n,) of the connected edge that each mesh edge is part of, within its place."""
-    total = np.empty(len(ends))
+def _stations(points: Floats, ends: Ints, place: Ints) -> tuple[Ints, Floats, Ints, Floats]:
+    """Stations of the edges of the rod: mesh edge, share of it from its first end, edge, and its length.
+
+    Mesh edges (n, 2) are part of the edge of the rod with the number `place` (n,).
+    """
+    longest = float(np.ptp(points, axis=0).max())
+    size = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    numbers, shares, edges, lengths = [], [], [], []
+    for edge, (chain, forward, closed) in enumerate(_chains(points, ends, place)):
+        reached = np.concatenate([[0.0], np.cumsum(size[chain])])
+        length = float(reached[-1])
+        far = 0.0 if closed else min(_END * length, _END_MOST * longest)
+        count = int(np.clip(np.ceil((length - 2 * far) / (_APART * longest)), _FEWEST, _MOST))
+        along = np.linspace(far, length - far, count + closed)[:count]
+        which = np.clip(np.searchsorted(reached, along, side="right") - 1, 0, len(chain) - 1)
+        share = np.clip((along - reached[which]) / size[chain[which]], 0.0, 1.0)
+        numbers.append(chain[which])
+        shares.append(np.where(forward[which], share, 1 - share))
+        edges.append(np.full(count, edge))
+        lengths.append(np.full(count, length))
+    of_edge = np.concatenate(edges), np.concatenate(lengths)
+    return np.concatenate(numbers), np.concatenate(shares), *of_edge
+
+
+def _chains(points: Floats, ends: Ints, place: Ints) -> Iterator[tuple[Ints, Mask, bool]]:
+    """Yield mesh edges in their order along an edge of the rod, which run forward, and whether it is closed.
+
+    A closed one begins at its outermost vertex.
+    """
     for number in np.unique(place):
-        of_place = np.flatnonzero(place == number)
-        piece = linked_groups(n_points, *ends[of_place].T)
-        sums = np.bincount(piece[ends[of_place, 0]], size[of_place])
-        total[of_place] = sums[piece[ends[of_place, 0]]]
-    return total
+        at: dict[int, list[int]] = {}
+        for edge in np.flatnonzero(place == number).tolist():
+            for node in ends[edge].tolist():
+                at.setdefault(node, []).append(edge)
+        left = {edge for edges in at.values() for edge in edges}
+        outermost = sorted(at, key=lambda node: tuple(points[node]), reverse=True)
+        for start in sorted(outermost, key=lambda node: len(at[node]) == 2):  # open ends first
+            while first := left.intersection(at[start]):
+                edge, node, chain, forward = min(first), start, list[int](), list[bool]()
+                while True:
+                    left.discard(edge)
+                    chain.append(edge)
+                    forward.append(bool(ends[edge, 0] == node))
+                    node = int(ends[edge].sum()) - node
+                    following = left.intersection(at[node])
+                    if len(at[node]) != 2 or not following:
+                        break
+                    edge = following.pop()
+                yield np.array(chain), np.array(forward), node == start

@@ -2,23 +2,27 @@
 
 import dataclasses
 import io
+from itertools import pairwise
 
 import gmsh
 import numpy as np
 import pytest
 from printed import require_brief
 from rich.console import Console
+from scipy.spatial import KDTree
 
 from fea import analyse
 from fea.analysis.meshing import mesh_study
 from fea.output.json_file import as_dict
 from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
+from fea.solid.sharp_edges import SharpEdges
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.study.option_tables import MeshTable
 from fea.study.study import parse_study
-from geometry.bodies import Prism, polygon
+from geometry.bodies import Prism, Side, polygon
 from geometry.bodies import draw as draw_body
+from geometry.segments import Arc, Line
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.creases import creases
@@ -110,6 +114,38 @@ def test_a_facet_that_was_straightened_makes_no_sharp_edge():
     assert singular_nodes(mesh, (), sharp).size == singular_nodes(mesh).size > 0
     smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], fold=sharp.fold[:0], label=sharp.label[:0])
     assert not masked_nodes(mesh, singular_nodes(mesh, (), smooth)).any()
+
+
+def test_edges_are_read_at_places_and_in_directions_of_the_drawing(studies):
+    """Mesh edges of 8 mm lie across the arcs by up to 12° otherwise than those of 5 mm."""
+    found = []
+    for size in (8.0, 5.0):
+        mesh = mesh_study(dataclasses.replace(studies["fused"], mesh=MeshTable(size_mm=size)))
+        found.append(SharpEdges.of(mesh.whole, mesh.creases.on(mesh.drawn_node)))
+    one, other = found
+    assert len(one.at) == len(other.at)
+    apart, nearest = KDTree(other.at).query(one.at)
+    assert sorted(nearest) == list(range(len(other.at)))
+    assert apart.max() < 0.2  # the sagitta of a chord
+    cosine = np.einsum("nix,njx->nij", one.away, other.away[nearest]).max(axis=2)
+    assert cosine.min() > np.cos(np.radians(1.0))
+
+
+def test_a_way_ends_where_a_fillet_begins():
+    """A slot with a sharp corner at (10, 10) and one of radius 2, from (14, 10)."""
+    corners = (14, 10), (10, 10), (10, 20), (0, 20), (0, 0), (30, 0), (30, 20), (16, 20), (16, 12)
+    curves = (*(Line(*ends) for ends in pairwise(corners)), Arc((14.0, 12.0), 2.0, 0.0, -np.pi / 2))
+    with session():
+        faces = draw_body(Prism(tuple(Side(curve, Surface.FREE) for curve in curves), (0.0, 12.0)))
+        mesh, _ = tetrahedralise(faces, [], Sizing(1.5))
+        edges = SharpEdges.of(mesh, creases(faces, mesh))
+    assert np.abs(edges.at[:, :2] - 10).max() < 1e-6
+    rows, step, within = np.arange(len(edges.at)), np.full(len(edges.at), 0.25), np.ones(len(edges.at))
+    floor = np.abs(edges.away[:, :, 0] - 1) < 1e-6
+    for side in (0, 1):
+        reached = edges.walks(side, rows, step, 40, within).reached * 0.25
+        assert reached[floor[:, side]] == pytest.approx(4.0, abs=0.3)
+        assert reached[~floor[:, side]] == pytest.approx(10.0, abs=0.3)
 
 
 def test_each_edge_has_its_place_and_figures(edges):
