@@ -194,6 +194,15 @@ def test_a_worker_that_dies_is_replaced_and_a_killed_server_leaves_none(studio, 
     assert gone({*workers, fresh})
 
 
+def test_a_study_that_cannot_be_solved_is_refused_with_the_reason(tmp_path):
+    (tmp_path / "rod.step").write_text("ISO-10303-21;")
+    arguments = ("rod.step", "--engine", "toyota-2jz", "--no-browser")
+    with served(tmp_path, *arguments) as studio:
+        for _ in range(2):  # a page that is loaded again hears it, too
+            with studio.page() as socket:
+                assert "rod.step" in Page(socket).until("refused")["text"]
+
+
 def test_a_real_rod_from_the_command_to_a_saved_study(tmp_path):
     with served(tmp_path, "leon-2001", "--size", "14", "--no-browser") as studio, studio.page() as socket:
         page = Page(socket)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from itertools import chain
-from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -78,11 +77,6 @@ class Figures:
         modes = {mode: known for mode in MODES if (known := getattr(self, mode)) is not None}
         return min(modes, key=lambda mode: float(modes[mode].factor))
 
-    @property
-    def trusted(self) -> bool | None:
-        """Whether every check passed; None where there were none."""
-        return None if self.checks is None else all(check.passed for check in self.checks.values())
-
 
 @dataclass(frozen=True, kw_only=True)
 class Frame:
@@ -100,7 +94,6 @@ class Frame:
     points: Singles | None = field(default=None, repr=False)
     values: Singles | None = field(default=None, repr=False)
     triangles: npt.NDArray[np.int32] | None = field(default=None, repr=False)  #: of a new surface alone
-    seconds: float = 0.0
 
 
 def triangles(surface: Surface) -> npt.NDArray[np.int32]:
@@ -187,8 +180,8 @@ def buckling(rod: PreparedRod, result: SpeedResult) -> Factor | None:
     return Factor(factors[plane], 0.0, 0.0, f"the shank, {plane.replace('_', ' ')}")
 
 
-def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: Surface, began: float) -> Frame:
-    """Return a frame with what was solved since a reading of the clock, s."""
+def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: Surface) -> Frame:
+    """Return a frame with what was solved."""
     cases = result.cases
     some = [cases[frame.shown]] if frame.shown in cases else list(cases.values())
     values = np.max([case.von_mises[surface.nodes] for case in some], axis=0)
@@ -197,5 +190,4 @@ def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: Surface
         figures=figures(rod, result),
         points=rod.mesh.whole.points[surface.nodes].astype(np.float32),
         values=values.astype(np.float32),
-        seconds=perf_counter() - began,
     )

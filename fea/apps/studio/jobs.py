@@ -237,6 +237,10 @@ class Worker:
             if begins:
                 await asyncio.to_thread(_waited, process, self._opening, None)
             return await asyncio.to_thread(_waited, process, partial(job, *arguments), heard)
+        except Exception:
+            if begins:  # what was not opened cannot work; the next job opens it again
+                self.stop()
+            raise
         finally:
             if self._process is process and not process.alive:
                 self._process = None

@@ -4,7 +4,6 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import combinations, product
-from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
@@ -151,18 +150,17 @@ class LiveRod:
 
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
         """Return what is interpolated; no figures beyond the anchors or in another elasticity."""
-        began, design = perf_counter(), self._full(design)
+        design = self._full(design)
         frame = self._frame(design, operation, Label.INTERPOLATED, fields)
         between = self._anchors.at(self._scaled(design), self._loaded(operation))
         if between is None or between.vague:
             return frame
         points, values = between.drawn(fields)
-        seconds = perf_counter() - began
-        return replace(frame, figures=between.figures, points=points, values=values, seconds=seconds)
+        return replace(frame, figures=between.figures, points=points, values=values)
 
     def exact(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Iterator[Frame]:
         """Solve a design, then its fatigue. Raises `InvalidValue`, `GeometryError`, `MeshError`."""
-        began, design = perf_counter(), self._full(design)
+        design = self._full(design)
         study = self.study_at(design, operation)
         mesh = self._moved(study)
         new = mesh is None
@@ -171,7 +169,7 @@ class LiveRod:
             mesh = self._mesh
         frame = replace(self._frame(design, operation, Label.EXACT, fields), new_mesh=new)
         for rod, result in self._solved(design, operation, study, mesh, cycle=study.engine is not None):
-            yield solved(frame, rod, result, self.surface, began)
+            yield solved(frame, rod, result, self.surface)
 
     def _full(self, design: Design) -> dict[str, float]:
         return {**self.base_design, **design}
@@ -263,7 +261,7 @@ class LiveRod:
 
 def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
     """Solve a study on a mesh of its own, refined and with pins as in `fea run --cycle`, with its errors."""
-    began, operation = perf_counter(), Operation.of(study)
+    operation = Operation.of(study)
     study = replace(study, analysis=replace(study.analysis, cycle=study.engine is not None))
     adapted = adapt_mesh(study, (operation.rpm,), Clock())
     result = adapted.at(operation.rpm)
@@ -277,4 +275,4 @@ def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
         new_mesh=True,
         triangles=triangles(surface),
     )
-    return solved(frame, adapted.rod, result, surface, began)
+    return solved(frame, adapted.rod, result, surface)

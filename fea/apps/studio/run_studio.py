@@ -149,6 +149,8 @@ class Studio:
             await before.close(_REPLACED, "opened in another tab")
         with suppress(ConnectionClosed):
             await self._greet()
+            if not self._layout:  # it may have been refused, which is said again
+                self._live_work.set()
             if self._last is not None:
                 await self._show(self._last)
             async for message in page:
@@ -333,6 +335,7 @@ class Studio:
         except Exception as error:  # noqa: BLE001 - what is wrong with a design is said on the page
             self._steps = ""
             await self._refuse(asked or self._newest, error)
+            return bool(self._layout)  # the study itself cannot be solved: until someone asks again
         return True
 
     async def _answer(self, asked: Asked) -> None:

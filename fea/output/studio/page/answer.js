@@ -47,7 +47,7 @@ class AnswerPanel {
     const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
     const [what, where] = figures.governs === "bolts" ? [worst.where, ""] : [figures.governs, worst.where && `, ${worst.where}`];
     const stress = peak ? ` Largest stress: ${peak.peak_MPa.toFixed(0)} MPa in ${peak.name}, ${peak.where}.` : "";
-    const failed = figures.failed.length ? ` Not to be trusted: ${figures.failed.join(", ")} failed.` : "";
+    const failed = figures.failed.length ? ` Not to be trusted: failed ${figures.failed.length > 1 ? "checks" : "check"} ${figures.failed.join(", ")}.` : "";
     this.governs.textContent = `${upper(what)} governs${where}.${stress}${failed}`;
     const there = MODES.filter(([mode]) => figures[mode]);
     this.mini.textContent = [`${(1000 * figures.mass_kg).toFixed(0)} g`,
