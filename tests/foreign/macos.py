@@ -111,7 +111,10 @@ def interrupt(copy: Copy) -> str:
     time.sleep(8)
     process.send_signal(signal.SIGINT)
     begun = time.monotonic()
-    process.communicate(timeout=60)
+    try:
+        process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert process.returncode == 130
     assert set(copy.work.iterdir()) == before
     return f"ended after {time.monotonic() - begun:.1f} s"
@@ -130,6 +133,7 @@ def main() -> int:
     """Make the copy, try it, print a table."""
     folder = Path(sys.argv[1]) if sys.argv[1:] else Path(tempfile.gettempdir(), "conrod-fea-macos")
     copy, failed = Copy(folder.resolve()), 0
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job would hand on SIG_IGN
     for attempt in (doctor, peaks, bolted, step_file, sweep, interrupt, suite):
         try:
             passed, said = "passed", attempt(copy)
