@@ -186,7 +186,7 @@ class IsolatedProcess:
     def close(self) -> None:
         """End the process; one that is patient and at work may clean up first."""
         if self._pending and self._patient and self.alive:
-            if system.CAN_FORK:
+            if os.name == "posix":
                 os.kill(self.started.pid, signal.SIGTERM)
             else:  # Windows' `kill` waits for nothing; a process without orders interrupts itself
                 self._jobs.close()
@@ -315,7 +315,7 @@ def _listen(pipe: IO[bytes], orders: "SimpleQueue[bytes]", *, patient: bool) -> 
             orders.put(pickle.load(pipe))  # noqa: S301 - from our own process
     if not patient:
         os._exit(0)
-    if system.CAN_FORK:
+    if os.name == "posix":
         os.kill(os.getpid(), signal.SIGTERM)
     else:
         interrupt_main(signal.SIGTERM)
@@ -364,7 +364,7 @@ def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
 
 def _interruptible(read: Callable[[], tuple[int, Any]]) -> tuple[int, Any]:
     """Read from a pipe, which Ctrl-C ends; on Windows it does not, so that another thread reads."""
-    if system.CAN_FORK:
+    if os.name == "posix":
         return read()
     answer: Future[tuple[int, Any]] = Future()
 

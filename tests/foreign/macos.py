@@ -121,12 +121,28 @@ def interrupt(copy: Copy) -> str:
 
 
 def suite(copy: Copy) -> str:
-    tests = [str(copy.tree / "tests" / name) for name in ("machine", "output", "geometry")]
-    process = copy.start("-m", "pytest", "-q", "-p", "no:cacheprovider", f"--rootdir={copy.tree}", *tests)
-    said = process.communicate()[0].strip()
-    (copy.work / "suite.txt").write_text(said)
-    assert process.returncode == 0, said.rpartition("\n")[2]
-    return said.rpartition("\n")[2].strip("= ")
+    """What of the tests neither forks nor sets the system itself."""
+    names = (
+        "machine/test_isolated.py",
+        "machine/test_ahead.py",
+        "output/test_folder.py",
+        "geometry/test_system.py",
+    )
+    chosen = (
+        "-k",
+        "not what_the_system_refuses",
+        f"--rootdir={copy.tree}",
+        "-c",
+        str(copy.tree / "pyproject.toml"),
+    )
+    tests = [str(copy.tree / "tests" / name) for name in names]
+    said = (copy.start("-m", "pytest", "-q", "-p", "no:cacheprovider", *chosen, *tests)).communicate(
+        timeout=900
+    )[0]
+    last = said.strip().rpartition("\n")[2].strip("= ")
+    assert "passed" in last, said[-400:]
+    assert "failed" not in last, said[-400:]
+    return last
 
 
 def main() -> int:
