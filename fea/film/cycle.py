@@ -124,7 +124,7 @@ class FilmCycle:
     @cached_property
     def thinnest(self) -> Floats:
         """Smallest gap (n,), mm."""
-        return np.array([state.gap.min() for state in self.states])
+        return np.array([state.thinnest for state in self.states])
 
     @cached_property
     def highest(self) -> Floats:
@@ -134,12 +134,14 @@ class FilmCycle:
     @cached_property
     def asperities(self) -> Floats:
         """Share (n,) of the pressure on the bore that asperities carry."""
-        return np.array([state.touching.sum() / state.pressure.sum() for state in self.states])
+        total = self.bearing.reynolds.grid.total
+        return np.array([total(state.touching) / total(state.pressure) for state in self.states])
 
     @cached_property
     def filled(self) -> Floats:
         """Share (n,) of the gap that is full of oil."""
-        return np.array([state.volume.sum() / state.gap.sum() for state in self.states])
+        total = self.bearing.reynolds.grid.total
+        return np.array([total(state.volume) / total(state.gap) for state in self.states])
 
     @cached_property
     def eccentricity(self) -> Floats:
@@ -171,7 +173,7 @@ class FilmCycle:
             power -= (self.weights * _rate(bulges, step)).sum(axis=1)
         voids = np.array([state.gap - state.volume for state in self.states])
         pressures = np.array([state.film.pressure for state in self.states])
-        power += grid.area * grid.images * (pressures * _rate(voids, step)).sum(axis=(1, 2))
+        power += [grid.total(each) for each in pressures * _rate(voids, step)]
         drawn = self.supplied - acting.flooded * self.leaked
         return float(power.mean() + acting.inlet * drawn)
 
@@ -180,9 +182,9 @@ class FilmCycle:
         """Weights (n, n_functions) of the pressures in the functions of the elastic bore, N."""
         if self.bearing.bore is None:
             return np.zeros((len(self.states), 0))
-        whole = self.bearing.reynolds.grid.area * self.bearing.reynolds.grid.images
-        pressures = np.array([state.pressure for state in self.states])
-        return whole * np.tensordot(pressures, self.bearing.bore.functions, axes=2)
+        grid = self.bearing.reynolds.grid
+        forces = grid.images * grid.area * np.array([state.pressure for state in self.states])
+        return np.tensordot(forces, self.bearing.bore.functions, axes=2)
 
     @cached_property
     def supplied(self) -> float:

@@ -10,8 +10,9 @@ from fea.film.grid import FilmGrid
 from geometry.arrays import Floats, Ints
 
 # Highest harmonic around the bore for each even degree along the width: those left out are short waves, which
-# hardly yield. With half as many the smallest gap of a cycle changes by less than 1 %.
-_HIGHEST = {0: 14, 2: 8, 4: 4}
+# hardly yield. Of the big end of leon-2001 at 8000 rpm, more of them change the highest pressure by 4 to 12 %
+# and the smallest gap by 3 %; without degree 6 and with half of degree 4, the pressure is 60 % higher.
+_HIGHEST = {0: 14, 2: 10, 4: 8, 6: 6}
 # Sub-intervals' points for the means over the width of a cell.
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
@@ -61,7 +62,7 @@ class BoreFunctions:
     def means(self, grid: FilmGrid) -> Floats:
         """Means (n_angle, n_width, count) over the cells of a grid."""
         n = self.terms[:, 0]
-        along = self._along(grid.z[:, None] + grid.dz / 2 * _PLACES) @ _WEIGHTS / 2
+        along = self._along(grid.z[:, None] + grid.dz[:, None] / 2 * _PLACES) @ _WEIGHTS / 2
         along = along * np.sinc(n / grid.n_angle)[:, None]
         turned = np.multiply.outer(grid.angle, n)
         even = np.cos(turned)[:, None] * along.T

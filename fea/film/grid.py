@@ -1,6 +1,7 @@
 """The cells of a film: around the bore and over its width, or half of it."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,13 +15,16 @@ from geometry.errors import require
 
 @dataclass(frozen=True)
 class FilmGrid:
-    """Equal cells (n_angle, n_width), the first at angle 0; `halved`: z ≥ 0 only, mirrored at z = 0."""
+    """Cells (n_angle, n_width), the first at angle 0; `halved`: z ≥ 0 only, mirrored at z = 0."""
 
     radius: float  #: mm
     width: float  #: of the whole bearing, mm
     n_angle: int
     n_width: int
     halved: bool = True
+    #: 0: cells of equal width; 1: as narrow at the ends of the bearing, where the pressure of a bent bore has
+    #: its peak, as those of Chebyshev's points
+    graded: float = 0.0
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -37,15 +41,25 @@ class FilmGrid:
         """Length of a cell around the bore, mm."""
         return 2 * math.pi * self.radius / self.n_angle
 
-    @property
-    def dz(self) -> float:
-        """Length of a cell along the width, mm."""
-        return self.width / self.images / self.n_width
+    @cached_property
+    def edges(self) -> Floats:
+        """Edges (n_width + 1,) of the cells along the width, from the middle, mm."""
+        even = np.linspace(0.0 if self.halved else -1.0, 1.0, self.n_width + 1)
+        return self.width / 2 * ((1 - self.graded) * even + self.graded * np.sin(math.pi / 2 * even))
 
-    @property
-    def area(self) -> float:
-        """Area of a cell, mm²."""
+    @cached_property
+    def dz(self) -> Floats:
+        """Lengths (n_width,) of the cells along the width, mm."""
+        return np.diff(self.edges)
+
+    @cached_property
+    def area(self) -> Floats:
+        """Areas (n_width,) of the cells, mm²."""
         return self.dx * self.dz
+
+    def total(self, values: Floats) -> float:
+        """Integral of values (n_angle, n_width) over the whole bearing."""
+        return self.images * float((values @ self.area).sum())
 
     @cached_property
     def angle(self) -> Floats:
@@ -55,8 +69,7 @@ class FilmGrid:
     @cached_property
     def z(self) -> Floats:
         """Place (n_width,) of the cells along the width, from the middle, mm."""
-        start = 0.0 if self.halved else -self.width / 2
-        return np.asarray(start + self.dz * (np.arange(self.n_width) + 0.5), dtype=np.float64)
+        return (self.edges[1:] + self.edges[:-1]) / 2
 
     @cached_property
     def outwards(self) -> Floats:
@@ -66,7 +79,7 @@ class FilmGrid:
 
     def resultant(self, pressure: Floats) -> Floats:
         """Force (2,) of a pressure (n_angle, n_width), MPa, on the whole bore along x and y, N."""
-        along = pressure.sum(axis=1) * (self.area * self.images)
+        along = pressure @ self.area * self.images
         return np.array([along @ np.cos(self.angle), along @ np.sin(self.angle)])
 
     def hole(self, angle: float, diameter: float, z: float = 0.0, parts: int = 4) -> Floats:
@@ -78,9 +91,9 @@ class FilmGrid:
         offsets = (np.arange(parts) + 0.5) / parts - 0.5
         around = (self.angle - angle + math.pi) % (2 * math.pi) - math.pi
         x = (self.radius * around)[:, None] + offsets * self.dx
-        along = (self.z - z)[:, None] + offsets * self.dz
+        along = (self.z - z)[:, None] + offsets * self.dz[:, None]
         distance = np.hypot(x[:, None, :, None], along[None, :, None, :])
-        soft = max(self.dx, self.dz) / parts
+        soft = np.maximum(self.dx, self.dz)[:, None, None] / parts
         inside = np.clip((diameter / 2 - distance) / soft + 0.5, 0.0, 1.0)
         return np.asarray(inside.mean(axis=(2, 3)))
 
@@ -105,9 +118,11 @@ class Stencil:
         place = np.empty(n, dtype=np.int64)
         order = np.stack([np.arange(n), n - 1 - np.arange(n)], axis=1).ravel()[:n]
         place[order] = np.arange(n)
-        self._order = order
+        # Numbers of the cells, in the order of the band, and the places of them in it.
+        self._order = (order[:, None] * m + np.arange(m)).ravel()
         self._band = 2 * m
         number: Ints = place[:, None] * m + np.arange(m)
+        self._place = number.ravel()
         # Columns of the entries of a row: itself, the next and the last angle, the next and the last z.
         neighbours = [np.roll(number, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
         columns = np.stack([number, *neighbours])
@@ -121,8 +136,8 @@ class Stencil:
         columns = near.reshape(5, -1).T.ravel()
         self._product = csr_array((np.zeros(5 * n * m), columns, 5 * np.arange(n * m + 1)))
 
-    def solve(self, entries: Floats, right: Floats) -> Floats:
-        """Solve for right-hand sides (n_angle, n_width, k).
+    def solver(self, entries: Floats) -> Callable[[Floats], Floats]:
+        """Return what solves for right-hand sides (n_cells, k).
 
         `entries` (5, n_angle, n_width): in the row of each cell, the factors of its own value, of those at
         the next and the last angle, and of those at the next and the last z, where there is none 0.
@@ -131,17 +146,23 @@ class Stencil:
         # Where a neighbour does not exist its entry is 0 and belongs to a cell out of the band.
         kept = entries.ravel() != 0
         band[self._at[kept]] = entries.ravel()[kept]
-        columns = right[self._order].reshape(self._size, -1)
-        *_, solution, failed = lapack.dgbsv(
-            self._band, self._band, band.reshape(self._size, self._rows).T, columns, overwrite_ab=True
+        wide = self._band
+        factor, pivots, failed = lapack.dgbtrf(
+            band.reshape(self._size, self._rows).T, wide, wide, overwrite_ab=True
         )
         if failed:
             raise np.linalg.LinAlgError(f"a film has no solution: row {failed} of its equations")
-        ordered = np.empty((*self._shape, solution.shape[1]))
-        ordered[self._order] = solution.reshape(ordered.shape)
-        return ordered
 
-    def applied(self, entries: Floats, values: Floats) -> Floats:
-        """Product of the matrix of entries, as of `solve`, with values (n_angle, n_width, k)."""
-        self._product.data[:] = entries.reshape(5, -1).T.ravel()
-        return np.asarray(self._product @ values.reshape(self._size, -1)).reshape(values.shape)
+        def solve(right: Floats) -> Floats:
+            solution, _ = lapack.dgbtrs(factor, wide, wide, right[self._order], pivots)
+            return np.asarray(solution[self._place])
+
+        return solve
+
+    def matrix(self, entries: Floats, factors: Floats) -> csr_array:
+        """Matrix (n_cells, n_cells) of entries, as of `solver`, times factors of the columns' cells.
+
+        The next call overwrites it.
+        """
+        self._product.data[:] = entries.reshape(5, -1).T.ravel() * factors.ravel()[self._product.indices]
+        return self._product

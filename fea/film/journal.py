@@ -1,7 +1,7 @@
 """A journal in its film: where it is under a load, and how the film and the bore respond, step by step."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -23,6 +23,8 @@ _TOLERANCE = 2e-4
 _INSTANT = 1e-6
 # What rounding may leave of a full cell.
 _FULL = 1e-9
+# What is left of a step by an earlier film's response, and the most tries to find it.
+_EXACT, _TRIES = 1e-3, 10
 # Largest change of a gap in one step, in clearances.
 _LARGEST = 3.0
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
@@ -39,7 +41,35 @@ class ElasticBore:
     """
 
     functions: Floats  #: (n_angle, n_width, n) means of φ over each cell, 1/mm, with ∫ φᵢ φⱼ dA = δᵢⱼ
+    ends: Floats  #: (n_angle, n) φ at the ends of the bearing, 1/mm
     compliance: Floats  #: (n, n) C, mm³/N; rows of the functions that move the bore as a whole are zero
+
+
+@dataclass(frozen=True)
+class _Response:
+    """How displacement and position answer what is unbalanced, of an earlier film of the same bearing."""
+
+    inverse: Floats  #: (n + 2, n + 2)
+
+    def solved(self, responding: Callable[[Floats], Floats], side: Floats) -> Floats | None:
+        """Solve equations like those of the inverse by conjugate residuals; None: not in a few steps."""
+        left = self.inverse @ side
+        solution, enough = np.zeros_like(left), _EXACT * np.linalg.norm(left)
+        ways, gains = np.zeros((0, len(left))), np.zeros((0, len(left)))
+        for _ in range(_TRIES):
+            way = left
+            gain = self.inverse @ responding(way)
+            share = gains @ gain
+            way, gain = way - ways.T @ share, gain - gains.T @ share
+            length = np.linalg.norm(gain)
+            if not length > 0:
+                break
+            ways, gains = np.append(ways, way.T / length, 0), np.append(gains, gain.T / length, 0)
+            share = gains[-1] @ left
+            solution, left = solution + share * ways[-1:].T, left - share * gains[-1:].T
+            if np.linalg.norm(left) <= enough:
+                return np.asarray(solution)
+        return None
 
 
 @dataclass(frozen=True)
@@ -53,12 +83,21 @@ class JournalState:
     bearing: "Bearing"
     conditions: Conditions
     steps: int  #: of Newton's method
+    response: "_Response | None" = None  #: with which the next state is found
     parts: Sequence["JournalState"] = ()  #: earlier states of the step, where that was solved in equal parts
 
     @cached_property
     def gap(self) -> Floats:
         """Gap h (n_angle, n_width) that oil can fill, mm."""
         return self.bearing.space(self.planes)[0]
+
+    @cached_property
+    def thinnest(self) -> float:
+        """Smallest gap, mm, of the cells and at the ends of the bearing, where a bent bore comes nearest."""
+        ends = self.bearing.clearance - self.bearing.reynolds.grid.outwards[:, -1] @ self.position
+        if self.bearing.bore is not None:
+            ends = ends + self.bearing.bore.ends @ self.bulge
+        return float(min(self.gap.min(), self.bearing.space(ends)[0].min()))
 
     @cached_property
     def balance(self) -> Balance:
@@ -113,6 +152,7 @@ class _Iterate(NamedTuple):
     planes: Floats
     position: Floats
     bulge: Floats
+    response: "_Response | None"
 
     def close_to(self, other: "_Iterate", clearance: float) -> bool:
         """Whether the same cells are full, and pressure, filling and gaps differ by the tolerance only."""
@@ -153,14 +193,14 @@ class Bearing:
         grid, (force, power) = self.reynolds.grid, self.reynolds.friction(state.film, state.gap, speed)
         if self.asperities is None:
             return force, power
-        rubbed = self.asperities.friction * float(state.touching.sum()) * grid.area * grid.images
+        rubbed = self.asperities.friction * grid.total(state.touching)
         return force + math.copysign(rubbed, speed), power + rubbed * abs(speed)
 
     def taken_over(self, state: "JournalState") -> "JournalState":
         """A state of the same bearing on another grid, on this one."""
         grid = self.reynolds.grid
         turns = [np.arange(n + 1) / n for n in (len(state.gap), grid.n_angle)]
-        across = [(np.arange(n) + 0.5) / n for n in (state.gap.shape[1], grid.n_width)]
+        across = [state.bearing.reynolds.grid.z, grid.z]
 
         def on_grid(values: Floats) -> Floats:
             closed = np.concatenate([values, values[:1]])
@@ -197,20 +237,28 @@ class Bearing:
         `guess`: where the iteration begins; without a load, its position is kept; `load`: force (2,) of the
         film on the bore, N; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
-        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge)
+        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
         for step in range(1, _STEPS + 1):
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
             if not limited and iterate.close_to(before, self.clearance):
-                return JournalState(*iterate, self, conditions, step)
+                return JournalState(*iterate[:4], self, conditions, step, iterate.response)
         raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
 
     @cached_property
     def _follows(self) -> Floats:
-        """Change (n_angle, n_width, n + 2) of the gap by the bore's weights and the journal's position."""
-        outwards = self.reynolds.grid.outwards
-        return -outwards if self.bore is None else np.concatenate([self.bore.functions, -outwards], axis=-1)
+        """Change (n_cells, n + 2) of the gap by the bore's weights and the journal's position."""
+        cells = self.reynolds.grid.outwards.reshape(-1, 2)
+        bore = np.zeros((len(cells), 0)) if self.bore is None else self.bore.functions.reshape(len(cells), -1)
+        return np.concatenate([bore, -cells], axis=1)
+
+    @cached_property
+    def _works(self) -> Floats:
+        """Work (n + 2, n_cells) of a pressure in each cell on those changes, mm²."""
+        grid = self.reynolds.grid
+        areas = np.broadcast_to(grid.images * grid.area, grid.shape)
+        return np.ascontiguousarray((areas.reshape(-1, 1) * self._follows).T)
 
     def _improved(
         self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats
@@ -221,46 +269,63 @@ class Bearing:
         bore's displacement and the position, whose equations are the bore's compliance and the load.
         """
         grid, count = self.reynolds.grid, len(at.bulge)
-        follows = self._follows if load is not None else self._follows[..., :count]
+        unknowns = count + (2 if load is not None else 0)
+        follows, works = self._follows[:, :unknowns], self._works[:unknowns]
         gap, widens = self.space(at.planes)
-        balance = self.reynolds.balance(at.film, gap, conditions)
+        balance, stencil = self.reynolds.balance(at.film, gap, conditions), self.reynolds.stencil
         ajar = at.planes - self.planes(at.position, at.bulge)  # what an earlier limited step left open
-        opening = np.concatenate([ajar[..., None], follows], axis=-1)
-        moving = self.reynolds.stencil.applied(balance.by_gap, widens[..., None] * opening)
-        moving[..., 0] -= balance.excess
-        try:
-            solved = self.reynolds.stencil.solve(balance.by_film, moving)
-            pressures = solved * at.film.full[..., None]
-            touching, slope = self.touching(at.planes)
-            pressures[..., 0] += at.film.pressure + touching
-            if touching.any():
-                pressures -= slope[..., None] * opening
-            # Work of the pressures on displacements: weights of the functions, and minus the force.
-            whole = grid.area * grid.images
-            forces = whole * (follows.reshape(gap.size, -1).T @ pressures.reshape(gap.size, -1))
-            matrix, side = np.eye(follows.shape[-1]), np.zeros(follows.shape[-1])
+        touching, slope = self.touching(at.planes)
+        full, stiffness = at.film.full.reshape(-1, 1), slope.reshape(-1, 1)
+        by_planes = stencil.matrix(balance.by_gap, widens)
+
+        def worked(pressures: Floats) -> Floats:
+            """Displacement by pressures (n_cells, k), and their force on the journal (n + 2, k)."""
+            found = works @ pressures
             if self.bore is not None:
-                matrix[:count] += self.bore.compliance @ forces[:count, 1:]
-                side[:count] = loaded - at.bulge + self.bore.compliance @ forces[:count, 0]
+                found[:count] = self.bore.compliance @ found[:count]
+            return found
+
+        def responding(moved: Floats) -> Floats:
+            """Left side of the equations of displacements and positions (n + 2, k)."""
+            opening = follows @ moved
+            found = worked(solve(by_planes @ opening) * full - stiffness * opening)
+            found[:count] += moved[:count]
+            return found
+
+        try:
+            solve = stencil.solver(balance.by_film)
+            opening = ajar.reshape(-1, 1)
+            before = solve(by_planes @ opening - balance.excess.reshape(-1, 1))
+            pressures = (at.film.pressure + touching).reshape(-1, 1) + before * full - stiffness * opening
+            side = worked(pressures)
+            side[:count, 0] += loaded - at.bulge
             if load is not None:
-                matrix[count:] = forces[count:, 1:]
-                side[count:] = load + forces[count:, 0]
-            moved = np.asarray(np.linalg.solve(matrix, side))
+                side[count:, 0] += load
+            response, solution = at.response, None
+            if response is not None and len(response.inverse) == unknowns:
+                solution = response.solved(responding, side)
+            if response is None or solution is None:
+                response = _Response(np.asarray(np.linalg.inv(responding(np.eye(unknowns)))))
+                solution = response.inverse @ side
+            moved = solution[:, 0]
+            change = before - solve(by_planes @ (follows @ solution))
         except np.linalg.LinAlgError as error:
             raise FilmError("the equations of the oil film are singular") from error
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
-        wider = follows @ moved - ajar
-        part = min(1.0, _LARGEST * self.clearance / max(float(np.abs(wider).max()), self.clearance))
-        planes = at.planes + part * wider
-        least = _KEPT * at.planes
-        if self.asperities is not None:
-            least = np.minimum(least, at.planes - _NEARER * self.asperities.roughness)
-        kept = np.maximum(planes, least)
-        film = at.film.changed(part * (solved[..., 0] - solved[..., 1:] @ moved))
+        part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar)
+        film = at.film.changed(part * change.reshape(grid.shape))
         position = at.position + part * moved[count:] if load is not None else at.position
         bulge = at.bulge + part * moved[:count]
-        return _Iterate(film, kept, position, bulge), part < 1 or bool((kept > planes).any())
+        return _Iterate(film, planes, position, bulge, response), part < 1 or held
+
+    def _moved(self, planes: Floats, wider: Floats) -> tuple[float, Floats, bool]:
+        """Part of a step that is made, gaps after it, mm, and whether some are held open."""
+        part = min(1.0, _LARGEST * self.clearance / max(float(np.abs(wider).max()), self.clearance))
+        least, after = _KEPT * planes, planes + part * wider
+        if self.asperities is not None:
+            least = np.minimum(least, planes - _NEARER * self.asperities.roughness)
+        return part, np.maximum(after, least), bool((after < least).any())
 
     def squeezed(self, position: Sequence[float], velocity: Sequence[float]) -> JournalState:
         """A film that is full but for where the journal leaves it: at a position, with a velocity (2,), mm/s.

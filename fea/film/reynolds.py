@@ -179,7 +179,8 @@ class Reynolds:
         grid = self.grid
         middle = gap.copy()
         middle[:, :-1] = (gap[:, :-1] + gap[:, 1:]) / 2
-        square = grid.dx / grid.dz / (12 * self.oil.viscosity) * middle * middle
+        square = grid.dx / (12 * self.oil.viscosity) * middle * middle
+        square[:, :-1] /= np.diff(grid.z)
         square[:, -1] = 0.0
         conducts = square * middle
         drop, rise, beyond = (np.concatenate([v[:, 1:], v[:, -1:]], 1) for v in (q, film.pressure, slope))
@@ -192,7 +193,7 @@ class Reynolds:
         """Flow out of the cells at the ends."""
         grid, ends = self.grid, [-1] if self.grid.halved else [0, -1]
         factor = np.zeros(grid.shape)
-        factor[:, ends] = grid.dx / grid.dz / (6 * self.oil.viscosity)
+        factor[:, ends] = grid.dx / grid.dz[ends] / (6 * self.oil.viscosity)
         conducts = factor * gap * gap * gap
         around = supply.pressure if supply is not None and supply.flooded else 0.0
         out = conducts * (q - self.oil.generalised(np.array(around))[0])
@@ -228,8 +229,8 @@ class Reynolds:
         grid = self.grid
         share = np.ones(grid.shape) if full_shear else np.maximum(film.fill, 0.0)
         viscosity = self.oil.viscosity * self.oil.relative_viscosity(film.pressure)
-        sheared = float((share * viscosity / gap).sum()) * grid.area * grid.images * speed
+        sheared = grid.total(share * viscosity / gap) * speed
         middle = (gap + _next(gap)) / 2
         rises = _next(film.pressure) - film.pressure
-        pushed = float((middle / 2 * rises).sum()) * grid.dz * grid.images
+        pushed = grid.total(middle / 2 * rises) / grid.dx
         return sheared + pushed, sheared * speed

@@ -1,6 +1,5 @@
 """The oil films of a rod's bearings: what the study says of them, completed, and their cycles."""
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,12 +24,11 @@ from geometry.errors import require
 from loads.crank_cycle import CrankCycle
 from loads.gas import CYCLE
 
-# Cells around the bore and steps of the cycle; and those of a coarser film, from which the error follows.
-FINE, COARSE = (64, 180), (48, 120)
+# Cells around the bore and over half its width, and steps of the cycle; and those of a coarser film, from
+# which the error follows.
+FINE, COARSE = (96, 7, 144), (64, 5, 96)
 # Cycles within which a film must repeat itself; what refills the small end fades from one to the next.
 CYCLES = {End.BIG: MOST_CYCLES, End.SMALL: 2 * MOST_CYCLES}
-# Cells over half the width, unless those around the bore are longer.
-_MOST_ALONG, _LEAST_ALONG = 12, 4
 # Clearance over radius: beyond, the film is not thin, or there is none.
 _CLEARANCES = (1e-4, 1e-2)
 MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
@@ -259,12 +257,11 @@ class Films:
         return self._integrated(cycle, self.bore, COARSE, None)
 
     def _integrated(
-        self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int], before: FilmCycle | None
+        self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int, int], before: FilmCycle | None
     ) -> FilmCycle:
-        said, (cells, steps), end = self.lubrication, size, self.end
+        said, (around, along, steps), end = self.lubrication, size, self.end
         radius, width = end.size(self._structure.bores)
-        along = round(width / 2 / (2 * math.pi * radius / cells))
-        grid = FilmGrid(radius, width, cells, min(max(along, _LEAST_ALONG), _MOST_ALONG))
+        grid = FilmGrid(radius, width, around, along, graded=1.0)
         instants, heat, oil = cycle.at(crank_angles(steps)), None, said.oil
         if isinstance(oil, WarmOil) and said.temperature is not None:
             oil = oil.at(said.temperature)

@@ -107,7 +107,8 @@ class YieldingBore:
     def on(self, grid: FilmGrid) -> ElasticBore:
         """The bore for a film on a grid."""
         both = self.compliance if self.pin is None else self.compliance + self.pin.compliance
-        return ElasticBore(self.functions.means(grid), both)
+        ends = self.functions.at(grid.angle, np.full(grid.n_angle, grid.width / 2))
+        return ElasticBore(self.functions.means(grid), np.concatenate(ends).T, both)
 
     def caused(self, instants: Instants) -> Floats:
         """Weights (n_instants, n) of the displacement by all but the film: g of `ElasticBore`."""

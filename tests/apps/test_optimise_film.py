@@ -24,8 +24,8 @@ RPM = 6000.0
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
-    monkeypatch.setattr(lubrication, "FINE", (32, 90))
-    monkeypatch.setattr(lubrication, "COARSE", (24, 72))
+    monkeypatch.setattr(lubrication, "FINE", (32, 5, 90))
+    monkeypatch.setattr(lubrication, "COARSE", (24, 4, 72))
 
 
 def study(least, **film):

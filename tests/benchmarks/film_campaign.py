@@ -38,7 +38,7 @@ def main() -> None:
     arguments = parser.parse_args()
     path = arguments.resume
     kept = json.loads(path.read_text()) if path is not None and path.exists() else {}
-    lubrication.FINE, lubrication.COARSE = (48, 120), (32, 72)
+    lubrication.FINE, lubrication.COARSE = (64, 5, 120), (48, 4, 72)
     rod = prepare(Flags(size=18.0, pressure="bonded").applied(load_study()))
     for seed in map(str, range(arguments.first, arguments.first + arguments.count)):
         if seed not in kept:
@@ -80,7 +80,7 @@ def outcome(rod, seed: int) -> dict:
         return {"verdict": kind, "bad": kind != "refused", "why": str(error), "rpm": rpm, "seconds": 0.0}
     seconds = round(time.process_time() - started, 1)
     failed = [name for name, check in found.checks.items() if not check.passed]
-    positive = min(state.gap.min() for state in found.cycle.states) > 0
+    positive = found.cycle.thinnest.min() > 0
     figures = {key: value for key, value in asdict(found.figures).items() if isinstance(value, float)}
     bad = bool(failed) or not positive or seconds > LONGEST
     said = {

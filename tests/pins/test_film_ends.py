@@ -96,7 +96,7 @@ def test_where_no_film_of_the_small_end_can_be(rod, monkeypatch):
 
 
 def test_the_small_end_swings_on_a_fixed_pin_twice_as_fast_as_on_a_floating_one(rod, monkeypatch):
-    monkeypatch.setattr(lubrication, "COARSE", (16, 36))
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
     cycle = rod.crank_cycle(6000.0)
     films = {}
     for kind in ("floating", "fixed"):
@@ -176,7 +176,7 @@ def test_grooves_are_those_of_lund_and_thomsen():
 
 def test_grooves_in_the_shell_and_in_the_pin_feed_the_big_end(rod, monkeypatch):
     """A groove all round feeds alike wherever it is; a longer one beside the hole raises the flow."""
-    monkeypatch.setattr(lubrication, "COARSE", (16, 36))
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
     plain = {"viscosity_mPas": 8.0, "hole_diameter_mm": 5.0}
     all_round = {**plain, "grooves_deg": (0.0,), "groove_arc_deg": 360.0, "groove_width_mm": 4.0}
     cycle, flows = rod.crank_cycle(6000.0), []

@@ -222,14 +222,13 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     _draw_orbit(panels["orbit"], x, y, degrees)
     panels["orbit"].set(title=f"centre of the {film.end.pin} in the bore, in clearances")
     state, grid = cycle.states[int(cycle.highest.argmax())], cycle.bearing.reynolds.grid
-    whole = state.pressure
-    if grid.halved:
-        whole = np.concatenate([whole[:, ::-1], whole], axis=1)
-    turned = np.roll(whole, grid.n_angle // 2, axis=0)
-    drawn = panels["map"].imshow(
-        turned.T, extent=(-180, 180, -grid.width / 2, grid.width / 2), aspect="auto", cmap="viridis"
+    turned = np.roll(state.pressure, grid.n_angle // 2, axis=0)
+    around = np.linspace(-180, 180, grid.n_angle + 1) - 180 / grid.n_angle
+    for side in (1, -1) if grid.halved else (1,):
+        drawn = panels["map"].pcolormesh(around, side * grid.edges, turned.T, cmap="viridis")
+    panels["map"].set(
+        xlim=(-180, 180), xticks=range(-180, 181, 90), title=f"pressure at {found.p_max_deg:.0f}°"
     )
-    panels["map"].set(xticks=range(-180, 181, 90), title=f"pressure at {found.p_max_deg:.0f}°")
     label_axes(panels["map"], "angle in the bore from the rod's axis, °", "along the pin, mm")
     figure.colorbar(drawn, ax=panels["map"], label="MPa")
     figure.suptitle(f"{title}: oil film of the {film.end.words}, {found.verdict}", fontsize=11)
