@@ -92,12 +92,17 @@ class JournalState:
         return self.bearing.space(self.planes)[0]
 
     @cached_property
-    def thinnest(self) -> float:
-        """Smallest gap, mm, of the cells and at the ends of the bearing, where a bent bore comes nearest."""
-        ends = self.bearing.clearance - self.bearing.reynolds.grid.outwards[:, -1] @ self.position
+    def edge(self) -> Floats:
+        """Gap (n_angle,) at the ends of the bearing, where a bent bore comes nearest, mm."""
+        planes = self.bearing.clearance - self.bearing.reynolds.grid.outwards[:, -1] @ self.position
         if self.bearing.bore is not None:
-            ends = ends + self.bearing.bore.ends @ self.bulge
-        return float(min(self.gap.min(), self.bearing.space(ends)[0].min()))
+            planes = planes + self.bearing.bore.ends @ self.bulge
+        return self.bearing.space(planes)[0]
+
+    @property
+    def thinnest(self) -> float:
+        """Smallest gap, mm, of the cells and at the ends of the bearing."""
+        return float(min(self.gap.min(), self.edge.min()))
 
     @cached_property
     def balance(self) -> Balance:

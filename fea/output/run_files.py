@@ -120,17 +120,23 @@ def _films(run: RunResult) -> Iterator[RunFiles]:
 def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
     """Write the bore with pressure, MPa, and thickness, mm, of its film at an instant."""
     state, grid = cycle.states[number], cycle.bearing.reynolds.grid
-    half = range(grid.n_width)
-    columns, z = [*half], grid.z
+    # The ends of the bearing stand beside the cells; the film has the pressure of the surroundings there.
+    half, end = range(1, grid.n_width + 1), grid.n_width + 1
+    columns, z = [0, *half, end], np.array([-grid.width / 2, *grid.z, grid.width / 2])
     if grid.halved:
-        columns, z = [*reversed(half), *half], np.append(-z[::-1], z)
+        columns, z = [end, *reversed(half), *half, end], np.array([*-z[:0:-1], *z[1:]])
+    outside = np.full((grid.n_angle, 1), cycle.acting.inlet if cycle.acting.flooded else 0.0)
+    edge = state.edge[:, None]
     around = np.stack([np.cos(grid.angle), np.sin(grid.angle)], axis=1) * grid.radius
     points = np.column_stack([np.repeat(around, len(z), axis=0), np.tile(z, len(around))])
     corner = np.arange(len(points)).reshape(-1, len(z))
     first, second = (each[:, :-1].ravel() for each in (corner, np.roll(corner, -1, axis=0)))
     halves = ([first, second, first + 1], [second, second + 1, first + 1])
     triangles = np.concatenate([np.stack(each, axis=1) for each in halves])
-    values = {"film_pressure": state.pressure, "film_thickness": state.gap}
+    values = {
+        "film_pressure": np.concatenate([outside, state.pressure, outside], axis=1),
+        "film_thickness": np.concatenate([edge, state.gap, edge], axis=1),
+    }
     write_cells(path, points, triangles, {name: of[:, columns].ravel() for name, of in values.items()}, {})
 
 
