@@ -15,10 +15,14 @@ from hypothesis import strategies as st
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
+from fea.analysis.adapt import Adapted
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
-from fea.analysis.survival import factors, survival
+from fea.analysis.result import run_result
+from fea.analysis.speed import solve_speed
+from fea.analysis.survival import factors, factors_of_assembly, survival
 from fea.apps.export_run import prepared_again
+from fea.apps.studio.frame import figures as shown_figures
 from fea.base.choices import Symmetry
 from fea.output.json_file import read_summary
 from fea.output.report.tables import assembly_tables
@@ -256,6 +260,15 @@ def test_a_joint_that_slides_does_not_survive():
     assert survival(factors({"tension": result()}, buckling(), None, figures)).text.startswith(
         "the joint slips"
     )
+
+
+def test_the_studio_counts_bolts_and_joint_as_a_run_does(rod):
+    result = solve_speed(rod, None)
+    run, shown = run_result(rod.study, Adapted(rod), result).summary, shown_figures(rod, result)
+    worst = min(factors_of_assembly(run.assembly), key=lambda one: one.value)
+    assert (shown.bolts.factor, shown.bolts.where) == (worst.value, worst.mode)
+    every = factors(run.results, run.buckling, run.envelope, run.assembly)
+    assert getattr(shown, shown.governs).factor == pytest.approx(min(one.value for one in every))
 
 
 def test_a_reader_learns_what_the_bolts_and_the_joint_do(pulled_rod):

@@ -2,7 +2,7 @@
 
 const MODES = [["yielding", "Yielding"], ["fatigue", "Fatigue"], ["buckling", "Buckling"], ["bolts", "Bolts and joint"]];
 const KNOWN = { interpolated: "Interpolated", "exact on a moved mesh": "Exact on a moved mesh", converged: "Converged" };
-const PINS = { contact: "pins in contact", bonded: "pins bonded", "oil-film": "pins in oil" };
+const PINS = { contact: "pins in contact", bonded: "pins bonded", "oil-film": "crank pin in oil" };
 // What loads the bores.
 const loading = (pins) => PINS[pins] ?? `prescribed pressure ${pins}`;
 const two = (value) => (value >= 100 ? "> 100" : value.toFixed(2));
