@@ -158,6 +158,7 @@ def cost(name):
     def somewhere():
         return {key: float(rod.base_design[key] * random.uniform(0.96, 1.04)) for key in touched}
 
+    timed("what every two change together", partial(deque, rod.cross({}, operation), maxlen=0))
     print(f"{len(rod._anchors.every)} anchors")
     timed("the first update", lambda: rod.frame(somewhere(), operation))
     timed("an update while dragging", lambda: rod.frame(somewhere(), operation), 50)
