@@ -27,7 +27,7 @@ _REACH = 2.5  # of the covariance, in units of the scaled dimensions
 # Standard deviations on a line that are shown as its error; the square of what two dimensions change together
 # over the products of what they change alone and of their distances; and where that is measured, the share of
 # it and of the measured that is left.
-GAP, _MIXED, _LEFT, _OF_MEASURED = 3.0, 0.12, 0.12, 0.4
+GAP, _MIXED, _LEFT, _OF_MEASURED = 3.0, 0.12, 0.25, 0.6
 
 
 @dataclass(frozen=True, eq=False)
