@@ -21,6 +21,7 @@ from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing, ElasticBore
 from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
+from fea.pins.lubrication import FINE
 
 # Torque, N·m, by speed, rpm.
 MEASURED = {
@@ -69,7 +70,7 @@ def ring(inner: float, outer: float, n: int, modulus: float, nu: float = 0.3) ->
 def torques(diameter: float, width: float, force: float, outer: float, modulus: float) -> dict[int, float]:
     """Torque, N·m, by speed, rpm: from the fastest to the slowest, each from the film before."""
     radius = diameter / 2
-    grid, functions = FilmGrid(radius, width, 96, 8), BoreFunctions(radius, width)
+    grid, functions = FilmGrid(radius, width, *FINE[:2], graded=1.0), BoreFunctions(radius, width)
     yields = [ring(radius, outer, n, modulus) for n in range(functions.terms[:, 0].max() + 1)]
     harmonics = functions.terms[:, 0]
     compliance = np.diag([yields[n] for n in (*harmonics, *harmonics[harmonics > 0])])

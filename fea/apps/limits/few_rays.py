@@ -25,7 +25,7 @@ from fea.solid.errors import ContactError, FilmError
 from geometry.arrays import Floats
 
 _OF_FILM = 4
-_WITHIN = 0.04  # of the thickness; that of a coarse film errs by some percent
+_WITHIN = 0.04  # of the thickness; a coarse film is 10 to 20 % thinner than a fine one
 _STARVED = 0.5  # at most, over the roughness, where the supply cannot keep the film full
 
 
