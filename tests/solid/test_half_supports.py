@@ -1,30 +1,14 @@
 """A half model without nodes on its axis: a lever with forked ends whose bores have no seam there."""
 
-import gmsh
 import numpy as np
 import pytest
+from cad_files import drawn_study
 
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, free_motions, plane_conditions
-from fea.study.study import parse_study
-from geometry.session import session
 from geometry.surfaces import Mirror
-
-STUDY = """
-[rod]
-step = "lever.step"
-[material]
-E_GPa = 207.0
-nu = 0.3
-density_kg_m3 = 7850.0
-yield_MPa = 700.0
-[forces]
-pin_N = [20000.0, 0.0]
-[mesh]
-size_mm = 20.0
-"""
 
 
 def draw(occ):
@@ -39,13 +23,7 @@ def draw(occ):
 
 @pytest.fixture(scope="module")
 def rod(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("lever")
-    with session():
-        gmsh.model.add("lever")
-        draw(gmsh.model.occ)
-        gmsh.model.occ.synchronize()
-        gmsh.write(str(folder / "lever.step"))
-    return prepare(parse_study(STUDY, "lever", folder))
+    return prepare(drawn_study(tmp_path_factory.mktemp("lever"), "lever", draw, 20.0))
 
 
 def test_held_points_lie_on_the_mirror_plane_and_hold_just_what_it_does_not(rod):

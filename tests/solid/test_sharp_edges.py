@@ -2,11 +2,12 @@
 
 import dataclasses
 import io
+from functools import partial
 from itertools import pairwise
 
-import gmsh
 import numpy as np
 import pytest
+from cad_files import drawn_study
 from printed import require_brief
 from rich.console import Console
 from scipy.spatial import KDTree
@@ -19,7 +20,6 @@ from fea.output.terminal.run import print_runs
 from fea.solid.sharp_edges import SharpEdges
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.study.option_tables import MeshTable
-from fea.study.study import parse_study
 from geometry.bodies import Prism, Side, polygon
 from geometry.bodies import draw as draw_body
 from geometry.segments import Arc, Line
@@ -29,21 +29,6 @@ from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.sizing import Sizing
 
-STUDY = """
-[rod]
-step = "{}.step"
-[material]
-E_GPa = 207.0
-nu = 0.3
-density_kg_m3 = 7850.0
-yield_MPa = 700.0
-[forces]
-pin_N = [20000.0, 0.0]
-[mesh]
-size_mm = 6.0
-[analysis]
-min_safety = 2.0
-"""
 LENGTH = 140.0
 
 
@@ -64,13 +49,12 @@ def draw(occ, *, joined):
 @pytest.fixture(scope="module")
 def studies(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sharp")
-    for name in ("fused", "touching"):
-        with session():
-            gmsh.model.add(name)
-            draw(gmsh.model.occ, joined=name == "fused")
-            gmsh.model.occ.synchronize()
-            gmsh.write(str(folder / f"{name}.step"))
-    return {name: parse_study(STUDY.format(name), name, folder) for name in ("fused", "touching")}
+    return {
+        name: drawn_study(
+            folder, name, partial(draw, joined=name == "fused"), 6.0, "[analysis]\nmin_safety = 2.0\n"
+        )
+        for name in ("fused", "touching")
+    }
 
 
 @pytest.fixture(scope="module")

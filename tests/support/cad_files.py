@@ -6,6 +6,7 @@ from pathlib import Path
 
 import gmsh
 
+from fea.study.study import parse_study
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
@@ -26,6 +27,29 @@ def cad_file(rod, ending):
             file.writestr("Document.xml", freecad_document("rod.brp"))
             file.write(path, "rod.brp")
         return archive.read_bytes()
+
+
+def drawn_study(folder, name, draw, size, more=""):
+    """The study of a steel rod that is drawn into a STEP file of a folder and pulled with 20 kN."""
+    with session():
+        gmsh.model.add(name)
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(Path(folder, f"{name}.step")))
+    text = f"""
+[rod]
+step = "{name}.step"
+[material]
+E_GPa = 207.0
+nu = 0.3
+density_kg_m3 = 7850.0
+yield_MPa = 700.0
+[forces]
+pin_N = [20000.0, 0.0]
+[mesh]
+size_mm = {size}
+{more}"""
+    return parse_study(text, name, folder)
 
 
 def freecad_document(shape, label="Rod"):
