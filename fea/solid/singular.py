@@ -90,7 +90,10 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
     if creases is None:
         turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
     else:
-        turns = (creases.find(ends) >= 0) | (edges.cosine < np.cos(_CUSP))
+        cusp = edges.cosine < np.cos(_CUSP)
+        # A facet that turns back at more than one of its edges is folded over: a flaw of the mesh, no cusp.
+        folded = np.bincount(edges.facet[cusp].ravel(), minlength=len(body.facets)) > 1
+        turns = (creases.find(ends) >= 0) | (cusp & ~folded[edges.facet].any(axis=1))
     return np.unique(np.concatenate([ends[turns & ~edges.convex].ravel(), *border]))
 
 

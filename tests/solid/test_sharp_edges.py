@@ -20,7 +20,7 @@ from fea.output.terminal.run import print_runs
 from fea.solid.sharp_edges import SharpEdges
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.study.option_tables import MeshTable
-from geometry.bodies import Prism, Side, polygon
+from geometry.bodies import Prism, Side, block, polygon
 from geometry.bodies import draw as draw_body
 from geometry.segments import Arc, Line
 from geometry.session import session
@@ -28,6 +28,7 @@ from geometry.surfaces import Surface
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.sizing import Sizing
+from mesh.tetmesh import TetMesh
 
 LENGTH = 140.0
 
@@ -98,6 +99,24 @@ def test_a_facet_that_was_straightened_makes_no_sharp_edge():
     assert singular_nodes(mesh, (), sharp).size == singular_nodes(mesh).size > 0
     smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], fold=sharp.fold[:0], label=sharp.label[:0])
     assert not masked_nodes(mesh, singular_nodes(mesh, (), smooth)).any()
+
+
+def test_a_facet_that_is_folded_over_is_no_cusp():
+    """One such facet on a fillet would hide the peak stress of the fillet."""
+    with session():
+        faces = draw_body(block(20.0, 20.0, 8.0))
+        mesh, _ = tetrahedralise(faces, [], Sizing(4.0))
+        sharp = creases(faces, mesh)
+    flat = TetMesh(mesh.points, mesh.tets[:, :4], {name: of[:, :3] for name, of in mesh.facets.items()})
+    top = flat.facets[Surface.FREE]
+    top = top[(flat.points[top][:, :, 2] > 8 - 1e-6).all(axis=1)]
+    middle = np.abs(flat.points[top].mean(axis=1)[:, :2] - 10).sum(axis=1).argmin()
+    a, b, c = flat.points[top[middle]]
+    points = flat.points.copy()
+    points[top[middle, 2]] = c + 1.2 * ((a + b) / 2 - c)  # beyond the opposite edge
+    folded = dataclasses.replace(flat, points=points)
+    assert singular_nodes(folded).size > 0
+    assert singular_nodes(folded, (), sharp).size == 0
 
 
 def test_edges_are_read_at_places_and_in_directions_of_the_drawing(studies):
