@@ -7,6 +7,7 @@ from typing import Any
 from rich.table import Table as RichTable
 
 from fea.analysis.figures import AssemblyFigures, EnvelopeFigures, FilmFigures, LifeFigures, Summary
+from fea.base.checks import TITLES
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table
@@ -52,31 +53,6 @@ def shown(value: object) -> str:
     return str(value)
 
 
-_CHECKS = {
-    "finite": "Load cases with values that are not finite",
-    "inverted_elements": "Inverted elements",
-    "flattest_element": "Flattest element: one over its mean ratio",
-    "mesh_mass": "Mass of the mesh against that of the solid",
-    "small_strain": "Largest strain, for linear elasticity",
-    "small_displacement": "Largest displacement over the length of the rod",
-    "bore_pressure_scale": "Correction of a bore's pressure to give the force",
-    "backward_error": "Backward error of the solver",
-    "energy_balance": "Work of the loads against strain energy",
-    "imbalance": "Residual force at a node",
-    "section_balance": "Stress over mid-shank sections against the forces beyond",
-    "condition": "Condition number of the stiffness",
-    "poissons_ratio_p1": "Largest Poisson's ratio of displacement elements",
-    "poissons_ratio_p2": "Largest Poisson's ratio of displacement elements",
-    "force_balance": "Balance of forces",
-    "moment_balance": "Balance of moments",
-    "tilt": "Moment out of the plane of motion",
-    "reactions": "Reactions at the restraints of inertia relief",
-    "superposition": "Superposed against directly solved peak cases",
-    "superposition_of_parts": "Superposed against directly solved instants of each part",
-    "contact_gap": "Overlap of pin and bore, or gap under pressure",
-    "contact_balance": "Contact pressures against the forces of the pins",
-    "buckling": "Residual of the buckling modes",
-}
 _FILM = {
     "h min": "smallest film",
     "h min error": "its error bar",
@@ -175,7 +151,7 @@ def check_table(summary: Summary) -> Table:
     rows, checks = list[tuple[str, ...]](), summary.checks
     marked = tuple(number for number, check in enumerate(checks.values()) if not check.passed)
     for name, check in checks.items():
-        words = _CHECKS.get(name.removesuffix("_p1"), _CHECKS.get(name, name.replace("_", " ")))
+        words = TITLES.get(name, name.replace("_", " "))
         verdict = "passed" if check.passed else "FAILED"
         rows.append((words, figure(check.value, 3), figure(check.limit, 3), verdict))
     caption = "Checks: each value must not exceed its limit; relative, unless it is a count or a ratio"
