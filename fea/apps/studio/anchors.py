@@ -273,7 +273,7 @@ class Anchors:
             return None
         mix, which = star.at(x), self.every
         if not mix.lines:
-            mix, which = mix.only(star.center), [self.every[star.center]]
+            mix, which = mix._replace(weights=np.ones(1)), [self.every[star.center]]
         key = (loaded.key, loaded.materials, len(which), id(which[0]))
         if key not in self._known:
             recent = list(self._known.items())[-_RECENT:]

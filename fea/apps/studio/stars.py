@@ -16,6 +16,7 @@ of what was measured. The constants are fitted on rods that are solved: tests/be
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -80,10 +81,6 @@ class Mix(NamedTuple):
     measured: Mask  #: (n_pairs,) of every two of them, whether both together are measured
     together: Floats  #: (n_measured, n_anchors) of what these change beyond what each of them does
 
-    def only(self, number: int) -> "Mix":
-        """Keep one anchor, where nothing is changed."""
-        return self._replace(weights=self.weights[[number]])
-
     def error(self, values: Floats, direction: Floats) -> float:
         """Estimated error of the length of values (n_anchors, 5), whose direction (5,) is given."""
         first, second = np.triu_indices(len(self.apart), 1)
@@ -104,7 +101,7 @@ class Star:
     center: int  #: its number
     x: Floats  #: (n_anchors, n) scaled dimensions of all
     lines: Mapping[int, Line]  #: through it, by dimension
-    corners: Mapping[tuple[int, int], list[int]]  #: anchors where two of these are others
+    corners: Mapping[tuple[int, int], int]  #: an anchor where two of these are others
 
     def changed(self, x: Floats) -> Ints:
         """The dimensions that are others at scaled dimensions (n,)."""
@@ -121,32 +118,24 @@ class Star:
 
     def at(self, x: Floats) -> Mix:
         """Return what is added up at scaled dimensions that are covered."""
-        own, count = self.x[self.center], len(self.x)
-        changed = self.changed(x).tolist()
-        alone = {i: self._alone(i, x[i]) for i in changed}
-        pairs = [(i, j) for number, i in enumerate(changed) for j in changed[number + 1 :]]
-        measured, together = np.array([pair in self.corners for pair in pairs], bool), list[Floats]()
+        own, each, changed = self.x[self.center], np.eye(len(self.x)), self.changed(x).tolist()
+        pairs, together = list(combinations(changed, 2)), list[Floats]()
         for i, j in (pair for pair in pairs if pair in self.corners):
-            there = min(self.corners[i, j], key=lambda one: float(np.abs(x - self.x[one])[[i, j]].sum()))
+            there = self.corners[i, j]
             at = self.x[there]
-            beyond = (
-                self._only(there) - self._only(self.center) - self._alone(i, at[i]) - self._alone(j, at[j])
-            )
+            beyond = each[there] - each[self.center] - self._alone(i, at[i]) - self._alone(j, at[j])
             together.append(beyond * np.prod((x - own)[[i, j]] / (at - own)[[i, j]]))
-        terms = [self._only(self.center), *alone.values(), *together]
+        every = [self._alone(i, x[i]) for i in changed], together
+        alone, beside = (np.reshape(rows, (-1, len(each))) for rows in every)
         lines = [(self.lines[i], self.lines[i].weights(x[i])[1]) for i in changed]
-        rows = (np.reshape(some, (-1, count)) for some in (list(alone.values()), together))
-        first, second = rows
-        return Mix(np.sum(terms, axis=0), lines, first, np.abs(x - own)[changed], measured, second)
-
-    def _only(self, number: int) -> Floats:
-        weights = np.zeros(len(self.x))
-        weights[number] = 1.0
-        return weights
+        measured = np.array([pair in self.corners for pair in pairs], bool)
+        weights = each[self.center] + alone.sum(axis=0) + beside.sum(axis=0)
+        return Mix(weights, lines, alone, np.abs(x - own)[changed], measured, beside)
 
     def _alone(self, dimension: int, x: float) -> Floats:
         """Weights of what a dimension changes alone from the center to a place on its line."""
-        line, weights = self.lines[dimension], -self._only(self.center)
+        line = self.lines[dimension]
+        weights: Floats = -np.eye(len(self.x))[self.center]
         weights[line.on] += line.weights(x)[0]
         return weights
 
@@ -160,9 +149,9 @@ def stars(x: Floats) -> Iterator[Star]:
             on = np.flatnonzero((count == 0) | ((count == 1) & other[:, i]))
             if len(on) > 2:
                 lines[i] = Line(on, x[on, i])
-        corners = dict[tuple[int, int], list[int]]()
+        corners = dict[tuple[int, int], int]()
         for number in np.flatnonzero(count == 2).tolist():
             i, j = np.flatnonzero(other[number]).tolist()
             if all(k in lines and lines[k].covers(x[number, k]) for k in (i, j)):
-                corners.setdefault((i, j), []).append(number)
+                corners[i, j] = number
         yield Star(center, x, lines, corners)
