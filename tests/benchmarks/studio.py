@@ -119,8 +119,9 @@ def drag(studio, shown, options, began):
     rest("another design")
     print("a picture, ms:", shown.run(COST))
     if options.target:
-        shown.run(f"document.getElementById('in-{KEY}').scrollIntoView({{ block: 'center' }})")
-        shown.run("scrollTo(0, 0)")
+        place = "{ block: 'center', behavior: 'instant' }"
+        shown.run(f"document.getElementById('in-{KEY}').scrollIntoView({place})")
+        shown.run("scrollTo({ top: 0, behavior: 'instant' })")
         shown.screenshot(options.target / "studio.png")
 
 
