@@ -130,8 +130,8 @@ def test_several_speeds_end_with_what_to_look_at(folder, monkeypatch):
     ]
     runs[0] = (runs[0][0], replace(runs[0][1], shared_files=("map.csv", "cycle_map.png")))
     assert said(*runs).splitlines()[-2:] == [
-        f"Next: look at {folder.name}/cycle_map.png",
-        f"Then: fea view {folder.name}/6000rpm/tension.vtu",
+        f"Next: look at {Path(folder.name, 'cycle_map.png')}",
+        f"Then: fea view {Path(folder.name, '6000rpm', 'tension.vtu')}",
     ]
 
 
