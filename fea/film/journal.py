@@ -23,8 +23,9 @@ _TOLERANCE = 2e-4
 _INSTANT = 1e-6
 # What rounding may leave of a full cell.
 _FULL = 1e-9
-# What is left of a step by an earlier film's response, and the most tries to find it.
-_EXACT, _TRIES = 1e-3, 10
+# What is left of a step by an earlier response, and the most tries to find it; and after how many steps
+# each has its own response, as those that are hard to find need.
+_EXACT, _TRIES, _HARD = 1e-5, 14, 8
 # Largest change of a gap in one step, in clearances.
 _LARGEST = 3.0
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
@@ -246,6 +247,8 @@ class Bearing:
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
         for step in range(1, _STEPS + 1):
+            if step > _HARD:
+                iterate = iterate._replace(response=None)
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
             if not limited and iterate.close_to(before, self.clearance):
                 return JournalState(*iterate[:4], self, conditions, step, iterate.response)
