@@ -129,15 +129,18 @@ class AssembledStates(States):
 
     def estimate(self, cycle: CrankCycle) -> State:
         """Estimate the factors over a cycle at the instants that decided before and at its peaks."""
+        left = self._left_by_history()
+        found = self._from_rest(cycle).items()
+        return {mode: replace(worst, factor=worst.factor * left.get(mode, 1.0)) for mode, worst in found}
+
+    def _left_by_history(self) -> dict[Mode, float]:
+        """Factors over those from rest, in the cycle that was gone through last."""
         if self._gone_through is not None:
             at, state = self._gone_through
             self._gone_through, before = None, self._from_rest(at)
             ratios = {mode: state[mode].factor / old.factor for mode, old in before.items() if mode in state}
             self._history |= {mode: ratio for mode, ratio in ratios.items() if math.isfinite(ratio)}
-        return {
-            mode: replace(worst, factor=worst.factor * self._history.get(mode, 1.0))
-            for mode, worst in self._from_rest(cycle).items()
-        }
+        return self._history
 
     def _from_rest(self, cycle: CrankCycle) -> dict[Mode, Worst]:
         first, angles = self._at_decided(cycle)
@@ -166,7 +169,7 @@ class AssembledStates(States):
             if not estimated:
                 return self._over(cycle)[0]
         solved, angles = self._at_decided(cycle)
-        stress = 1 / self._history.get(Mode.FATIGUE, 1.0)
+        stress = 1 / self._left_by_history().get(Mode.FATIGUE, 1.0)
         return [(part, rows, stress * past) for part, rows, past in _most_stressed(solved)], angles.tolist()
 
     def _over(self, cycle: CrankCycle) -> tuple[Histories, list[AssemblyState]]:
