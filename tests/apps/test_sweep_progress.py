@@ -29,7 +29,7 @@ def test_rate_and_time_left_follow_the_last_results():
         clock.now += 2
         progress.add(1)
     assert progress.text(2) == "100 of 1000 rods, 30 a minute, 30 min left"
-    assert "no worker" in progress.text(0)
+    assert progress.text(0).endswith("waiting for a worker")
 
 
 def test_elsewhere_than_on_a_terminal_there_is_a_line_a_minute(capsys):
