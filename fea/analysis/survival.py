@@ -160,6 +160,11 @@ def survival(
         met = f"meets the required safety factor of {required or 1:g}:"
         met = "survives, safety factor" if required is None else met
         answer, text = Answer.SURVIVES, f"{met} {governing.text}{against}"
+        smallest = min(found, key=lambda factor: factor.value)
+        if smallest.value < governing.value:  # of another place, whose bar reaches lower
+            mode = "" if smallest.mode == "yielding" else f" against {smallest.mode}"
+            less = f"at least {governing.low:.2f}: {governing.text}{against}"
+            text = f"{met} {smallest.text}{mode}, {less}"
         if unjudged is not None and unjudged.answer(least) is Answer.FAILS:
             text += f", but not the cycle: at most {unjudged.value:.2f} against fatigue (--cycle)"
     return SurvivalFigures(

@@ -33,6 +33,12 @@ def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
             "survives, safety factor 1.99 ± 0.04 (tension)",
         ),
         (
+            [tension(3.3, 1.0), Factor("yielding", "gas", 4.11, 26.3, "edge B")],
+            None,
+            "survives",
+            "survives, safety factor 3.30 ± 0.03 (tension), at least 3.25: 4.11 ± 1.16 (gas, edge B)",
+        ),
+        (
             [tension(1.04, 8.0)],
             None,
             "undecided",
