@@ -64,6 +64,13 @@ def test_limits_of_the_files_are_those_of_a_direct_run(folder):
     assert result.summary.envelope.min_fatigue_safety_factor == pytest.approx(1.0, abs=5e-3)
 
 
+def test_the_boost_that_is_safe_is_that_of_the_sentence(folder):
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["largest_peak_pressure_bar"]["rpm"] == 3000.0
+    assert summary["safe_boost"] == summary["largest_peak_pressure_bar"]["boost_bar"] > 1.0
+    assert f"({summary['safe_boost']:.2g} bar of boost)" in summary["text"]
+
+
 def test_hours_are_those_of_a_run_with_a_duty(folder):
     """At the instants that decide, and interpolated on the map; 1 % of stress is a tenth of the hours."""
     summary = json.loads((folder / "summary.json").read_text())
