@@ -3,7 +3,7 @@
 A star is an anchor with lines of others through it, each along one dimension. What a dimension changes alone
 is interpolated on its line; what two change together, beyond that, grows with the product of both distances
 and is measured at one anchor where both are others: the first terms of an expansion about a point (cut-HDMR,
-Rabitz and Alis 1999). On a line, weights are those of kriging with a Gaussian covariance and a linear trend
+Rabitz and Alış 1999). On a line, weights are those of kriging with a Gaussian covariance and a linear trend
 (Sacks et al. 1989, eqs. 5-7), close to the polynomial through its anchors.
 
 The error of each line is the standard deviation of the kriging, whose scale is what leaving out one anchor at
