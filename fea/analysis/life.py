@@ -40,7 +40,7 @@ _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
 )
-# Weights of all unit loads over the cycle of each entry of a duty, and its cycles per hour.
+# Weights, of all unit loads or of the unit solutions, over the cycle of each entry of a duty; cycles an hour.
 _Entries = Sequence[tuple[Weights, float]]
 
 
@@ -95,13 +95,15 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
         full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
         entries.append((full, share * rpm * _CYCLES_PER_HOUR))
-    of_parts = {number: _of_part(analysis, entries, number) for number in range(len(analysis.materials))}
+    spanned = _spanned(analysis, entries)
+    of_parts = {number: _of_part(analysis, spanned, number) for number in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
     if not parts:
         return Life(None, unknown)
     damage, order, owner = _ranked(analysis, parts)
     _make_exact(analysis, entries, [(node, int(owner[node])) for node in order])
-    counted = [_counted(analysis, entries, node, int(owner[node])) for node in order]
+    spanned = _spanned(analysis, entries)
+    counted = [_counted(analysis, spanned, node, int(owner[node])) for node in order]
     whole = analysis.mesh.mirrored
     image = 2 * whole.source + (whole.sign[:, 1] < 0)  # one across z = 0 has the same history
     for place in counted:
@@ -110,6 +112,11 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
     figures = _figures(analysis, table, worst)
     known = _limits(table, worst, figures, singular=bool(analysis.masked.any()))
     return Life(figures, (*unknown, *known, _OMISSION), damage)
+
+
+def _spanned(analysis: CycleAnalysis, entries: _Entries) -> _Entries:
+    """Entries with weights of the unit solutions, of those with weights of all unit loads."""
+    return [(analysis.basis.projected(full), rate) for full, rate in entries]
 
 
 def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tuple[int, int]]) -> None:
@@ -149,9 +156,8 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None
     amplitudes = []
-    for full, _ in entries:
-        along = path(analysis.basis.projected(full), units.joint)
-        ends = signed_extremes(part, along, units.sides)
+    for weights, _ in entries:
+        ends = signed_extremes(part, path(weights, units.joint), units.sides)
         halves = [((high + low) / 2, (high - low) / 2) for high, low in ends]
         own = [reversed_amplitude(analysis.fatigue, *half, material) for half in halves]
         amplitudes.append(own)
@@ -170,8 +176,8 @@ def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int)
     if line is None:
         raise ValueError("only parts with an S–N line have worst places")
     amplitudes, rates, numbers = [], [], []
-    for index, (full, rate) in enumerate(entries):
-        (spot,) = spots([(node, number)], analysis.units, analysis.basis.projected(full), whole)
+    for index, (weights, rate) in enumerate(entries):
+        (spot,) = spots([(node, number)], analysis.units, weights, whole)
         mean, amplitude = rainflow(spot.signed)
         amplitudes.append(reversed_amplitude(analysis.fatigue, mean, amplitude, material))
         rates.append(np.full(len(mean), rate))
