@@ -114,25 +114,28 @@ def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     alone = [
         at
         for at, row in enumerate(alike)
-        if not any(_beside(flipped[at], (2, tags[other]), length).all() for other in np.flatnonzero(row))
+        if not any(_beside(flipped[at], (2, tags[other]), length)[0].all() for other in np.flatnonzero(row))
     ]
     balanced = abs(centre[axis]) < _SLACK * length
     among = {at: [tags[other] for other in {*alone, *np.flatnonzero(alike[at])}] for at in alone}
     return not alone or (balanced and all(_lie_on(flipped[at], among[at], length) for at in alone))
 
 
-def _beside(points: Floats, entity: Entity, length: float) -> Mask:
+def _beside(points: Floats, entity: Entity, length: float) -> tuple[Mask, Floats]:
     """Whether each of some points (n, 3) is on the surface of a face, or on an edge between its ends.
 
-    The kernel is asked only for those in the entity's box: of a large file, all of them take minutes.
+    Also the parameters there (k, dimension of the entity) of those that are. The kernel is asked only for
+    those in the entity's box: of a large file, all of them take minutes.
     """
     slack = _BESIDE * length
     low, high = np.reshape(gmsh.model.getBoundingBox(*entity), (2, 3))
     beside = ((low - slack < points) & (points < high + slack)).all(axis=1)
+    places = np.zeros((0, entity[0]))
     if beside.any():
-        nearest, _ = gmsh.model.getClosestPoint(*entity, points[beside].ravel())
-        beside[beside] = np.abs(np.reshape(nearest, (-1, 3)) - points[beside]).max(axis=1) < slack
-    return np.asarray(beside)
+        nearest, at = gmsh.model.getClosestPoint(*entity, points[beside].ravel())
+        near = np.abs(np.reshape(nearest, (-1, 3)) - points[beside]).max(axis=1) < slack
+        beside[beside], places = near, np.reshape(at, (-1, entity[0]))[near]
+    return np.asarray(beside), places
 
 
 def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
@@ -141,12 +144,10 @@ def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
     The kernel takes a plane for infinite, and misses other faces at the corners of their parameters.
     """
     for edge in gmsh.model.getBoundary([(2, face) for face in faces], combined=False, oriented=False):
-        points = points[~_beside(points, edge, length)]
+        points = points[~_beside(points, edge, length)[0]]
     for face in faces:
-        on = _beside(points, (2, face), length)
-        _, places = gmsh.model.getClosestPoint(2, face, points[on].ravel()) if on.any() else ((), ())
-        at = np.reshape(places, (-1, 2)).tolist()
-        on[on] = [gmsh.model.isInside(2, face, place, True) for place in at]  # noqa: FBT003 - gmsh's
+        on, places = _beside(points, (2, face), length)
+        on[on] = [gmsh.model.isInside(2, face, at, True) for at in places.tolist()]  # noqa: FBT003 - gmsh's
         points = points[~on]
     return not len(points)
 
