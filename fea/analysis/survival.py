@@ -62,6 +62,11 @@ class Factor:
         return Answer.SURVIVES if self.low >= required else Answer.UNDECIDED
 
     @property
+    def against(self) -> str:
+        """The mode of failure, after a factor in a sentence; nothing for yielding."""
+        return "" if self.mode == "yielding" else f" against {self.mode}"
+
+    @property
     def text(self) -> str:
         """The factor with its bar, and its load case."""
         decimals = 2 if self.value >= _SMALL or self.value == 0 else 2 - ceil(log10(self.value))
@@ -144,7 +149,6 @@ def survival(
         for answer in (Answer.FAILS, Answer.UNDECIDED)
     )
     governing = min(failed or open_ or found, key=lambda factor: factor.low)
-    against = "" if governing.mode == "yielding" else f" against {governing.mode}"
     if failed:
         answer, text = Answer.FAILS, _failed(failed, required)
     elif open_:
@@ -154,17 +158,16 @@ def survival(
         else:
             remedy = f"--tolerance {_AIM * apart:.2g} would decide"
             remedy = "a finer mesh may decide" if given_mesh else remedy
-        text = f"undecided, safety factor {governing.text}{against} includes {least:g}; {remedy}"
+        text = f"undecided, safety factor {governing.text}{governing.against} includes {least:g}; {remedy}"
         answer = Answer.UNDECIDED
     else:
         met = f"meets the required safety factor of {required or 1:g}:"
         met = "survives, safety factor" if required is None else met
-        answer, text = Answer.SURVIVES, f"{met} {governing.text}{against}"
+        answer, text = Answer.SURVIVES, f"{met} {governing.text}{governing.against}"
         smallest = min(found, key=lambda factor: factor.value)
         if smallest.value < governing.value:  # of another place, whose bar reaches lower
-            mode = "" if smallest.mode == "yielding" else f" against {smallest.mode}"
-            less = f"at least {governing.low:.2f}: {governing.text}{against}"
-            text = f"{met} {smallest.text}{mode}, {less}"
+            less = f"at least {governing.low:.2f}: {governing.text}{governing.against}"
+            text = f"{met} {smallest.text}{smallest.against}, {less}"
         if unjudged is not None and unjudged.answer(least) is Answer.FAILS:
             text += f", but not the cycle: at most {unjudged.value:.2f} against fatigue (--cycle)"
     return SurvivalFigures(
