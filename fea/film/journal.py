@@ -84,7 +84,7 @@ class JournalState:
     bearing: "Bearing"
     conditions: Conditions
     steps: int  #: of Newton's method
-    response: "_Response | None" = None  #: with which the next state is found
+    response: _Response | None = None  #: with which the next state is found
     parts: Sequence["JournalState"] = ()  #: earlier states of the step, where that was solved in equal parts
 
     @cached_property
@@ -158,7 +158,7 @@ class _Iterate(NamedTuple):
     planes: Floats
     position: Floats
     bulge: Floats
-    response: "_Response | None"
+    response: _Response | None
 
     def close_to(self, other: "_Iterate", clearance: float) -> bool:
         """Whether the same cells are full, and pressure, filling and gaps differ by the tolerance only."""
@@ -312,7 +312,7 @@ class Bearing:
             response, solution = at.response, None
             if response is not None and len(response.inverse) == unknowns:
                 solution = response.solved(responding, side)
-            if response is None or solution is None:
+            if solution is None:
                 response = _Response(np.asarray(np.linalg.inv(responding(np.eye(unknowns)))))
                 solution = response.inverse @ side
             moved = solution[:, 0]

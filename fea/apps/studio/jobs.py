@@ -89,11 +89,10 @@ def begin(kind: str, state: State, what: str) -> None:
     live, design, operation = _Inside.live, dict(state["design"]), _operation(state)
     if kind == "cross":
         _Inside.steps = live.cross(design, operation)
+    elif kind == "touch":
+        _Inside.steps = live.touch(what, design, operation)
     else:
-        begun = (
-            live.touch(what, design, operation) if kind == "touch" else live.exact(design, operation, what)
-        )
-        _Inside.steps = begun
+        _Inside.steps = live.exact(design, operation, what)
 
 
 def step(serial: int, state: State, top: float) -> Answer | float | None:
