@@ -41,9 +41,8 @@ class CondensedInterface:
     free: tuple[Floats, Floats]
     _back: Floats
     _share: Floats
-    _of_pins: Floats
+    _reach: Floats
     _moved: Floats
-    _coupling: Floats
 
     @classmethod
     def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "CondensedInterface":
@@ -86,15 +85,14 @@ class CondensedInterface:
             free=(P_p @ loose, loose.T),
             _back=kept @ inverse,
             _share=kept,
-            _of_pins=of_pins,
+            _reach=reach,
             _moved=moved,
-            _coupling=C_Jp,
         )
 
     def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, loose: Floats) -> Floats:
         """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and the loose motions (m,)."""
-        left = open_gap - self._coupling @ pressure
-        resisted = self._back @ (self._share.T @ forces - self._of_pins.T @ pressure - self._moved.T @ left)
+        acting = self._share.T @ forces + self._reach.T @ pressure - self._moved.T @ open_gap
+        resisted = self._back @ acting
         return np.asarray(resisted + self.free[1].T @ loose)
 
 
