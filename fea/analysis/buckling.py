@@ -12,27 +12,12 @@ from fea.analysis.speed import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
 from fea.judge.column import Plane, column
-from fea.rod.meshed_rod import Bores
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
 from geometry.arrays import Floats
-from geometry.rod import Rod
-from geometry.section import HeightField, Section, least_section
 from loads.instants import Instants
-from mesh import slices
 from mesh.mirror import MirroredMesh
 from mesh.tetmesh import TetMesh
-
-_STATIONS = 121
-
-
-def shank(rod: Rod | None, mesh: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
-    """Sections from pin to pin, and the smallest between the bores; the mesh is cut where `rod` is None."""
-    places = np.linspace(0.0, bores.rod_length, _STATIONS)
-    if rod is None:
-        least = slices.least_section(mesh, *bores.between)
-        return slices.sections(mesh, places), least
-    return HeightField(rod).sections(places), least_section(rod)
 
 
 def part_at(mesh: TetMesh, station: float) -> int:
@@ -105,7 +90,7 @@ def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
     """Return what the column formulas say of the load case that compresses the rod most."""
     worst = cases[int(compression(cases).argmax())]
     force = float(compression(worst))
-    stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
+    stations, least = rod.shank
     material = rod.materials[part_at(rod.mesh.whole, least.x)]
     planes = {}
     for plane in Plane:

@@ -44,9 +44,11 @@ from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
+from geometry.section import HeightField, Section, least_section
 from geometry.surfaces import INTERFACES, Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
+from mesh import slices
 
 if TYPE_CHECKING:
     from fea.analysis.life import Life
@@ -54,6 +56,8 @@ if TYPE_CHECKING:
 
 # Speeds whose cycles, with what opens and slips in them, the unit loads span.
 MOST_SPANNED = 5
+# Sections of the shank from pin to pin.
+_STATIONS = 121
 # Surfaces of known traction.
 _SURFACES = (
     Surface.FREE,
@@ -265,6 +269,15 @@ class PreparedRod:
             return None
         edges = SharpEdges.of(mesh.whole, mesh.creases.on(mesh.drawn_node))
         return None if edges is None else SharpPlaces(edges, self.materials[0].poissons_ratio)
+
+    @cached_property
+    def shank(self) -> tuple[tuple[Section, ...], Section]:
+        """Sections from pin to pin, and the least between the bores; without dimensions, of the mesh."""
+        drawn, mesh, bores = self.study.rod.dimensions, self.mesh.whole, self.mesh.bores
+        places = np.linspace(0.0, bores.rod_length, _STATIONS)
+        if drawn is None:
+            return slices.sections(mesh, places), slices.least_section(mesh, *bores.between)
+        return HeightField(drawn).sections(places), least_section(drawn)
 
     @cached_property
     def mid_sections(self) -> tuple[SectionBalance, ...]:

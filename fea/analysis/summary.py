@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from importlib.metadata import version
 from string import ascii_uppercase
 
@@ -60,6 +61,11 @@ from geometry.system import peak_memory, usable_processors
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in _PACKAGES}
 
 
 def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:
@@ -240,8 +246,7 @@ def summary_of(
         peak_memory_MiB=peak_memory(),
         left_out=left_out,
         environment=EnvironmentFigures(
-            versions={"python": platform.python_version(), "conrod-fea": __version__}
-            | {name: version(name) for name in _PACKAGES},
+            versions={"python": platform.python_version(), "conrod-fea": __version__} | _versions(),
             platform=platform.platform(),
             threads=usable_processors(),
         ),

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fea.analysis.buckling import compression, part_at, shank
+from fea.analysis.buckling import compression, part_at
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
@@ -90,7 +90,7 @@ class States(ABC):
     unsettled: int = 0  #: number of states whose friction did not settle, and which are estimates
 
     def __init__(self, rod: PreparedRod) -> None:
-        stations, least = shank(rod.study.rod.dimensions, rod.mesh.whole, rod.mesh.bores)
+        stations, least = rod.shank
         material = rod.materials[part_at(rod.mesh.whole, least.x)]
         elastic = (material.youngs_modulus, material.yield_strength)
         self._column = min(column(plane, stations, least, *elastic).least for plane in Plane)

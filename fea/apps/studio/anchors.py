@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.adapt import usage
-from fea.analysis.buckling import compression, shank
+from fea.analysis.buckling import compression
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
@@ -191,7 +191,7 @@ class Followed:
     def anchor(self, x: Floats, loaded: Loaded, rod: PreparedRod, result: SpeedResult) -> Anchor:
         """Keep what is followed of a rod that is solved."""
         cases, given = result.cases, rod.loading
-        whole, length = rod.mesh.whole, rod.mesh.bores.rod_length
+        length = rod.mesh.bores.rod_length
         errors = {
             name: (case.von_mises_error / np.maximum(case.von_mises, 1e-9))[self.whole].astype(np.float32)
             for name, case in cases.items()
@@ -211,7 +211,7 @@ class Followed:
             deviators=deviators if len(self.parts) == 1 else {},
             angles=_angles(joined([case.load for case in cases.values()])),
             errors=errors,
-            column=shank(rod.study.rod.dimensions, whole, rod.mesh.bores),
+            column=rod.shank,
         )
         return self._spanned(found, rod) if isinstance(given, EngineLoading) else found
 
