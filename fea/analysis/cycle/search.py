@@ -95,9 +95,13 @@ class EstimatedCycle:
 def judged(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge, best: float) -> Floats:
     """Factors (n,) of some rows, infinite where estimates show that they are not below `best`."""
     factors = np.full(len(rows), np.inf)
-    low = np.flatnonzero(_roughly(part, rows, cycle, judge) < best)
-    for start in range(0, len(low), ESTIMATED_ROWS):
-        some = low[start : start + ESTIMATED_ROWS]
+    least = _roughly(part, rows, cycle, judge)
+    order = np.argsort(least)
+    for start in range(0, len(order), ESTIMATED_ROWS):
+        some = order[start : start + ESTIMATED_ROWS]
+        some = some[least[some] < best]
+        if not some.size:
+            break
         factors[some] = exactly(part, rows[some], cycle, judge, best)
         best = min(best, float(factors[some].min()))
     return factors
