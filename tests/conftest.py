@@ -2,6 +2,7 @@
 
 import signal
 
+import pytest
 from hypothesis import settings
 
 # The same examples every time, and no clock: a test that fails today failed yesterday.
@@ -11,3 +12,16 @@ settings.load_profile("repeatable")
 
 # Who starts the tests in the background may have told them to ignore Ctrl-C; those that send it need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="module")
+def coarse_bores(request):
+    """Mesh bores that pins touch with 24 elements around, or with the module's `AROUND_BORES`, instead of 36.
+
+    They are most of the nodes of a coarse mesh, whatever its size: half of the time of a test in contact that
+    is about something else than accuracy.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        around = getattr(request.module, "AROUND_BORES", 24)
+        patch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", around)
+        yield
