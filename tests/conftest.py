@@ -1,9 +1,12 @@
 """What holds for all tests."""
 
 import signal
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from hypothesis import settings
+from meshed_once import meshed_once
 
 # The same examples every time, and no clock: a test that fails today failed yesterday.
 # `--hypothesis-profile default` looks for new ones.
@@ -24,4 +27,11 @@ def coarse_bores(request):
     with pytest.MonkeyPatch.context() as patch:
         around = getattr(request.module, "AROUND_BORES", 24)
         patch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", around)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def meshes():
+    """Mesh each rod once, whichever tests need it."""
+    with TemporaryDirectory(prefix="fea-meshes-") as folder, meshed_once(Path(folder)):
         yield

@@ -21,6 +21,8 @@ from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 COARSE = {"rpm": 6000, "size": 14}
 PLAIN = plain_study()  # half as many nodes as with pockets
 

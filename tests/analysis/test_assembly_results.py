@@ -35,6 +35,8 @@ from loads.cases import ASSEMBLY
 from loads.cases import given as pulled
 from mesh.tetmesh import FACET_TURN
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 PRELOAD = 30e3
 ROD = (
     '[rod]\npreset = "leon-2001"\nshank_section = "rectangular"\n'

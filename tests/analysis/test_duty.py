@@ -22,6 +22,8 @@ from fea.study.option_tables import DutyTable, MeshTable
 from fea.study.study import Study, parse_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 SPEEDS, HOURS = (4000.0, 6000.0, 6500.0), (600.0, 350.0, 50.0)
 DUTY = DutyTable(SPEEDS, HOURS)
 FORGED = MaterialTable(preset="forged-steel-2005", surface=Finish.MACHINED)

@@ -19,6 +19,8 @@ from fea.study.study import load_study
 from geometry.assembly import Assembly
 from geometry.surfaces import Surface
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 PLAIN = replace(SIMPLE, bushing=0.0, oil_hole=0.0, big_end_chamfer=0.0)
 COARSE = Flags(size=14.0)
 

@@ -25,6 +25,8 @@ from loads.cases import peak_cases
 from loads.gas import NoGas
 from loads.slider_crank import cycle_angles
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 SPEEDS = np.linspace(800, 9000, 21)
 
 

@@ -15,7 +15,9 @@ WATCHED = """
 import sys
 from contextlib import contextmanager
 from fea.apps import run_study as runs
+from fea.rod import discretise
 
+discretise.PER_TOUCHED_BORE = 16  # it is solved sooner
 imported_meanwhile = runs.imported_meanwhile
 
 @contextmanager

@@ -10,6 +10,8 @@ from fea.study import pin_models
 from fea.study.pin_models import PIN_MODELS, PinModelEntry, pin_model
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 
 @pytest.fixture
 def registered(monkeypatch):

@@ -15,7 +15,17 @@ from pathlib import Path
 COARSE = ("--size", 12)
 PLAIN = (str(Path(__file__).with_name("plain.toml")), *COARSE)  # a study that is solved sooner
 PROGRAM = (sys.executable, "-m", "fea")
-_LIBRARIES = ("gmsh", "meshio", "skfem", "scipy.spatial", "vtkmodules.vtkIOXML", "fea.apps.run_study")
+_LIBRARIES = (
+    *("gmsh", "meshio", "skfem", "scipy.spatial", "vtkmodules.vtkIOXML", "fea.apps.run_study"),
+    *(
+        "cyclopts.completion",
+        "cyclopts.help",
+        "rich.markdown",
+        "fea.cli.run",
+        "fea.cli.rod",
+        "fea.apps.write_run",
+    ),
+)
 
 
 def fea(*arguments, cwd, environment=None, largest_file=None):

@@ -23,6 +23,8 @@ from fea.study.flags import Flags
 from fea.study.option_tables import ContactTable, ForcesTable
 from geometry.surfaces import Surface
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 FORCE, CLEARANCES = 20e3, {Surface.SMALL_END_BORE: 0.02, Surface.BIG_END_BORE: 0.05}  # N, diametral, mm
 ROUNDS = 60
 

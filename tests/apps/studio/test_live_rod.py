@@ -20,12 +20,19 @@ from fea.rod.discretise import moved
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 WEB = "web_thickness_mm"
 
 
-def coarse(name="leon-2001", size=24.0):
-    study = load_study(name)
+def coarse(name="leon-2001", size=24.0, **dimensions):
+    study = load_study(name).with_rod(**dimensions)
     return replace(study, mesh=replace(study.mesh, size_mm=size))
+
+
+def plain():
+    """León's rod without pockets in the shank: a third of the nodes."""
+    return coarse(size=30.0, shank_section="rectangular")
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +212,7 @@ def test_operation_is_told_and_read_as_plain_values():
 
 
 def test_a_rod_from_a_file_keeps_its_shape_and_follows_its_operation(tmp_path):
-    study = coarse(size=30.0)
+    study = plain()
     path = tmp_path / "rod.step"
     path.write_bytes(cad_file(study.rod.dimensions, "step"))
     study = replace(study, rod=load_study(path).rod)
@@ -224,7 +231,7 @@ def test_a_rod_from_a_file_keeps_its_shape_and_follows_its_operation(tmp_path):
 
 @pytest.mark.parametrize("pressure", ["contact", "cosine-150"])
 def test_a_new_mesh_is_that_of_a_run_with_its_pins(pressure):
-    study = coarse(size=30.0)
+    study = plain()
     study = replace(study, analysis=replace(study.analysis, pressure=pressure))
     frame = fresh(study)
     assert frame.label is Label.CONVERGED
