@@ -229,7 +229,7 @@ def _table(found: Found) -> Iterator[tuple[str, ...]]:
     step = 250 * math.ceil(fastest / _ROWS / 250)
     for rpm in np.arange(step, fastest + step, step).tolist():
         peaks = np.linspace(operation.peak(rpm, LEAST_CHARGE), MOST_PEAK, 2000)
-        scale = np.array([operation.scale(rpm, peak) for peak in peaks])
+        scale = operation.scale(rpm, peaks)
         factors = ending(of_rays.factors(np.full_like(scale, rpm), scale))
         least, modes = least_of(factors, scale), list(factors)
         safe = np.flatnonzero(least > 1)

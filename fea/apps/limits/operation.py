@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,7 @@ CLOSED_THROTTLE, _COMPRESSION = 0.3, 10.0
 MECHANICAL_EFFICIENCY = 0.85
 # Mean piston speeds, m/s, of idling, and far above those of racing engines (28).
 _IDLING, _FASTEST = 2.2, 50.0
+_Number = TypeVar("_Number", float, Floats)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +43,8 @@ class Operation:
             return scale * (gauge + atmosphere)
         return scale * gauge + atmosphere
 
-    def scale(self, rpm: float, peak: float) -> float:
-        """Return the multiple of the charge that gives an absolute peak pressure, MPa."""
+    def scale(self, rpm: float, peak: _Number) -> _Number:
+        """Return the multiple of the charge that gives an absolute peak pressure, or each of many, MPa."""
         none = self.peak(rpm, 0.0)
         return (peak - none) / (self.peak(rpm) - none)
 

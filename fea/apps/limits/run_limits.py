@@ -150,9 +150,7 @@ def _plot(found: Found, figures: LimitsFigures, speeds: list[float]) -> tuple[Ma
     rpm = np.linspace(0.0, 1.08 * max([limit.rpm for limit in every] + speeds), _COLUMNS)[1:]
     top = 1.15 * max([limit.peak for limit in every] + [operation.peak(each) for each in speeds])
     peak = np.linspace(0.0, min(top, LARGEST_PEAK), _LINES)
-    scale = np.zeros((len(peak), len(rpm)))
-    if operation.burns:
-        scale = np.stack([[operation.scale(each, p) for p in peak] for each in rpm], axis=1)
+    scale = np.stack([operation.scale(each, peak) if operation.burns else 0 * peak for each in rpm], axis=1)
     factors = of_rays.factors(np.broadcast_to(rpm, scale.shape), np.maximum(scale, 0.0))
     yielding = figures.required_safety_factor / factors.get(Mode.YIELD, np.full_like(scale, np.inf))
     hours = None
