@@ -72,7 +72,8 @@ def test_make_test_runs_pytest():
     assert made_by("test")[:3] == ["python", "-m", "pytest"]
 
 
-def test_the_study_of_the_readme_runs(tmp_path):
+def test_the_study_of_the_readme_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", 24)  # sooner
     (study,) = blocks("toml")
     (tmp_path / "my-study.toml").write_text(study)
     run(["run", "my-study.toml", "--size", "12", "--out", "run"], tmp_path)

@@ -10,6 +10,8 @@ from program import COARSE, PLAIN, fea, figures
 
 from fea.__main__ import COMMANDS, call
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
