@@ -1,10 +1,11 @@
 """Sections cut out of a mesh against closed forms and against the dimensions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fea.analysis.buckling import shank
-from fea.analysis.meshing import mesh_study
+from fea.analysis.prepare import prepare
 from fea.judge.column import Plane, column
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -28,10 +29,9 @@ def test_a_plane_beside_the_mesh_is_refused():
 
 
 def test_a_rod_without_dimensions_has_the_sections_of_its_mesh():
-    study = Flags(size=6.0).applied(load_study("leon-2001"))
-    found = mesh_study(study)
-    exact, least = shank(study.rod.dimensions, found.whole, found.bores)
-    cut, narrowest = shank(None, found.whole, found.bores)
+    rod = prepare(Flags(size=6.0, pressure="cosine-180").applied(load_study("leon-2001")))
+    unknown = replace(rod.study, rod=replace(rod.study.rod, dimensions=None))
+    (exact, least), (cut, narrowest) = rod.shank, replace(rod, study=unknown).shank
     assert narrowest.area == pytest.approx(least.area, rel=2e-3)
     middle = [i for i, section in enumerate(exact) if 45 < section.x < 115]
     for name in ("area", "inertia_y", "inertia_z"):
