@@ -379,7 +379,8 @@ def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
     multiaxial = crossland_factors(components[None], material, surface)
     if spot.part == found.fatigue_part[node]:
         mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
-        factor = None if found.fatigue_factor is None else found.fatigue_factor[[node]]
+        if factor is not None and found.fatigue_factor is not None:
+            factor = found.fatigue_factor[[node]]
     return SpotFigures(
         at_mm=vector(spot.place),
         where=place_name(rod.mesh, node),

@@ -166,8 +166,8 @@ def survival(
         answer, text = Answer.SURVIVES, f"{met} {governing.text}{governing.against}"
         smallest = min(found, key=lambda factor: factor.value)
         if smallest.value < governing.value:  # of another place, whose bar reaches lower
-            less = f"at least {governing.low:.2f}: {governing.text}{governing.against}"
-            text = f"{met} {smallest.text}{smallest.against}, {less}"
+            less = f"{governing.text}{governing.against} could be as low as {governing.low:.2f}"
+            text = f"{met} {smallest.text}{smallest.against}; {less}"
         if unjudged is not None and unjudged.answer(least) is Answer.FAILS:
             text += f", but not the cycle: at most {unjudged.value:.2f} against fatigue (--cycle)"
     return SurvivalFigures(

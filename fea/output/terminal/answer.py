@@ -241,7 +241,8 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
     gap = joint.by_case[widest].opening_um
     said = [f"opens by up to {gap:.0f} µm ({widest})" if gap > 0 else "stays closed"]
     if joint.opens is not None and joint.opens.load_factor is not None:
-        said.append(f"from {joint.opens.load_factor:.2g} of {joint.opens.case}")
+        opening = f"{joint.opens.load_factor:.2g} times the load of {joint.opens.case}"
+        said[0] += f", from {opening} on" if gap > 0 else f" up to {opening}"
     if reserves:
         least = min(reserves, key=lambda name: reserves[name])
         said.append(f"slip safety {number(reserves[least], '.3g')} ({least})")
