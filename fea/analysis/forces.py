@@ -232,12 +232,8 @@ def stacked(reports: Sequence[ForceReport]) -> dict[str, npt.ArrayLike]:
 def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
     """Compute the crank forces at each speed of a study.
 
-    Raises
-    ------
-    InvalidValue
-        The study has no engine, or a value breaks a rule.
-    GeometryError
-        No solid came out to take the rod's mass from.
+    Raises `InvalidValue`: it has no engine, or a value breaks a rule; `GeometryError`: no solid came out to
+    take the rod's mass from.
     """
     table = study.require_engine()
     if study.rod.length is not None:  # refused before anything is drawn
@@ -258,12 +254,7 @@ def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
 def rod_mass(study: Study) -> tuple[float, MassProperties]:
     """Return the rod's length, mm, and the given mass properties or the CAD kernel's of its solid.
 
-    Raises
-    ------
-    InvalidValue
-        The study's rod has neither masses nor dimensions.
-    GeometryError
-        No solid came out.
+    Raises `InvalidValue`: it has neither masses nor dimensions; `GeometryError`: no solid came out.
     """
     rod = study.rod
     if rod.mass is not None and rod.length is not None:
@@ -283,13 +274,7 @@ def rod_mass(study: Study) -> tuple[float, MassProperties]:
 
 
 def drawn_solid(rod: RodTable) -> "Solid":
-    """Draw a rod, or read it from its CAD file, in a session of its own.
-
-    Raises
-    ------
-    InvalidValue, GeometryError
-        See `RodTable.draw`.
-    """
+    """Draw a rod, or read it from its CAD file, in a session of its own; errors as of `RodTable.draw`."""
     return _drawn(rod) if rod.cad is None else read_isolated(partial(_drawn, rod), f"read {rod.cad.path}")
 
 

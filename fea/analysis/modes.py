@@ -122,14 +122,8 @@ def moves(points: Floats, shape: Floats) -> str:
 def modes_report(study: Study, count: int) -> ModesReport:
     """Find the lowest `count` elastic modes of a study's rod.
 
-    Raises
-    ------
-    InvalidValue
-        A value of the study breaks a rule.
-    GeometryError, MeshError
-        No solid or no usable mesh came out.
-    SingularMatrixError
-        The factorisation broke down.
+    Raises `InvalidValue`: a value of the study breaks a rule; `GeometryError`, `MeshError`: no solid or no
+    usable mesh came out; `SingularMatrixError`: the factorisation broke down.
     """
     require(1 <= count <= MOST, "--count", count, f"must lie within 1…{MOST}")
     return modes_on(study, mesh_study(study), count)

@@ -312,14 +312,8 @@ def prepare(
 
     `mesh`: of the study's rod; by default it is drawn and meshed; `known_traction`: whether the known
     traction on the surface is used to recover stress there; averaging alone otherwise; `symbolic`: handed on
-    by a model of the mesh that was moved to this one.
-
-    Raises
-    ------
-    InvalidValue
-        A value of the study breaks a rule.
-    GeometryError, MeshError
-        No solid or no usable mesh came out.
+    by a model of the mesh that was moved to this one. Raises `InvalidValue`: a value of the study breaks a
+    rule; `GeometryError`, `MeshError`: no solid or no usable mesh came out.
     """
     clock = clock or Clock()
     mesh = mesh_loaded(study, clock) if mesh is None else mesh

@@ -90,12 +90,8 @@ class RodReport(Figures):
 def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
     """Draw, mesh and measure the rod of a study; return its figures and the mesh of the whole rod.
 
-    Raises
-    ------
-    InvalidValue
-        The study's rod has no dimensions.
-    GeometryError, MeshError
-        No solid or no usable mesh came out.
+    Raises `InvalidValue`: it has no dimensions; `GeometryError`, `MeshError`: no solid or no usable mesh came
+    out.
     """
     mesh = mesh_study(study)
     materials = study.materials(mesh.parts)
@@ -162,12 +158,8 @@ def fitted(
     """Adjust named dimensions of the study's rod until its mass properties meet the targets.
 
     The keys in `free` may change; without any target those that the [rod] table gives are met, which keeps
-    them only then. Returned are the table with the new dimensions, and how well the targets are met.
-
-    Raises
-    ------
-    InvalidValue
-        No target, nothing free, a key that is no dimension, or a rod without dimensions.
+    them only then. Returned are the table with the new dimensions, and how well the targets are met. Raises
+    `InvalidValue`: no target, nothing free, a key that is no dimension, or a rod without dimensions.
     """
     rod = study.rod.solid()
     parts = ["rod", "bushing"] if rod.bushing else ["rod"]

@@ -28,14 +28,10 @@ FILE_FLAGS = ("unit", "solids", "cap", "big_end_bore", "small_end_bore", "swap_e
 
 
 def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
-    """Give a command flags of a study, as the fields of its parameter `flags`.
+    """Give a command flags of a study, by their `names`, as the fields of its parameter `flags`.
 
-    Parameters
-    ----------
-    *names
-        Of the flags, beside ``unusual``; none for all.
-    **helps
-        Help of more flags by their names, where it is not that of `fea run`.
+    ``unusual`` is among them always, and without names all are. `helps`: the help of more flags, where it is
+    not that of `fea run`.
     """
     from fea.study.flags import Flags, overrides
 

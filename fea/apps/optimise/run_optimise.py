@@ -149,21 +149,11 @@ def optimise(
     """Search the lightest rod that meets the required factors, and write its study and what led to it.
 
     The folder is new, or that of an earlier search; `show` shows a progress line after each design. An
-    interrupted search has left its designs beside the folder, and the next one goes on from there.
-
-    Returns
-    -------
-    OptimiseFigures, str
-        The result, and why the picture of the rods is missing; empty where it is not.
-
-    Raises
-    ------
-    InvalidValue
-        The rod has no dimensions, a value breaks a rule, or the evaluations are too few to decide anything.
-    OccupiedError, StorageError
-        The folder cannot take the files.
-    GeometryError, MeshError, UnderconstrainedError, SingularMatrixError
-        The rod cannot be drawn, meshed or solved.
+    interrupted search has left its designs beside the folder, and the next one goes on from there. Returned
+    are the result, and why the picture of the rods is missing; empty where it is not. Raises `InvalidValue`:
+    the rod has no dimensions, a value breaks a rule, or the evaluations are too few to decide anything;
+    `OccupiedError`, `StorageError`: the folder cannot take the files; `GeometryError`, `MeshError`,
+    `UnderconstrainedError`, `SingularMatrixError`: the rod cannot be drawn, meshed or solved.
     """
     require_replaceable(folder)
     clock = Clock()

@@ -209,16 +209,11 @@ def _merit(design: Design) -> float:
 def _round(
     designs: Designs, base: Design, most: int, number: int, slopes: Floats | None
 ) -> tuple[Floats, Floats]:
-    """Go from a design to a lighter one in steps of a trust region, with at most `most` designs.
+    """The best design (n,) in steps of a trust region, with at most `most` designs, and slopes (1 + k, n).
 
     The model is linear in the logarithms of the stresses, which bends as stress does. Its slopes are told by
     a design beside the base for each dimension, or are those `slopes` of the last round where there is no
     room for that; every further design corrects them (Broyden 1965).
-
-    Returns
-    -------
-    Floats, Floats
-        The best design (n,), and the slopes (1 + k, n).
     """
     names, last = [limit.name for limit in base.limits], designs.count + most
 

@@ -44,10 +44,7 @@ class MapPlot:
 def plot_limits(path: Path, shown: MapPlot) -> tuple[float, ...]:
     """Draw the map; left, right, top and bottom end of its axes, in shares of the picture from the top left.
 
-    Raises
-    ------
-    PictureError
-        The file could not be written.
+    Raises `PictureError`: the file could not be written.
     """
     figure = new_figure(9, 6.6)
     axes = figure.subplots()

@@ -38,17 +38,12 @@ def write_limits_page(
     notes: Sequence[str],
     onsets: Sequence[str] = (),
 ) -> None:
-    """Write the page.
+    """Write the page. Raises `StorageError`: the file could not be written.
 
     `run`: the load cases of the rod in three dimensions; `picture`, `box`: PNG of the map, and the ends of
     its axes (see `plot_limits`); `text`: the answer in words; `factors` (m, n) over that required by mode, at
     the points of the map; `places`: `name`, `at`, mm, and crank `angle`, °, of each point of a mode's line;
     `table`: ranges of safe peak pressures; `onsets`: modes that do not end a rod.
-
-    Raises
-    ------
-    StorageError
-        The file could not be written.
     """
     bar = scale("bar")
     rows, columns = (np.arange(0, len(own), _EVERY) for own in (shown.peak, shown.rpm))
