@@ -123,7 +123,7 @@ class BoltResult:
     least_force: float
     largest_at: int
     least_at: int
-    amplitude: float  #: σ_a in the thread, MPa
+    amplitude: float  #: σ_a = (F_SAo − F_SAu)/(2 A_S) in the thread, MPa (R9/1)
     endurance: float  #: σ_AS, MPa, at the mean force
     tightening_use: float  #: von Mises stress at the end of tightening over the yield strength
     working_safety: float  #: S_F: yield strength over the von Mises stress at the largest force
@@ -168,7 +168,7 @@ class BoltResult:
             least_force=least,
             largest_at=top,
             least_at=low,
-            amplitude=vdi2230.alternating_stress(bolt.thread.stress_area, largest, least),
+            amplitude=(largest - least) / (2 * bolt.thread.stress_area),
             endurance=bolt.endurance((largest + least) / 2),
             tightening_use=bolt.tightening_stress(turned=turned) / bolt.strength.yield_strength,
             working_safety=bolt.strength.yield_strength / bolt.working_stress(largest, torsion=turned),

@@ -1,6 +1,7 @@
 """The bolts of a study's cap: what it says of them, and what is assumed where it says nothing."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -187,76 +188,53 @@ class Tightening(NamedTuple):
         return f"{self.preload / KN:.3g} kN {self.how}{scatter}"
 
 
-def tightening_notes(bolt: Bolt, table: AssemblyTable, tightening: Tightening) -> tuple[Note, ...]:
-    """Judge the end of tightening. Raises `InvalidValue`: the bolt breaks."""
+def _notes(
+    bolt: Bolt, table: AssemblyTable, clamped: Material, tightening: Tightening, losses: tuple[float, float]
+) -> Iterator[Note]:
+    """What tightening means for bolt and seats; `losses`: by embedding, given and usual, N.
+
+    Raises `InvalidValue`: the bolt breaks.
+    """
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
     stress = bolt.tightening_stress(turned=turned)
-    _require_whole(bolt, table, stress)
+    key = next((key for key in _TIGHTENED if getattr(table, key) is not None), _TIGHTENED[0])
+    rule = (
+        f"breaks the bolt: {force / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
+        f"whose ultimate strength is {bolt.strength.ultimate:g} MPa"
+    )
+    remedy = "Reduce it, or choose a thicker or stronger bolt."
+    require(stress < bolt.strength.ultimate, f"assembly.{key}", getattr(table, key), rule, remedy)
     torsion = ", with the torsion of tightening" if turned else ""
     judged = (
         f"{bolt.thread.name}, tightened to {tightening}: {force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
     )
-    said = [remark(judged, BOLTS)]
+    yield remark(judged, BOLTS)
     if tightening.yields:
         preload = "the preload is that at which they yield while they are turned"
-        said.append(warning(f"the angle turns them beyond yield: {preload}", BOLTS))
+        yield warning(f"the angle turns them beyond yield: {preload}", BOLTS)
     elif stress > bolt.strength.yield_strength:
-        text = "tightening yields them, so that only a measured preload can be relied on"
-        said.append(doubt(text, BOLTS))
+        yield doubt("tightening yields them, so that only a measured preload can be relied on", BOLTS)
     elif force > bolt.proof_load:
-        text = "the preload exceeds the proof load, so that they may not keep their length"
-        said.append(doubt(text, BOLTS))
-    return tuple(said)
-
-
-def _require_whole(bolt: Bolt, table: AssemblyTable, stress: float) -> None:
-    key = next((key for key in _TIGHTENED if getattr(table, key) is not None), _TIGHTENED[0])
-    rule = (
-        f"breaks the bolt: {bolt.assembly_preload / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
-        f"whose ultimate strength is {bolt.strength.ultimate:g} MPa"
-    )
-    remedy = "Reduce it, or choose a thicker or stronger bolt."
-    require(stress < bolt.strength.ultimate, f"assembly.{key}", getattr(table, key), rule, remedy)
-
-
-def seat_notes(bolt: Bolt, clamped: Material) -> tuple[Note, ...]:
-    """Warn of seats that creep under the preload (VDI 2230-1, step R10).
-
-    The limiting pressures of table A9 are 0.75 to 1.5 times the ultimate strength; here it stands for them.
-    """
-    pressure = bolt.assembly_preload / bolt.least_seat_area
+        yield doubt("the preload exceeds the proof load, so that they may not keep their length", BOLTS)
+    # Limiting pressures on seats, beyond which they creep (R10), are 0.75 to 1.5 times the ultimate strength
+    # in table A9; here it stands for them.
+    pressure = force / bolt.least_seat_area
     limit = clamped.ultimate_strength or clamped.yield_strength
-    if pressure <= limit:
-        return ()
-    text = (
-        f"{pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
-        "the seat may creep and the preload fall (assembly.bolt_head_mm, assembly.bolt_nut_mm)"
-    )
-    return (warning(text, BOLTS),)
-
-
-def scatter_notes(bolt: Bolt, factor: float | None) -> tuple[Note, ...]:
-    """Say how small the preload may be, F_Mmax/α_A (VDI 2230-1, step R6), where α_A is given."""
-    if factor is None or factor == 1:
-        return ()
-    least = bolt.assembly_preload / factor
-    text = (
-        f"tightening with a factor of {factor:g} may leave only {least / KN:.3g} kN; "
-        f"the figures are those of {bolt.assembly_preload / KN:.3g} kN"
-    )
-    return (warning(text, BOLTS),)
-
-
-def embedding_note(given: float | None, loss: float, expected: float) -> Note:
-    """Say what embedding takes of the preload: by a given amount, µm, or about; losses in N."""
-    if given is not None:
-        return remark(f"embedding takes {loss / KN:.2g} kN of the preload", BOLTS)
-    text = (
-        f"embedding is not deducted; by table 5 of VDI 2230 it takes about {expected / KN:.2g} kN "
-        "(assembly.bolt_embedding_um)"
-    )
-    return warning(text, BOLTS)
+    if pressure > limit:
+        seats = f"{pressure:.0f} MPa under head or nut, and the strength of the rod is {limit:g} MPa: "
+        keys = "(assembly.bolt_head_mm, assembly.bolt_nut_mm)"
+        yield warning(f"{seats}the seat may creep and the preload fall {keys}", BOLTS)
+    factor = table.bolt_tightening_factor  # α_A = F_Mmax/F_Mmin (R6)
+    if factor not in {None, 1}:
+        least = f"tightening with a factor of {factor:g} may leave only {force / factor / KN:.3g} kN; "
+        yield warning(f"{least}the figures are those of {force / KN:.3g} kN", BOLTS)
+    loss, usual = losses
+    if table.bolt_embedding_um is not None:
+        yield remark(f"embedding takes {loss / KN:.2g} kN of the preload", BOLTS)
+    else:
+        about = f"by table 5 of VDI 2230 it takes about {usual / KN:.2g} kN (assembly.bolt_embedding_um)"
+        yield warning(f"embedding is not deducted; {about}", BOLTS)
 
 
 # Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
@@ -277,8 +255,8 @@ class ChosenBolt:
 
     @property
     def load_factor(self) -> float:
-        """Φ_K by VDI 2230, of a central load at the seats, for comparison."""
-        return vdi2230.load_factor(self.compliance.total, self.parts_compliance)
+        """Φ_K = δ_P/(δ_S + δ_P) of a central load at the seats (R3), for comparison."""
+        return self.parts_compliance / (self.compliance.total + self.parts_compliance)
 
 
 def choose_bolt(
@@ -314,16 +292,9 @@ def choose_bolt(
         assembly_preload=preload,
         preload=preload - loss,
     )
-    torque = lever.torque(preload)
-    expected = vdi2230.embedding_loss(vdi2230.expected_embedding(), compliance.total, parts)
-    notes = (
-        *assumptions(BOLTS, assumed),
-        *tightening_notes(bolt, table, tightening),
-        *seat_notes(bolt, clamped),
-        *scatter_notes(bolt, table.bolt_tightening_factor),
-        embedding_note(table.bolt_embedding_um, loss, expected),
-    )
-    return ChosenBolt(bolt, compliance, beam, parts, torque, tightening, notes)
+    usual = vdi2230.embedding_loss(vdi2230.USUAL_EMBEDDING, compliance.total, parts)
+    notes = (*assumptions(BOLTS, assumed), *_notes(bolt, table, clamped, tightening, (loss, usual)))
+    return ChosenBolt(bolt, compliance, beam, parts, lever.torque(preload), tightening, notes)
 
 
 def _strength(

@@ -48,18 +48,15 @@ def _slope(thread: Thread, thread_friction: float) -> float:
     return thread.pitch / (math.pi * thread.pitch_diameter) + _FLANK * thread_friction
 
 
-def twist_ratio(thread: Thread, diameter: float, thread_friction: float) -> float:
-    """τ_M/σ_M = 3/2 d₂/d₀ [P/(π d₂) + 1.155 μ_G] while a bolt is tightened (step R7).
-
-    Shear yields over the whole section of least diameter d₀, whose modulus is W_P = π d₀³/12.
-    """
-    return 1.5 * thread.pitch_diameter / diameter * _slope(thread, thread_friction)
-
-
 def tightening_stress(preload: float, thread: Thread, diameter: float, thread_friction: float) -> float:
-    """σ_red,M = σ_M √[1 + 3 (τ_M/σ_M)²]: von Mises stress at the end of tightening (step R7)."""
+    """σ_red,M = σ_M √[1 + 3 (τ_M/σ_M)²]: von Mises stress at the end of tightening (step R7).
+
+    τ_M/σ_M = 3/2 d₂/d₀ [P/(π d₂) + 1.155 μ_G]: shear yields over the whole section of least diameter d₀,
+    whose modulus is W_P = π d₀³/12.
+    """
     tension = preload / (math.pi / 4 * diameter**2)
-    return tension * math.hypot(1.0, math.sqrt(3) * twist_ratio(thread, diameter, thread_friction))
+    twist = 1.5 * thread.pitch_diameter / diameter * _slope(thread, thread_friction)
+    return tension * math.hypot(1.0, math.sqrt(3) * twist)
 
 
 def allowed_preload(
@@ -75,11 +72,6 @@ def allowed_preload(
 
 # F_Sm/F_0.2 below which the endurance of threads rolled after heat treatment rises no further (step R9).
 _LEAST_MEAN = 0.3
-
-
-def alternating_stress(area: float, largest: float, least: float) -> float:
-    """σ_a = (F_SAo − F_SAu)/(2 A): A is the thread's stress area A_S (R9/1)."""
-    return (largest - least) / (2 * area)
 
 
 def endurance_before(diameter: float) -> float:
@@ -100,30 +92,16 @@ def endurance_after(diameter: float, mean_force: float, yield_force: float) -> f
     return (2 - ratio) * endurance_before(diameter)
 
 
-def load_factor(bolt: float, parts: float, introduction: float = 1.0) -> float:
-    """Φ_n = n δ_P/(δ_S + δ_P): share of an axial load that the bolt carries (R3)."""
-    return introduction * parts / (bolt + parts)
-
-
 def embedding_loss(embedding: float, bolt: float, parts: float) -> float:
     """F_Z = f_Z/(δ_S + δ_P): preload that embedding by f_Z takes (R4/1)."""
     return embedding / (bolt + parts)
 
 
-# f_Z, µm, of thread, each seat of head or nut, each inner joint, by the roughness R_z up to µm (VDI 2230-1,
-# table 5, for axial load; the shares under transverse load are larger).
-_EMBEDDING = {10.0: (3.0, 2.5, 1.5), 40.0: (3.0, 3.0, 2.0), 160.0: (3.0, 4.0, 3.0)}
-
-
-def expected_embedding(roughness: float = 40.0, *, seats: int = 2, joints: int = 1) -> float:
-    """f_Z of table 5, mm, of parts with a roughness R_z of at most 160 µm, in steel."""
-    thread, seat, joint = next(amounts for most, amounts in _EMBEDDING.items() if roughness <= most)
-    return (thread + seats * seat + joints * joint) * 1e-3
-
-
+# f_Z, mm, of thread, both seats and the joint under axial load, in steel of a roughness R_z of 10 to 40 µm
+# (VDI 2230-1, table 5).
+USUAL_EMBEDDING = (3.0 + 2 * 3.0 + 2.0) * 1e-3
 # Lengths of equivalent cylinders over d: head of a hexagon bolt, engaged thread, nut, threaded hole.
-HEXAGON_HEAD, SOCKET_HEAD = 0.5, 0.4
-_ENGAGED, _NUT, _THREADED_HOLE = 0.5, 0.4, 0.33
+_HEAD, _ENGAGED, _NUT, _THREADED_HOLE = 0.5, 0.5, 0.4, 0.33
 
 
 @dataclass(frozen=True)
@@ -157,17 +135,15 @@ def bolt_compliance(
     modulus: float,
     counter_modulus: float,
     nut: bool,
-    head: float = HEXAGON_HEAD,
 ) -> BoltCompliance:
     """Return δ_S and its parts.
 
     The grip reaches from seat to seat, or to the first thread that carries; the free thread is its threaded
-    part, and the rest is shank. `counter_modulus` is E of the nut or of the rod; `head` the length of the
-    head's equivalent cylinder over d.
+    part, and the rest is shank. `counter_modulus` is E of the nut or of the rod.
     """
     d = thread.diameter
     return BoltCompliance(
-        head=head * d / (modulus * thread.nominal_area),
+        head=_HEAD * d / (modulus * thread.nominal_area),
         shank=(grip - free_thread) / (modulus * shank_area),
         free_thread=free_thread / (modulus * thread.root_area),
         engaged=_ENGAGED * d / (modulus * thread.root_area),
