@@ -10,7 +10,7 @@ from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import dimension_of
-from fea.study.tables import Table, key, not_negative, read_keys, switch, within
+from fea.study.tables import Table, choice, key, not_negative, read_keys, switch, within
 from geometry.dimensions import Plausible, dimensions
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_number, require_positive
@@ -108,12 +108,8 @@ class MeshTable(Table, table="mesh"):
         ),
         flag="size",
     )
-    element: choices.Element = key(
-        '"p2"',
-        "order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes)",
-        default=choices.Element.P2,
-        stated=True,
-        flag="element",
+    element: choices.Element = choice(
+        choices.Element.P2, "order of the tetrahedra: p1 (4 nodes) or p2 (10 nodes)", "element"
     )
 
 
@@ -121,20 +117,16 @@ class MeshTable(Table, table="mesh"):
 class AnalysisTable(Table, table="analysis"):
     """[analysis]."""
 
-    support: choices.Support = key(
-        '"inertia-relief"',
+    support: choices.Support = choice(
+        choices.Support.INERTIA_RELIEF,
         "boundary condition: inertia-relief (nothing is clamped), or clamped at the big end, as in many "
         "published models",
-        default=choices.Support.INERTIA_RELIEF,
-        stated=True,
-        flag="support",
+        "support",
     )
-    symmetry: choices.Symmetry = key(
-        '"auto"',
+    symmetry: choices.Symmetry = choice(
+        choices.Symmetry.AUTO,
         "part of the rod to solve: none, half or quarter; auto: the smallest that its mirror planes allow",
-        default=choices.Symmetry.AUTO,
-        stated=True,
-        flag="symmetry",
+        "symmetry",
     )
     pressure: str | None = key(
         '"contact"',
@@ -143,37 +135,33 @@ class AnalysisTable(Table, table="analysis"):
         f"face; default: contact, or {PRESCRIBED} where contact cannot be computed",
         flag="pressure",
     )
-    solver: choices.SolverName = key(
-        '"auto"',
+    solver: choices.SolverName = choice(
+        choices.SolverName.AUTO,
         "linear solver: pardiso, cholmod or amg; auto chooses by the memory that it needs",
-        default=choices.SolverName.AUTO,
-        stated=True,
-        flag="solver",
+        "solver",
     )
-    matrix_assembly: choices.Assembly = key(
-        '"batched"',
+    matrix_assembly: choices.Assembly = choice(
+        choices.Assembly.BATCHED,
         "assembly of the stiffness matrix: batched, or scikit-fem: the same from its weak form, more slowly",
-        default=choices.Assembly.BATCHED,
-        stated=True,
+        "matrix_assembly",
         alias="assembly",
-        flag="matrix_assembly",
     )
     unusual: bool = switch("accept values far outside of the ranges in which engines exist", "unusual")
     cycle: bool = switch(
         "analyse the whole crank cycle, degree by degree: stress envelope, histories, fatigue", "cycle"
     )
-    cycle_accuracy: choices.CycleAccuracy = key(
-        '"fast"',
+    cycle_accuracy: choices.CycleAccuracy = choice(
+        choices.CycleAccuracy.FAST,
         "stress over the cycle under contact: fast (smallest safety factors within 1e-4, other stresses "
         "within 0.5 % of the largest), or exact at every node and instant, which takes longer",
-        default=choices.CycleAccuracy.FAST,
-        flag="cycle_accuracy",
+        "cycle_accuracy",
+        stated=False,
     )
-    fatigue: choices.Fatigue = key(
-        '"goodman"',
+    fatigue: choices.Fatigue = choice(
+        choices.Fatigue.GOODMAN,
         "mean-stress correction over the cycle: goodman, gerber or soderberg",
-        default=choices.Fatigue.GOODMAN,
-        flag="fatigue",
+        "fatigue",
+        stated=False,
     )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
@@ -241,13 +229,11 @@ class OutputTable(Table, table="output"):
         stated=True,
         flag="report",
     )
-    units: choices.UnitSystem = key(
-        '"si"',
+    units: choices.UnitSystem = choice(
+        choices.UnitSystem.SI,
         "of tables, pictures, plots and report: si, or us (in, lbf, psi, lb, °F, hp); data files are in SI "
         "units and mm all the same",
-        default=choices.UnitSystem.SI,
-        stated=True,
-        flag="units",
+        "units",
     )
     pvd_step_deg: float | None = key(
         "10",

@@ -68,6 +68,11 @@ def switch(comment: str, flag: str) -> Any:
     return key("true", comment, default=False, flag=flag)
 
 
+def choice(default: StrEnum, comment: str, flag: str = "", *, stated: bool = True, **more: Any) -> Any:
+    """Declare a key with a closed set of values, of which the default is the example, and its flag."""
+    return key(f'"{default}"', comment, default=default, flag=flag, stated=stated, **more)
+
+
 class Table:
     """A table of a study: a frozen dataclass whose fields are its keys."""
 
