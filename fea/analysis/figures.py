@@ -9,10 +9,10 @@ from typing import Annotated, Any, TypeVar, dataclass_transform
 from fea.base.checks import Check
 from fea.base.note import Note
 from fea.base.units import DEG, KG, KG_M2, N_M, UM
+from geometry.arrays import Vector
 
 SCHEMA = "fea/summary/1"
 
-Vector = tuple[float, float, float]
 Known = TypeVar("Known")
 ONLY_WHERE_KNOWN = "only where known"
 WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
@@ -33,12 +33,6 @@ class Figures:
 
 
 Kind = TypeVar("Kind", bound=Figures)
-
-
-def vector(values: Any) -> Vector:
-    """Return three coordinates as plain numbers."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z
 
 
 def figures(kind: type[Kind], source: object, **given: Any) -> Kind:

@@ -16,7 +16,7 @@ from fea.analysis.cycle.envelope import carried
 from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
-from fea.analysis.figures import DutyFigures, LifeFigures, vector
+from fea.analysis.figures import DutyFigures, LifeFigures
 from fea.base.material import SCATTER
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.judge.fatigue import criterion_strength, reversed_amplitude
@@ -24,7 +24,7 @@ from fea.judge.life_line import LifeLine, rainflow
 from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
 from fea.study.option_tables import DutyTable
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.

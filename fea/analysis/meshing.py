@@ -1,6 +1,7 @@
 """The mesh of a study's rod; nothing that solves is loaded for it."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from fea.analysis.assembling import drawn_assembly
 from fea.machine.clock import Clock
@@ -52,19 +53,12 @@ def mesh_study(
     return found
 
 
-def mesh_loaded(
-    study: Study,
-    clock: Clock,
-    *,
-    wanted: Sequence[SizeField] = (),
-    coarser: float = 1.0,
-    movable: bool = False,
-) -> MeshedRod:
-    """Draw and mesh a rod, as `mesh_study`; a study without loads is refused before."""
+def mesh_loaded(study: Study, clock: Clock, **asked: Any) -> MeshedRod:
+    """Draw and mesh a rod, as `asked` of `mesh_study`; a study without loads is refused before."""
     study.require_loading()
     if study.engine is not None and study.rod.length is not None:
         EngineLoading.of(study.engine, study.rod.length)
-    return mesh_study(study, clock, wanted=wanted, coarser=coarser, movable=movable)
+    return mesh_study(study, clock, **asked)
 
 
 def adaptive_mesh(

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fea.analysis.figures import Figures, QualityFigures, Vector, figures
+from fea.analysis.figures import Figures, QualityFigures, figures
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import quality_figures
 from fea.base.material import of_parts
@@ -18,6 +18,7 @@ from fea.solid.inertia import inertia
 from fea.study.rod_table import MASS_KEYS, RodTable, dimension_of
 from fea.study.study import Study
 from fea.study.tables import number_of
+from geometry.arrays import Vector
 from geometry.errors import require
 from geometry.fit import Fit, Targets, fit
 from geometry.rod import Rod

@@ -36,7 +36,6 @@ from fea.analysis.figures import (
     WeakestFigures,
     figures,
     plain,
-    vector,
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
@@ -56,6 +55,7 @@ from fea.judge.verdict import Verdict, peak, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
 from fea.rod.surface_regions import SurfaceRegions
+from geometry.arrays import vector
 from geometry.surfaces import Surface
 from geometry.system import peak_memory, usable_processors
 from loads.instants import Instants

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats, Ints, Vector
 from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
@@ -14,14 +14,12 @@ _ROUNDING = 1e-6
 # The names of fits, by the seat.
 FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
 
-Place = tuple[float, float, float]
-
 
 @dataclass(frozen=True)
 class BoltState:
     """A bolt, or a pair of them that are images about z = 0."""
 
-    at: Place  #: where its axis meets the joint, mm
+    at: Vector  #: where its axis meets the joint, mm
     force: float  #: of each, N
     count: int  #: one, or two for a pair
     bending: float = 0.0  #: largest bending stress of any section, MPa
@@ -43,7 +41,7 @@ class FaceState:
     largest: float
     open_share: float  #: of the area
     opening: float  #: largest gap, mm
-    opening_at: Place | None  #: where that is; None where nothing has opened
+    opening_at: Vector | None  #: where that is; None where nothing has opened
     slipping_share: float  #: of the area that touches, where friction is used up
     slip: float  #: largest, since the parts were put together, mm
     shear: float  #: resultant of the shear stresses on a plane joint, N; 0 on a cylindrical seat

@@ -15,15 +15,15 @@ from fea.judge.bolt import Bolt, BoltShape
 from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
 from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
 from fea.study.bolts import (
+    AFTERMARKET,
     LUBRICANTS,
     PROOF_RATIO,
     SCATTER,
+    YIELD_ESTIMATED,
     BoltStrength,
     Thread,
     bolt_strength,
-    is_aftermarket,
     thread_in_hole,
-    yield_estimated,
 )
 from fea.study.material_table import MaterialTable
 from geometry.errors import InvalidValue, require
@@ -305,7 +305,7 @@ def _strength(
     if given is None or given.yield_MPa is None:
         if table.grade is None:
             assumed.append(f"property class {DEFAULT_GRADE.value} (assembly.bolt_grade)")
-        elif yield_estimated(table.grade):
+        elif table.grade in YIELD_ESTIMATED:
             assumed.append(f"the yield strength of {table.grade.value}, an estimate ([material.bolt])")
         return bolt_strength(table.grade or DEFAULT_GRADE, shape.thread.diameter)
     key, rule = "material.bolt.ultimate_MPa", "must be given, at least as large as the yield strength"
@@ -371,7 +371,7 @@ def _tightening(
 def _rolled(table: AssemblyTable, assumed: Assumed) -> ThreadRolled:
     if table.bolt_thread_rolled is not None:
         return table.bolt_thread_rolled
-    if table.grade is not None and is_aftermarket(table.grade):
+    if table.grade in AFTERMARKET:
         assumed.append(
             "thread rolled after heat treatment, as makers of such bolts say, and the endurance of VDI 2230, "
             "which is that of classes up to 12.9 (assembly.bolt_thread_rolled)"

@@ -5,12 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from fea.contact.assembled import Assembled
-from fea.contact.assembly_state import AssemblyState, BoltState, FaceState, Place
+from fea.contact.assembly_state import AssemblyState, BoltState, FaceState
 from fea.contact.bolt_bending import BoltBending
 from fea.contact.friction_system import ContactState
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity, Split
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.surfaces import Surface
 
 # Distance of vertices from the bore, over its radius, within which they are on its edge.
@@ -45,7 +45,7 @@ class AssemblyStates:
             bent = np.hypot(*stress.T)
             bolts.append(
                 BoltState(
-                    _place(at),
+                    vector(at),
                     float(force),
                     int(count),
                     float(bent.max()),
@@ -88,7 +88,7 @@ class AssemblyStates:
             largest=float(pressure.max()),
             open_share=_share(area, opened),
             opening=float(gap[widest]),
-            opening_at=_place(vertices.place[mine[widest]]) if gap[widest] > 0 else None,
+            opening_at=vector(vertices.place[mine[widest]]) if gap[widest] > 0 else None,
             slipping_share=_share(area[~opened], slipping[~opened]),
             slip=float(np.where(opened, 0.0, slip / area).max()),
             shear=float(np.linalg.norm(self._shear(mine, state))) if plane else 0.0,
@@ -114,11 +114,6 @@ class AssemblyStates:
 def _share(area: Floats, mask: Mask) -> float:
     total = float(area.sum())
     return float(area[mask].sum() / total) if total > 0 else 0.0
-
-
-def _place(point: Floats) -> Place:
-    x, y, z = (float(value) for value in point)
-    return x, y, z
 
 
 def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:

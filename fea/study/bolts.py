@@ -181,20 +181,14 @@ LUBRICANTS = {Lubricant(name): float(friction) for name, friction in _DATA["lubr
 SCATTER: dict[str, tuple[int, int]] = {name: (low, high) for name, (low, high) in _DATA["scatter"].items()}
 
 
+# Grades of makers, beside the property classes, and those whose yield strength is an estimate.
+AFTERMARKET, YIELD_ESTIMATED = frozenset(_DATA["sources"]), frozenset(_DATA["estimated"]["yield"])
+
+
 def bolt_strength(grade: BoltGrade, diameter: float) -> BoltStrength:
     """Return the strengths of a property class or another grade at a nominal diameter, mm."""
     thick = grade is BoltGrade.G8_8 and diameter > _THIN
     return _STRENGTHS["8.8 thick" if thick else grade]
-
-
-def is_aftermarket(grade: BoltGrade) -> bool:
-    """Whether a grade is a maker's and not a property class."""
-    return grade in _DATA["sources"]
-
-
-def yield_estimated(grade: BoltGrade) -> bool:
-    """Whether the yield strength of a grade is an estimate."""
-    return grade in _DATA["estimated"]["yield"]
 
 
 def grade_source(grade: BoltGrade) -> str:

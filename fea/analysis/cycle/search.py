@@ -36,12 +36,12 @@ from fea.analysis.cycle.criteria import Judge, crossland, tiring, yielding
 from fea.analysis.cycle.rows import ROUNDING, PartRows, first_chords
 from fea.analysis.cycle.screened import path, sizes
 from fea.analysis.cycle.superposition import CycleAnalysis
-from fea.analysis.figures import CaseFigures, PlaceFigures, vector
+from fea.analysis.figures import CaseFigures, PlaceFigures
 from fea.judge.fatigue import crossland_factors
 from fea.judge.history import deviator_norm, extreme_principals, signed_equivalent
 from fea.judge.verdict import CAP, safety_factor
 from fea.pins.model import SampledWeights, Weights
-from geometry.arrays import Floats, Ints, Reals
+from geometry.arrays import Floats, Ints, Reals, vector
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants

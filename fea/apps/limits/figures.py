@@ -1,8 +1,8 @@
 """The results of `fea limits`, as `summary.json` holds them, and in words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from fea.analysis.figures import Figures
 from fea.base.note import Note
 
 # What ends a rod, by the mode; the place is that of the whole rod.
@@ -22,8 +22,7 @@ ENDS = {
 _AT_ONCE = ENDS.keys() - {"fatigue", "bolt fatigue"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitFigures:
+class LimitFigures(Figures):
     """A point at which a safety factor is the required one."""
 
     mode: str
@@ -36,7 +35,6 @@ class LimitFigures:
     crank_deg: float | None
 
 
-@dataclass(frozen=True, kw_only=True)
 class Largest(LimitFigures):
     """The largest speed along a line of operation, or the largest peak pressure at a speed."""
 
@@ -47,8 +45,7 @@ class Largest(LimitFigures):
     safe_from: float | None  #: the least value that is safe, where it is not the least of all
 
 
-@dataclass(frozen=True, kw_only=True)
-class LimitsFigures:
+class LimitsFigures(Figures):
     """The limits of a rod in its engine."""
 
     study: str

@@ -22,10 +22,9 @@ from fea.judge.case_result import CaseResult
 from fea.judge.governing import Governing
 from fea.output.report.surface import Surface
 from fea.rod.place_names import place_name
-from geometry.arrays import vector
+from geometry.arrays import Vector, vector
 
 Singles = npt.NDArray[np.float32]
-Place = tuple[float, float, float]
 LARGEST_OF_CASES = "von_mises"  # the field of the largest stress over all load cases
 MODES = YIELDING, FATIGUE, BUCKLING, BOLTS = "yielding", "fatigue", "buckling", "bolts"
 
@@ -46,7 +45,7 @@ class Factor:
     bar_percent: float  #: of the stress behind it: the error of the mesh, and the gap
     gap_percent: float  #: estimated error of interpolation; 0 where there is none
     where: str = ""
-    at_mm: Place | None = None  #: None where it has no place
+    at_mm: Vector | None = None  #: None where it has no place
 
 
 @dataclass(frozen=True, kw_only=True)

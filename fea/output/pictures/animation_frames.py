@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from fea.base.units import DEG
 from fea.output.pictures import strokes
-from fea.output.pictures.drawing import SCALARS, add_surface
+from fea.output.pictures.drawing import SCALARS, add_surface, surface_of
 from fea.output.pictures.film import Film
 from fea.output.pictures.scale import Bands
 from fea.output.pictures.strokes import GREY, INK, PAPER, Frame, View, add_lines, oversampled
@@ -87,10 +87,7 @@ def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
     """Draw the engine for every page, (height, width, 3)."""
     plotter = pyvista.Plotter(off_screen=True, window_size=oversampled(SIZE), lighting="none", border=False)
     plotter.set_background(PAPER)
-    surface = pyvista.PolyData.from_regular_faces(film.skin.refined(film.deformed(0)), film.skin.triangles)
-    surface.point_data[SCALARS] = film.skin.refined(film.von_mises[0].astype(float))
-    surface.point_data["Normals"] = film.skin.refined_normals
-    surface.point_data.active_normals_name = "Normals"
+    surface = surface_of(film.skin, film.deformed(0), film.von_mises[0].astype(float))
     rod = add_surface(plotter, surface, Bands.up_to(float(film.von_mises.max())))
     crank = _add_engine(plotter, film)
     _frame(film).aim(plotter)

@@ -242,8 +242,14 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
 
 
 def _surface(scene: Scene, skin: DrawnSurface) -> Any:
-    surface = pyvista.PolyData.from_regular_faces(skin.refined(scene.deformed), skin.triangles)
-    surface.point_data[SCALARS] = skin.refined(np.minimum(scene.values, scene.top))
+    return surface_of(skin, scene.deformed, np.minimum(scene.values, scene.top))
+
+
+def surface_of(skin: DrawnSurface, points: Floats, values: Floats | None = None) -> Any:
+    """Return a surface with its nodes at `points`, and nodal values as its `SCALARS`."""
+    surface = pyvista.PolyData.from_regular_faces(skin.refined(points), skin.triangles)
+    if values is not None:
+        surface.point_data[SCALARS] = skin.refined(values)
     surface.point_data["Normals"] = skin.refined_normals
     surface.point_data.active_normals_name = "Normals"
     return surface
@@ -276,9 +282,7 @@ STEEL = "#9db4cc"
 
 def draw_mesh(skin: DrawnSurface, title: str) -> Image.Image:
     """Return the picture of a rod and its elements; raises RuntimeError if it is blank."""
-    surface = pyvista.PolyData.from_regular_faces(skin.refined(skin.points), skin.triangles)
-    surface.point_data["Normals"] = skin.refined_normals
-    surface.point_data.active_normals_name = "Normals"
+    surface = surface_of(skin, skin.points)
     plotter = strokes.canvas(ROWS, (1.0,), axes=(0, 1))
     for row, towards in enumerate((USUAL, np.array([0.0, 0.0, 1.0]))):
         plotter.subplot(row, 0)

@@ -80,21 +80,19 @@ def not_converged(summary: Summary) -> list[str]:
     return [f"Not converged: {said}{remedy}"] if cases else []
 
 
-def singular_cases(summary: Summary) -> dict[str, CaseFigures]:
-    """Return the load cases with singular places other than the sharp edges that are judged."""
-    return {
-        name: case
-        for name, case in summary.results.items()
-        if case.singular_where is not None and not (case.sharp_edges and case.singular_where == SHARP_EDGE)
-    }
-
-
 def singular(summary: Summary) -> list[str]:
-    """Return where the exact stress is infinite, with the largest value that the mesh gives there."""
-    cases = singular_cases(summary)
+    """Return where the exact stress is infinite, with the largest value that the mesh gives there.
+
+    Sharp edges that are judged are left out.
+    """
+    cases = [
+        case
+        for case in summary.results.values()
+        if case.singular_where is not None and not (case.sharp_edges and case.singular_where == SHARP_EDGE)
+    ]
     if not cases:
         return []
-    worst = max(cases.values(), key=lambda case: case.singular_max_von_mises_MPa or 0.0)
+    worst = max(cases, key=lambda case: case.singular_max_von_mises_MPa or 0.0)
     where, stress = worst.singular_where or "", number(worst.singular_max_von_mises_MPa, ".0f")
     remedy = f" ({_REMEDIES[where]})" if where in _REMEDIES else ""
     return [f"Singular, left out: {where}, {stress} MPa{remedy}"]
