@@ -269,7 +269,7 @@ class EnvelopeFigures(CycleFigures):
     min_principal_MPa: float
     crossland: SpotFigures | None
     spots: tuple[SpotFigures, ...]
-    #: Largest difference to the solved load cases and instants, over the largest stress of each
+    #: Largest difference to the solved load cases and instants, over the largest stress of each part
     superposition_error: float
     unmasked_max_von_mises_MPa: WhereKnown[float] = None
     unmasked_min_safety_factor: WhereKnown[float] = None

@@ -36,6 +36,8 @@ LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
 DRAWN_RELIEF = 2e-4
 # Share of the depth asked for that is enough: it is printed with two digits, and errs on the safe side.
 _ENOUGH = 0.9
+# What rounding to three digits adds to a length: that of the assumed relief can be given as it is printed.
+_PRINTED = 5e-3
 _RELIEF = "contact.small_end_relief_mm"
 
 
@@ -191,6 +193,6 @@ def _relief(table: ContactTable, bores: Bores) -> tuple[float, float] | None:
     length, depth = table.small_end_relief_mm
     half, most = bores.small_width / 2, LARGEST_CLEARANCE * bores.small_radius
     rule = f"its length must be at most half the bore's, {half:g} mm"
-    require(length <= half, _RELIEF, [length, depth], rule)
+    require(length <= half * (1 + _PRINTED), _RELIEF, [length, depth], rule)
     require(depth <= most, _RELIEF, [length, depth], f"its depth must be at most {most:.3g} mm")
-    return length, depth
+    return min(length, half), depth

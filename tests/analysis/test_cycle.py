@@ -152,3 +152,17 @@ def test_the_file_can_be_read_by_meshio(tmp_path, quarter, at_6000):
     read = meshio.read(tmp_path / "envelope.vtu").point_data
     for name, values in data.items():
         np.testing.assert_array_equal(read[name], values)
+
+
+def test_the_error_of_superposition_is_relative_to_the_largest_stress_of_the_peak_cases(quarter):
+    """A cap that is pushed is hardly stressed, but has the error of the pressure beside it all the same."""
+    result = with_cycle(quarter, solve_speed(quarter, 4500.0))
+    cases = [case for case in result.cases.values() if case.load.in_cycle]
+    weights = quarter.cycle.weights(
+        quarter.crank_cycle(4500), np.array([case.load.crank_angle for case in cases])
+    )
+    superposed = von_mises(np.moveaxis(quarter.cycle.units.tensor(0, weights, quarter.mesh.mirrored), 1, -1))
+    solved = np.stack([case.von_mises for case in cases], axis=-1)
+    apart = np.abs(superposed - solved).max(axis=0)
+    assert result.cycle.superposition == pytest.approx(apart.max() / solved.max(), rel=1e-3)
+    assert (apart / solved.max(axis=0)).max() > 1.3 * result.cycle.superposition

@@ -21,6 +21,7 @@ from fea.analysis.speed import solve_speed
 from fea.base.choices import CONTACT, Support
 from fea.contact.elastic_pin import Pin
 from fea.output.json_file import read_summary
+from fea.output.terminal.answer import levers
 from fea.pins.fits import Fits
 from fea.rod.meshed_rod import Bores
 from fea.solid.stress import von_mises
@@ -214,6 +215,27 @@ def test_an_elastic_crank_pin_is_as_long_as_the_big_end_and_changes_nothing_at_t
 def test_a_pin_that_does_not_fit_is_refused(rod, contact, words):
     with pytest.raises(InvalidValue, match=words):
         prepare(study(**contact), mesh=rod.mesh)
+
+
+def test_the_assumed_relief_can_be_given_as_it_is_printed(rod):
+    """Half the width of a bore from a CAD file is rounded, and may be above itself then."""
+    half = rod.structure.bores.small_width / 2
+    given = {share: study(small_end_relief_mm=(share * half, 0.02)) for share in (1.004, 1.01)}
+    assert prepare(given[1.004], mesh=rod.mesh).pins.fits.relief == (half, 0.02)
+    with pytest.raises(InvalidValue, match="at most half the bore's"):
+        prepare(given[1.01], mesh=rod.mesh)
+
+
+def test_what_is_assumed_of_the_fit_is_said_where_it_governs(quarter):
+    summary, bore = quarter.summary, "small-end bore"
+    case = summary.results["compression"]
+    case = dataclasses.replace(case, weakest=dataclasses.replace(case.weakest, where=bore))
+    yields = dataclasses.replace(summary.survival, mode="yielding", case="compression", place=None)
+    summary = dataclasses.replace(summary, results={"compression": case}, survival=yields)
+    said = " ".join(levers(summary))
+    assert "contact.small_end_clearance_mm, contact.small_end_relief_mm" in said
+    assumed = [note for note in summary.notes if "small-end relief" not in note.text]
+    assert "small_end_relief_mm" not in " ".join(levers(dataclasses.replace(summary, notes=tuple(assumed))))
 
 
 def test_what_contact_cannot_be_combined_with_is_refused_by_name():

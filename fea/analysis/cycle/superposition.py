@@ -48,10 +48,10 @@ class CycleResult:
     spots: tuple[Spot, ...]  #: the worst places against yielding, the worst first
     weakest: Spot | None  #: the worst place against fatigue, or None if no fatigue strength is known
     #: Largest difference between superposed and directly solved von Mises stress over the peak cases,
-    #: relative to the largest stress of each case
+    #: relative to the largest stress of each part in any of them
     superposition: float
-    #: The same at the worst instants of a cycle that friction makes differ from the peak cases, relative to
-    #: the largest stress of each part; None for a rod of one piece
+    #: The same at the worst instants of a cycle that friction makes differ from the peak cases; None for a
+    #: rod of one piece
     of_parts: float | None
     series_error: float  #: largest error of the series of the bore pressure, relative to its peak
     unit_solutions: int  #: number of unit solutions
@@ -111,7 +111,7 @@ class CycleResult:
             why = "acts on a narrow arc"
         else:
             return notes
-        apart = f"{100 * self.superposition:.2g} % of the largest stress of each peak case"
+        apart = f"{100 * self.superposition:.2g} % of the largest stress of the peak cases"
         text = f"the bore pressure {why}, so that the superposed stress may err there by up to {apart}"
         return (*notes, warning(text))
 
@@ -137,7 +137,7 @@ class CycleAnalysis(SpannedRod):
             at_peaks = self.basis.weights(of_peaks)
         # An error of a small basis is stated relative to the largest stress of all instants.
         small = self.basis if isinstance(self.basis, SmallBasis) else None
-        top = None if small is None else small.largest(cycle)
+        top = _largest(solved) if small is None else [small.largest(cycle)] * len(self.units.parts)
         superposition = max(self._difference(at_peaks, solved, top), self.basis.error)
         extremes, multiaxial = self._extremes(self.units, every, instants, count, counts)
         certain = True
@@ -208,25 +208,19 @@ class CycleAnalysis(SpannedRod):
         return np.unique(np.concatenate(list(places.values()))), certain
 
     def _difference(
-        self,
-        weights: Weights,
-        solved: Sequence[Sequence[Floats]],
-        largest: Sequence[float] | float | None = None,
+        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float]
     ) -> float:
-        """Largest error of superposed von Mises stress.
+        """Largest error of superposed von Mises stress, relative to the `largest` of each part.
 
-        `solved` (n_nodes,) of each part at each of them; `largest`: what it is relative to, for each part or
-        for all: by default the largest stress of the instant.
+        `solved` (n_nodes,) of each part at each of them. Not relative to that of an instant: a cap that is
+        hardly stressed then has the error of the pressure beside it all the same.
         """
-        if isinstance(largest, float):
-            largest = [largest] * len(self.units.parts)
         worst = 0.0
         for number in range(len(self.units.parts)):
             tensors = self.units.tensor(number, weights, self.mesh.mirrored)
             for k, stress in enumerate(solved):
                 apart = np.nanmax(np.abs(von_mises(tensors[..., k]) - stress[number]))
-                size = np.nanmax(stress[number]) if largest is None else largest[number]
-                worst = max(worst, float(apart / size))
+                worst = max(worst, float(apart / largest[number]))
         return worst
 
     def _remembered(
@@ -245,8 +239,12 @@ class CycleAnalysis(SpannedRod):
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
         stresses = self.direct(cycle.degrees[which], cycle)
         solved = [[von_mises(stress[..., k]) for stress in stresses] for k in range(len(which))]
-        largest = [float(np.nanmax(largest_of)) for largest_of in zip(*solved, *peaks, strict=True)]
-        return self._difference(weights.at(which), solved, largest)
+        return self._difference(weights.at(which), solved, _largest([*solved, *peaks]))
+
+
+def _largest(solved: Sequence[Sequence[Floats]]) -> list[float]:
+    """Largest von Mises stress of each part, MPa, at any of the instants."""
+    return [float(np.nanmax(of_part)) for of_part in zip(*solved, strict=True)]
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:

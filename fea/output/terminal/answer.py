@@ -27,7 +27,10 @@ _NEAR = 1.5
 # Load cases whose names do not say it in a sentence.
 _CASES = {"given": "under the given forces", "assembly": "after assembly"}
 # Keys of the pins' fit in a bore.
-_FITS = {"small-end bore": "contact.small_end_clearance_mm", "big-end bore": "contact.big_end_clearance_mm"}
+_FITS = {
+    "small-end bore": ("contact.small_end_clearance_mm", "contact.small_end_relief_mm"),
+    "big-end bore": ("contact.big_end_clearance_mm",),
+}
 # Beyond this multiple of the yield strength another material is no remedy.
 _MOST_STRENGTH = 2.0
 # What makes the stress at a singular place finite.
@@ -169,9 +172,9 @@ def levers(summary: Summary) -> Iterator[str]:
     where = weakest.where if found.mode == "yielding" and weakest else ""
     spot = None if summary.envelope is None else summary.envelope.fatigue
     where = (spot.where or "") if found.mode == "fatigue" and spot else where
-    key = _FITS.get(where)
-    if key is not None and any(f"({key})" in note.text for note in notes):
-        yield f"The clearance there counts, and it is assumed: {key}."
+    keys = [key for key in _FITS.get(where, ()) if any(f"({key})" in note.text for note in notes)]
+    if keys:
+        yield f"The fit of the pin there counts, and it is assumed: {', '.join(keys)}."
 
 
 def _endurance(summary: Summary) -> Iterator[str]:
