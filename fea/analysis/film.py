@@ -23,6 +23,8 @@ from geometry.arrays import Floats
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
 _CARRIED = 0.1
+# Share of the joint's area that may open before the film is computed with the joint open, too.
+_OPENED = 0.01
 
 
 class Regime(StrEnum):
@@ -47,6 +49,32 @@ class Regime(StrEnum):
 
 
 @dataclass(frozen=True)
+class JointHeld:
+    """The joint of a rod in parts, which the film of its big end holds as it is without loads."""
+
+    case: str  #: the load case in which it is open the most
+    shares: tuple[float, float]  #: of its area that are open without loads, and in that case
+    opened: FilmCycle | None  #: the coarse film with the joint open as in that case; None where that is alike
+
+    def note(self, coarse: FilmCycle) -> Note:
+        """What a reader must know, given the coarse film with the joint as it is without loads."""
+        before, after = (100 * share for share in self.shares)
+        held = "the bore yields as with the parts held together without loads: what is closed sticks"
+        if self.opened is None:
+            return remark(f"{held}; the joint stays as open as that, {before:.2g} %", TOPICS[End.BIG])
+        (gap, pressure), (open_gap, open_pressure) = (
+            (float(film.thinnest.min()) / UM, float(film.highest.max())) for film in (coarse, self.opened)
+        )
+        return warning(
+            f"{held}. In operation the joint opens from {before:.2g} to {after:.2g} % of its area "
+            f"({self.case}), which the film does not follow: were it as open as that all the time, the "
+            f"smallest gap would be {open_gap:.2f} in place of {gap:.2f} µm, and the "
+            f"highest pressure {open_pressure:.0f} in place of {pressure:.0f} MPa, both on the coarser grid",
+            TOPICS[End.BIG],
+        )
+
+
+@dataclass(frozen=True)
 class FilmResult:
     """The film of one end at one speed, and a coarser one of the same bearing."""
 
@@ -54,6 +82,7 @@ class FilmResult:
     coarse: FilmCycle
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
+    joint: "JointHeld | None" = None  #: None for a rod of one piece
 
     @property
     def end(self) -> End:
@@ -158,6 +187,8 @@ class FilmResult:
         """What a reader must know."""
         topic, found = TOPICS[self.end], self.figures
         notes = [*self.lubrication.notes, *(doubt(text, topic) for text in self._doubts(found))]
+        if self.joint is not None:
+            notes.append(self.joint.note(self.coarse))
         if self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, topic))
@@ -225,7 +256,22 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     fine, coarse = films.at(cycle)
     engine = cycle.engine
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
-    return FilmResult(fine, coarse, films.lubrication, displacement)
+    joint = None if films.end is End.SMALL else _joint(rod, rpm, films)
+    return FilmResult(fine, coarse, films.lubrication, displacement, joint)
+
+
+def _joint(rod: PreparedRod, rpm: float, films: Films) -> JointHeld | None:
+    pins = rod.assembly_contact
+    if pins is None:
+        return None
+    cases, sums = rod.loading.at(rod.mass, rpm).cases, pins.assembly.sums
+    states = pins.states(cases)
+    shares = [sums(state).joint.open_share for state in states]
+    most, before = int(np.argmax(shares)), sums(pins.assembly.assembled.start).joint.open_share
+    opened = None
+    if shares[most] > before + _OPENED:
+        opened = films.with_parts_as(states[most]).coarse(rod.crank_cycle(rpm))
+    return JointHeld(cases[most].name, (before, shares[most]), opened)
 
 
 def film_error(fine: float, coarse: float) -> float:

@@ -77,8 +77,8 @@ class Assembled:
     temperature at which the parts were put together to that of the engine; `names`: of the parts, for
     messages.
 
-    Attributes: `motions`: the rigid motions of the parts: parity and displacement (3 n_nodes,). Raises
-    `ContactError`: no contact between the parts carries the bolt forces.
+    Attributes: `motions`: the rigid motions of the parts: parity and displacement (3 n_nodes,); `warming`.
+    Raises `ContactError`: no contact between the parts carries the bolt forces.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Assembled:
         *,
         names: Sequence[str] = (),
     ) -> None:
-        self.problem = problem
+        self.problem, self.warming = problem, warming
         self.motions = [motion for nodes in parts for motion in problem.motions(nodes)]
         moved = [problem.moved(nodes) for nodes in parts]
         n, n_loads = problem.loaded.shape
@@ -194,17 +194,30 @@ class Assembled:
         """Go on from a state; see `Steps.step`."""
         return self.steps().step(load, state)
 
-    def sticking(self, gap: Floats, resultants: Floats) -> tuple[Floats, Floats]:
+    def sticking(self, gap: Floats, resultants: Floats, opened: Ints | None = None) -> tuple[Floats, Floats]:
         """Values (n, m) of the unknowns and motions (k, m) of the parts, without pins, while all sticks.
 
-        `gap` (n, m) moments of the gaps that loads open, `resultants` (k, m) of these loads.
+        `gap` (n, m) moments of the gaps that loads open, `resultants` (k, m) of these loads; `opened` (o,):
+        which of `interface` have no stress, but gaps that change freely; none by default.
         """
         condensed, values = self._condensed, np.zeros_like(gap)
-        opened = gap[condensed.interface]
-        values[condensed.interface] = condensed.V @ resultants - condensed.S @ opened
+        moved = -gap[condensed.interface]
+        stress = condensed.V @ resultants + condensed.S @ moved
+        if opened is not None and opened.size:
+            S = condensed.S[:, opened]
+            free = -np.linalg.solve(S[opened], stress[opened])
+            stress += S @ free
+            moved[opened] += free
+        values[condensed.interface] = stress
         none = np.zeros((len(condensed.pins), gap.shape[1]))
         loose = np.zeros((len(condensed.free[1]), gap.shape[1]))
-        return values, condensed.motions(-opened, none, resultants, loose)
+        return values, condensed.motions(moved, none, resultants, loose)
+
+    def opened(self, state: ContactState) -> Ints:
+        """Which of `interface` (o,) have no stress where a state is open."""
+        places = self.system.places
+        numbers = np.concatenate([places.normal[:, None], places.tangential], axis=1)[state.guess.opened]
+        return np.unique(numbers[numbers >= 0])
 
     def sticking_loads(self) -> Floats:
         """Values (n, n_loads) of the unknowns under unit loads, without pins, while everything sticks."""

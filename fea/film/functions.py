@@ -47,6 +47,14 @@ class BoreFunctions:
         square = self.radius * np.where(n > 0, math.pi, 2 * math.pi) * self.width / (2 * m + 1)
         return np.asarray(1 / np.sqrt(square))
 
+    @cached_property
+    def widening(self) -> Floats:
+        """Weights (count,) of a displacement of 1 mm all over the bore, mm."""
+        weights = np.zeros(self.count)
+        (even,) = np.flatnonzero((self.terms == [0, 0]).all(axis=1))
+        weights[even] = 1 / self.scales[even]
+        return weights
+
     def _along(self, z: Floats) -> Floats:
         """Polynomials (n_even, …) at places along the width from its middle, scaled."""
         every = np.eye(self.terms[:, 1].max() + 1)[self.terms[:, 1]]

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fea.base.note import Assumed, Note, assumption, assumptions, warning
 from fea.base.units import BAR, DEG, UM
+from fea.contact.friction_system import ContactState
 from fea.film.asperities import Asperities
 from fea.film.cycle import MOST_CYCLES, FilmCycle, HeatBalance, JournalLoads, integrate
 from fea.film.grid import FilmGrid
@@ -15,6 +17,7 @@ from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Reynolds
 from fea.pins.contact import ContactPins
 from fea.pins.fits import BIG_CLEARANCE, STEEL, Fits
+from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure
 from fea.pins.yielding import End, YieldingBore
 from fea.study import film_table as assumed
@@ -23,6 +26,9 @@ from geometry.arrays import Floats
 from geometry.errors import require
 from loads.crank_cycle import CrankCycle
 from loads.gas import CYCLE
+
+if TYPE_CHECKING:
+    from fea.pins.assembly import AssemblyPins
 
 # Cells around the bore and over half its width, and steps of the cycle; and those of a coarser film, from
 # which the error follows.
@@ -209,28 +215,42 @@ def _asperities(structure: Structure, end: End, said: Assumed) -> Asperities | N
         return None
     friction = assumed.BOUNDARY_FRICTION if table.boundary_friction is None else table.boundary_friction
     of_pin = structure.pin_stiffness.get(CRANK_PIN if end is End.BIG else PISTON_PIN, STEEL)
-    rod = structure.materials[0]
-    yields = (1 - of_pin[1] ** 2) / of_pin[0] + (1 - rod.poissons_ratio**2) / rod.youngs_modulus
+    bore = end.material(structure)
+    yields = (1 - of_pin[1] ** 2) / of_pin[0] + (1 - bore.poissons_ratio**2) / bore.youngs_modulus
     return Asperities.of(rough * UM, _CROWDING, _SLOPE, 1 / yields, friction)
 
 
 class Films:
-    """The films of one end of a rod, each computed once."""
+    """The films of one end of a rod, each computed once.
 
-    def __init__(self, structure: Structure, end: End = End.BIG) -> None:
-        self._structure, self.end = structure, end
+    `parts`: those of a rod in parts, and its pins; `state`: as which they hold together, see `HeldParts`.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        end: End = End.BIG,
+        parts: "AssemblyPins | None" = None,
+        state: ContactState | None = None,
+    ) -> None:
+        self._structure, self.end, self._parts, self._state = structure, end, parts, state
         # By the speed and the gas, which is kept so that its number stays its own.
         self._pairs: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, object]] = {}
 
+    def with_parts_as(self, state: ContactState) -> "Films":
+        """The films of the same end of a rod in parts, which hold together as in a state."""
+        return Films(self._structure, self.end, self._parts, state)
+
     @cached_property
     def _fits(self) -> Fits:
-        return ContactPins(self._structure).fits.in_film
+        return (self._parts or ContactPins(self._structure)).fits.in_film
 
     @cached_property
     def bore(self) -> YieldingBore:
         """How the bore yields to the pressure of a film, and the piston pin with it."""
+        parts = None if self._parts is None else HeldParts(self._parts.assembly.assembled, self._state)
         with self._structure.clock("film"):
-            bore = YieldingBore.of(self._structure, self.end)
+            bore = YieldingBore.of(self._structure, self.end, parts)
             return bore if self.end is End.BIG else bore.with_fits(self._fits)
 
     @cached_property

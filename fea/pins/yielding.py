@@ -7,6 +7,7 @@ from enum import StrEnum
 import numpy as np
 from scipy.linalg import block_diag
 
+from fea.base.material import Material
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
@@ -14,6 +15,7 @@ from fea.film.journal import ElasticBore
 from fea.machine.threads import one_blas_thread
 from fea.pins.bonded import BondedBore
 from fea.pins.fits import Fits
+from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure, inertial_fields
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces
@@ -54,11 +56,24 @@ class End(StrEnum):
         x = 0.0 if self is End.BIG else structure.bores.rod_length
         return bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
 
+    def material(self, structure: Structure) -> Material:
+        """That of the part at its bore."""
+        mesh = structure.mesh
+        if mesh.part is None:
+            return structure.materials[0]
+        beside = np.isin(mesh.tets, mesh.facets[Surface(f"{self}_bore")][0]).sum(axis=1)
+        return structure.materials[int(mesh.part[beside.argmax()])]
+
     def size(self, bores: Bores) -> tuple[float, float]:
         """Radius and mean width of its bore, mm."""
         if self is End.BIG:
             return bores.big_radius, bores.big_width
         return bores.small_radius, bores.small_width
+
+    def grown(self, parts: HeldParts | None) -> float:
+        """Radial expansion of its pin up to the engine's temperature, mm."""
+        warming = None if parts is None else parts.assembled.warming
+        return 0.0 if warming is None else warming.pins[0 if self is End.SMALL else 1]
 
     def force(self, instants: Instants) -> Floats:
         """Force (2, n) of its pin on the rod, N."""
@@ -75,14 +90,16 @@ class YieldingBore:
     compliance: Floats
     #: (n, 6) weights of the displacement of unit forces of the other pin along x and y and unit motions
     loaded: Floats
+    #: (n,) weights of how the bore widens as it is made, and from where its parts were put together
+    relief: Floats
     pin: "YieldingPin | None" = None  #: None for a rigid one
-    relief: Floats | float = 0.0  #: (n,) weights of how the bore widens as it is made
 
     @classmethod
-    def of(cls, structure: Structure, end: End = End.BIG) -> "YieldingBore":
+    def of(cls, structure: Structure, end: End = End.BIG, parts: HeldParts | None = None) -> "YieldingBore":
         """Solve for unit pressures on the bore, unit forces of the other pin and unit motions.
 
         The sum of what acts at an instant balances; each unit alone does not, and is held by the restraints.
+        `parts`: how those of a rod in parts hold together; errors as of `HeldParts.adding`.
         """
         functions, n_nodes = BoreFunctions(*end.size(structure.bores)), len(structure.mesh.points)
         facets, pin = end.facets(structure), BondedBore.of(end.other.facets(structure), n_nodes)
@@ -95,14 +112,16 @@ class YieldingBore:
                 strict=True,
             )
         )
-        moments = works(structure.model, facets, even, odd)
+        moments, made = works(structure.model, facets, even, odd, parts)
         # Of each parity, the last three are the force of the other pin and the two motions.
         rest = np.concatenate([len(even) - 3 + np.arange(3), len(even) + len(odd) - 3 + np.arange(3)])
         own = np.setdiff1d(np.arange(len(moments)), rest)
         compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest[[0, 3, 1, 2, 4, 5]])]
         compliance = (compliance + compliance.T) / 2
+        relief = made[own] - end.grown(parts) * functions.widening
         compliance[functions.translations] = loaded[functions.translations] = 0.0
-        return cls(end, functions, compliance, loaded)
+        relief[functions.translations] = 0.0
+        return cls(end, functions, compliance, loaded, relief)
 
     def on(self, grid: FilmGrid) -> ElasticBore:
         """The bore for a film on a grid."""
@@ -119,7 +138,7 @@ class YieldingBore:
 
     def with_fits(self, fits: Fits) -> "YieldingBore":
         """The small end's bore with its relief and an elastic piston pin, as contact has them."""
-        functions, relief = self.functions, np.zeros(self.functions.count)
+        functions, relief = self.functions, self.relief.copy()
         if fits.relief is not None:
             length, depth = fits.relief
             z = functions.width / 4 * (_PLACES + 1)
@@ -127,7 +146,7 @@ class YieldingBore:
             even, _ = functions.at(np.zeros_like(z), z)
             area = 4 * math.pi * functions.radius * functions.width / 4 * _WEIGHTS
             plain = np.flatnonzero(functions.terms[:, 0] == 0)
-            relief[plain] = even[plain] @ (area * widened)
+            relief[plain] += even[plain] @ (area * widened)
         pin = None if fits.piston_pin is None else YieldingPin.of(functions, fits.piston_pin)
         return replace(self, pin=pin, relief=relief)
 
@@ -184,17 +203,23 @@ def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> t
     return even, odd
 
 
-def works(model: Model, facets: BoreFacets, even: Floats, odd: Floats) -> Floats:
-    """Work (n, n) in the body of forces of both parities, (n_own, n_nodes, 3); even ones are not fewer."""
-    if not facets.cut_y:
-        every = np.concatenate([even, odd])
-        u = model.solve([Split(forces, None) for forces in every]).displacement[Parity.SYMMETRIC]
-        return np.asarray(facets.images * np.tensordot(every, u, axes=2))
-    none = np.zeros((len(even) - len(odd), *even.shape[1:]))
-    pairs = zip(even, np.concatenate([odd, none]), strict=True)
-    u_of = model.solve([Split(*pair) for pair in pairs]).displacement
-    of_parities = [
-        np.tensordot(own, u_of[parity], axes=2)[:, : len(own)]
-        for parity, own in ((Parity.SYMMETRIC, even), (Parity.ANTISYMMETRIC, odd))
-    ]
-    return np.asarray(facets.images * block_diag(*of_parities))
+def works(
+    model: Model, facets: BoreFacets, even: Floats, odd: Floats, parts: HeldParts | None = None
+) -> tuple[Floats, Floats]:
+    """Work (n, n) in the body of forces of both parities, (n_own, n_nodes, 3); even ones are not fewer.
+
+    And (n,) their work on what the parts of a rod in parts move without loads: see `HeldParts.adding`.
+    """
+    forces = {Parity.SYMMETRIC: np.concatenate([even, odd])}
+    loads = [Split(each, None) for each in forces[Parity.SYMMETRIC]]
+    if facets.cut_y:
+        forces = {Parity.SYMMETRIC: even, Parity.ANTISYMMETRIC: odd}
+        none = np.zeros((len(even) - len(odd), *even.shape[1:]))
+        loads = [Split(*pair) for pair in zip(even, np.concatenate([odd, none]), strict=True)]
+    solved = model.solve(loads).displacement
+    u = {parity: solved[parity][..., : len(own)] for parity, own in forces.items()}
+    work = facets.images * block_diag(*(np.tensordot(forces[p], u[p], axes=2) for p in forces))
+    if parts is None:
+        return np.asarray(work), np.zeros(len(work))
+    held, made = parts.adding(forces, u)
+    return work + held, made

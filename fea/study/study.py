@@ -28,6 +28,7 @@ from fea.study.option_tables import (
     SpeedTable,
 )
 from fea.study.paths import is_file, located, require_text
+from fea.study.pin_models import FILM
 from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
@@ -120,7 +121,6 @@ class Study:
         clamped = self.analysis.support is choices.Support.CLAMPED
         for excluded, rule in (
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
-            (self.assembly is not None, "cannot be used with [assembly]: it needs a big end of one piece"),
             (clamped, 'cannot be combined with support = "clamped", which replaces the crank pin'),
         ):
             require(not excluded, name, value, rule, "Leave out the film, or that.")
@@ -142,6 +142,8 @@ class Study:
         path = None if self.rod.mesh is None else str(self.rod.mesh.path)
         require(self.rod.mesh is None, "rod.mesh", path, rule, remedy)
         pressure, remedy = self.analysis.pressure, f'Leave it out, or use pressure = "{choices.CONTACT}".'
+        if pressure == FILM:
+            remedy = "Use --film, or film = true: the films then take the loads of the run in contact."
         rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
         require(pressure in (None, choices.CONTACT), "analysis.pressure", pressure, rule, remedy)
         if self.rod.dimensions is not None:

@@ -120,7 +120,7 @@ def test_the_regime_follows_from_the_roughness(ratio, share, regime):
 @pytest.mark.parametrize(
     ("study", "flags", "message"),
     [
-        ("leon-2001-bolted", {"film": True}, r"\[assembly\]"),
+        ("leon-2001-bolted", {"pressure": "oil-film"}, r"oil-film': .*\[assembly\].*Use --film"),
         (
             "leon-2001",
             {"support": "clamped", "pressure": "oil-film"},
