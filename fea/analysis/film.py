@@ -15,7 +15,7 @@ from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
 from fea.film.cycle import HOTTEST, FilmCycle
-from fea.pins.lubrication import COARSE, CYCLES, FINE, MPAS, TOPICS, Films, Lubrication, crank_angles
+from fea.pins.lubrication import COARSE, CYCLES, FINE, MPAS, TOPIC, TOPICS, Films, Lubrication, crank_angles
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
@@ -56,22 +56,23 @@ class JointHeld:
     shares: tuple[float, float]  #: of its area that are open without loads, and in that case
     opened: FilmCycle | None  #: the coarse film with the joint open as in that case; None where that is alike
 
-    def note(self, coarse: FilmCycle) -> Note:
-        """What a reader must know, given the coarse film with the joint as it is without loads."""
+    def note(self, coarse: FilmCycle, found: FilmFigures) -> Note:
+        """What a reader must know; `coarse`: the coarse film with the joint as it is without loads."""
         before, after = (100 * share for share in self.shares)
-        held = "the bore yields as with the parts held together without loads: what is closed sticks"
+        held = "the bore yields with the parts held together as without loads"
         if self.opened is None:
-            return remark(f"{held}; the joint stays as open as that, {before:.2g} %", TOPICS[End.BIG])
+            return remark(f"{held}, {before:.2g} % of the joint open: loads open it no further", TOPIC)
         (gap, pressure), (open_gap, open_pressure) = (
             (float(film.thinnest.min()) / UM, float(film.highest.max())) for film in (coarse, self.opened)
         )
-        return warning(
-            f"{held}. In operation the joint opens from {before:.2g} to {after:.2g} % of its area "
-            f"({self.case}), which the film does not follow: were it as open as that all the time, the "
-            f"smallest gap would be {open_gap:.2f} in place of {gap:.2f} µm, and the "
-            f"highest pressure {open_pressure:.0f} in place of {pressure:.0f} MPa, both on the coarser grid",
-            TOPICS[End.BIG],
+        text = (
+            f"{held}, but {after:.2g} % of the joint, not {before:.2g} %, are open in {self.case}; open like "
+            f"that all the time, the smallest gap of the coarser film is {open_gap:.2f}, not {gap:.2f} µm, "
+            f"and its highest pressure {open_pressure:.0f}, not {pressure:.0f} MPa"
         )
+        changes = 100 * abs(open_gap / gap - 1), 100 * abs(open_pressure / pressure - 1)
+        within = changes[0] <= found.h_min_error_percent and changes[1] <= found.p_max_error_percent
+        return (remark if within else doubt)(text, TOPIC)
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ class FilmResult:
         topic, found = TOPICS[self.end], self.figures
         notes = [*self.lubrication.notes, *(doubt(text, topic) for text in self._doubts(found))]
         if self.joint is not None:
-            notes.append(self.joint.note(self.coarse))
+            notes.append(self.joint.note(self.coarse, found))
         if self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, topic))
