@@ -56,7 +56,7 @@ def __getattr__(name: str) -> Any:
     try:
         return getattr(import_module(_HOMES[name]), name)
     except ImportError as error:
-        from fea.machine.foreign import foreign_package
+        from fea.machine.remedies import foreign_package
 
         if said := foreign_package(error):
             raise ImportError(said) from error

@@ -150,7 +150,7 @@ def _called() -> int:
 
 def _not_loaded(error: Exception) -> int:
     from fea.machine.exit_codes import MACHINE
-    from fea.machine.foreign import foreign_package
+    from fea.machine.remedies import foreign_package
 
     reason = foreign_package(error) or " ".join(f"{type(error).__name__}: {error}".split())
     sys.stderr.write(f"fea: the program could not be loaded: {reason}\n")
@@ -210,7 +210,7 @@ def call(arguments: Sequence[str]) -> int:
         _say(AtInterrupt.message)
         return INTERRUPTED
     except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
-        from fea.machine.foreign import foreign_package
+        from fea.machine.remedies import foreign_package
 
         if said := foreign_package(error):
             _say(said)

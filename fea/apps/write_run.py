@@ -13,8 +13,8 @@ from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep
 from fea.analysis.result import gathered_result, run_result
 from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
-from fea.apps.places import Place, target_of
 from fea.apps.result import Result, result_of
+from fea.apps.run_study import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film

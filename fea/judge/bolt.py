@@ -94,12 +94,8 @@ class Bolt(BoltShape):
             return force / self.least_area
         return vdi2230.tightening_stress(force, self.thread, self.least_diameter, self.thread_friction)
 
-    def working_stress(self, largest_force: float, *, torsion: bool = True) -> float:
-        """σ_red,B = √[σ_z² + 3 (k_τ τ)²] at the largest force (step R8); a stretched bolt has no torsion."""
-        return self.with_torsion(largest_force / self.least_area, torsion=torsion)
-
-    def with_torsion(self, tension: float, *, torsion: bool = True) -> float:
-        """Von Mises stress of a tensile stress and of the torsion that tightening leaves, MPa."""
+    def working_stress(self, tension: float, *, torsion: bool = True) -> float:
+        """σ_red,B = √[σ_z² + 3 (k_τ τ)²] of a tensile stress, MPa (R8); a stretched bolt has no torsion."""
         if not torsion:
             return tension
         twisting = vdi2230.thread_torque(self.assembly_preload, self.thread, self.thread_friction)
@@ -118,11 +114,10 @@ class Bolt(BoltShape):
 class BoltResult:
     """A bolt over load cases or a cycle."""
 
-    #: largest_force, least_force: N, and their places in the sequence
+    #: largest_force, least_force: N; and the place of the former in the sequence
     largest_force: float
     least_force: float
     largest_at: int
-    least_at: int
     amplitude: float  #: σ_a = (F_SAo − F_SAu)/(2 A_S) in the thread, MPa (R9/1)
     endurance: float  #: σ_AS, MPa, at the mean force
     tightening_use: float  #: von Mises stress at the end of tightening over the yield strength
@@ -157,21 +152,21 @@ class BoltResult:
         `fibre` (k,) is the largest stress of tension and bending, `bending` (k, 2) the bending stress of the
         first thread that carries in two planes, MPa.
         """
-        top, low = int(forces.argmax()), int(forces.argmin())
-        largest, least = float(forces[top]), float(forces[low])
+        top = int(forces.argmax())
+        largest, least = float(forces[top]), float(forces.min())
         most = max(largest, bolt.assembly_preload)
         around = np.array([np.cos(_AROUND), np.sin(_AROUND)])
         in_thread = forces[:, None] / bolt.thread.stress_area + bending @ around
-        outermost = bolt.with_torsion(float(fibre.max()), torsion=turned)
+        tension = largest / bolt.least_area
+        outermost = bolt.working_stress(float(fibre.max()), torsion=turned)
         return cls(
             largest_force=largest,
             least_force=least,
             largest_at=top,
-            least_at=low,
             amplitude=(largest - least) / (2 * bolt.thread.stress_area),
             endurance=bolt.endurance((largest + least) / 2),
             tightening_use=bolt.tightening_stress(turned=turned) / bolt.strength.yield_strength,
-            working_safety=bolt.strength.yield_strength / bolt.working_stress(largest, torsion=turned),
+            working_safety=bolt.strength.yield_strength / bolt.working_stress(tension, torsion=turned),
             proof_use=largest / bolt.proof_load,
             seat_pressure=most / bolt.least_seat_area,
             bending_safety=bolt.strength.yield_strength / outermost,

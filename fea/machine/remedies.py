@@ -1,8 +1,10 @@
-"""What to do on the system at hand where something that a run needs is missing: the only table of it."""
+"""What to do where something that a run needs is missing on the system at hand, or hidden by a package."""
 
 import platform
 import sys
 from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
 
 # By system: what gmsh needs beyond its wheel, and what off-screen pictures need beyond VTK's.
 _REINSTALL = "pip install --force-reinstall"
@@ -28,6 +30,9 @@ _REMEDIES = {
         "update the graphics driver; without a graphics card, put the folder of Mesa's osmesa.dll on PATH",
     ),
 }
+
+# Packages that lie beside `fea` in the repository; in a wheel they lie inside it (`.ci/wheel.py`).
+_BESIDE = ("geometry", "mesh", "loads")
 
 
 def meshing_remedy() -> str:
@@ -55,3 +60,21 @@ def _system() -> str:
         kinds = [release["ID"], *release.get("ID_LIKE", "").split()]
         return next((kind for kind in ("debian", "fedora") if kind in kinds), "linux")
     return "linux"
+
+
+def foreign_package(error: BaseException) -> str:
+    """Return where a foreign package hides one of ours, and the remedy; else "". `error`: the import's."""
+    while isinstance(error, ImportError) and isinstance(error.__cause__, ImportError):
+        error = error.__cause__
+    name = (getattr(error, "name", None) or "").partition(".")[0]
+    spec = find_spec(name) if isinstance(error, ImportError) and name in _BESIDE else None
+    if spec is None:
+        return ""
+    ours = Path(__file__).parents[2]
+    places = [Path(place) for place in spec.submodule_search_locations or [spec.origin or ""]]
+    if ours / name in places:
+        return ""
+    return (
+        f"the package {name!r} in {places[0]} belongs to another project, and hides {ours / name}. "
+        "Install conrod-fea into an environment of its own (pipx, or python -m venv), or remove the other one"
+    )

@@ -1,6 +1,6 @@
 """What loads the rod, and its load cases at one speed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from fea.base.note import Note, assumption, omission, warning
 from fea.base.units import RPM
@@ -11,7 +11,7 @@ from geometry.mass import MassProperties
 from loads.cases import given, peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
-from loads.gas import GasModel, scaled
+from loads.gas import GasModel
 from loads.instants import Instants
 from loads.trace import absorbed
 
@@ -44,10 +44,6 @@ class EngineLoading:
         """Return the engine with another gas, as in [engine]. Raises as `EngineTable.gas_model`."""
         table = self.table.with_gas(gas)
         return EngineLoading(self.engine, table.gas_model(self.engine), table)
-
-    def with_scale(self, factor: float) -> "EngineLoading":
-        """Return the engine with a multiple of its charge: see `loads.gas.scaled`."""
-        return replace(self, gas=scaled(self.gas, factor))
 
     def at(self, rod: MassProperties, rpm: float | None) -> SpeedLoads:
         """Find the peak cases of the cycle. Raises `InvalidValue`: nothing loads the rod, or no speed."""

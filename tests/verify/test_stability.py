@@ -85,7 +85,7 @@ def test_a_case_that_is_off_unnoticed_is_wrong():
     assert verdict(2.0) is Verdict.WRONG
     assert verdict(2.0, "a check") is Verdict.MARKED
     assert verdict(float("nan")) is Verdict.WRONG
-    assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, Verdict.WRONG)])
+    assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, verdict=Verdict.WRONG)])
 
 
 def test_a_case_that_is_not_there_is_refused():

@@ -1,6 +1,6 @@
 """The operating points of a map: engine speed, and a multiple of the engine's charge."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -11,7 +11,7 @@ from fea.rod.loading import EngineLoading
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
-from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled
+from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled, scaled
 from loads.slider_crank import cycle_angles
 
 # Absolute pressure in the intake behind a closed throttle at high speed, bar, and the compression ratio where
@@ -34,7 +34,8 @@ class Operation:
 
     def cycle(self, rpm: float, scale: float) -> CrankCycle:
         """Return the crank cycle at a speed, rpm, and a multiple of the engine's charge."""
-        return self.loading.with_scale(scale).crank_cycle(self.rod, rpm)
+        loading = replace(self.loading, gas=scaled(self.loading.gas, scale))
+        return loading.crank_cycle(self.rod, rpm)
 
     def peak(self, rpm: float, scale: float = 1.0) -> float:
         """Absolute peak pressure, MPa."""

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,7 +32,8 @@ class Verdict(StrEnum):
     WRONG = "wrong"  # wrong, and nothing reports it
 
 
-class Place(NamedTuple):
+@dataclass(frozen=True)
+class Place:
     """A case, its parameter and the value of that."""
 
     case: str
@@ -41,24 +41,20 @@ class Place(NamedTuple):
     value: float
 
 
-@dataclass(frozen=True)
-class ExtremeRow:
-    """One case at one value of its parameter."""
+@dataclass(frozen=True, kw_only=True)
+class ExtremeRow(Place):
+    """One case at one value of its parameter, in the order and by the names that other programs rely on."""
 
-    #: case, parameter, value: names of the case and of its parameter, and the value of that
-    case: str
-    parameter: str
-    value: float
-    verdict: Verdict  #: the outcome
-    #: absolute error of the result relative to the exact one; None if there is no result
-    result_error_percent: float | None = None
     #: ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms; None if nothing is solved
     backward_error: float | None = None
     condition_estimate: float | None = None  #: see `fea.solvers.residuals`
     energy_error: float | None = None  #: |uᵀKu − uᵀf| / uᵀf
+    #: absolute error of the result relative to the exact one; None if there is no result
+    result_error_percent: float | None = None
     tolerance_percent: float | None = None  #: largest error that counts as right
     #: how a run reports the problem: the names of the checks that fail, or its error bar
     noticed_by: tuple[str, ...] = ()
+    verdict: Verdict  #: the outcome
 
     @classmethod
     def judged(
@@ -74,7 +70,7 @@ class ExtremeRow:
         right = Verdict.RIGHT if error_percent <= tolerance_percent else Verdict.WRONG
         values = {name: each.value for name, each in checks.items()}
         return cls(
-            *place,
+            **vars(place),
             verdict=Verdict.MARKED if noticed else right,
             result_error_percent=error_percent,
             backward_error=values.get("backward_error"),
@@ -90,10 +86,8 @@ class ExtremeRow:
         return self.verdict is not Verdict.WRONG
 
     def as_dict(self) -> dict[str, object]:
-        """Return the row with the names that other programs rely on."""
-        quality = ("backward_error", "condition_estimate", "energy_error", "result_error_percent")
-        named = ("case", "parameter", "value", *quality, "tolerance_percent", "noticed_by", "verdict")
-        return {name: getattr(self, name) for name in named}
+        """Return the figures by their JSON keys."""
+        return dict(vars(self))
 
 
 @dataclass(frozen=True)

@@ -122,7 +122,7 @@ def _sums(
     try:
         rod = replace(rod, loading=EngineLoading.of(table, rod.mesh.bores.rod_length))
     except InvalidValue:
-        yield from (ExtremeRow(*case, value, Verdict.REFUSED) for value in speeds)
+        yield from (ExtremeRow(*case, value, verdict=Verdict.REFUSED) for value in speeds)
         return
     for value, rpm in speeds.items():
         result = solve_speed(rod, rpm)
