@@ -36,7 +36,10 @@ def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
             [tension(3.3, 1.0), Factor("yielding", "gas", 4.11, 26.3, "edge B")],
             None,
             "survives",
-            "survives, safety factor 3.30 ± 0.03 (tension); 4.11 ± 1.16 (gas, edge B) could be as low as 3.25",
+            (
+                "survives, safety factor 3.30 ± 0.03 (tension); "
+                "4.11 ± 1.16 (gas, edge B) could be as low as 3.25"
+            ),
         ),
         (
             [tension(1.04, 8.0)],
