@@ -153,7 +153,8 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path, monkeypatch):
     assert (tmp_path / "cycle.gif").stat().st_size < 3e6
 
 
-def test_without_a_renderer_the_figures_stay(tmp_path):
+def test_without_a_renderer_the_figures_stay(tmp_path, monkeypatch):
+    monkeypatch.setattr(animation, "COUNT", 12)
     environment = {"VTK_DEFAULT_OPENGL_WINDOW": "no-such-window", "DISPLAY": ""}
     flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--quiet", "--out", "r")
     (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
