@@ -16,12 +16,14 @@ import numpy as np
 from geometry.arrays import Floats, vector
 from geometry.session import GmshLog
 from mesh.quality import Quality
+from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError, TetMesh
 
-_MESH_ADAPT = 1  # gmsh's number
+_MESH_ADAPT, _DELAUNAY = 1, 5  # gmsh's numbers
 _SURFACE, _CURVE = 2, 1
 _ENDS = 2  # of an edge
 _SAME = 1e-9  # of the elements' length
+_FOLD = np.radians(125.0)  # triangles of one face that turn by more overlap; three around a hole turn by 120°
 
 
 @dataclass(frozen=True)
@@ -52,9 +54,11 @@ class Repair:
     faces: frozenset[int] = frozenset()  #: gmsh's tags of the faces that MeshAdapt meshes
     spots: tuple[Spot, ...] = ()  #: places with smaller elements
     causes: tuple[str, ...] = ()  #: what was wrong before each attempt, in words
+    folded: frozenset[int] = frozenset()  #: gmsh's tags of the faces that Delaunay meshes
 
     def __add__(self, other: "Repair") -> "Repair":
-        return Repair(self.faces | other.faces, self.spots + other.spots, self.causes + other.causes)
+        faces, folded = self.faces | other.faces, self.folded | other.folded
+        return Repair(faces, self.spots + other.spots, self.causes + other.causes, folded)
 
     @property
     def size(self) -> float | None:
@@ -66,7 +70,8 @@ class Repair:
         """Notes for the user; empty if nothing was repaired."""
         if not self.causes:
             return ()
-        what = [f"the MeshAdapt mesher on {len(self.faces)} faces"] if self.faces else []
+        meshers = ("MeshAdapt", self.faces), ("Delaunay", self.folded)
+        what = [f"the {name} mesher on {len(faces)} faces" for name, faces in meshers if faces]
         what += [] if self.size is None else [f"elements down to {self.size:.2g} mm at the faulty places"]
         return (f"the mesh was made again with {' and '.join(what)}, because {'; then '.join(self.causes)}",)
 
@@ -77,8 +82,9 @@ class Repair:
             gmsh.view.remove(view)
         for field in gmsh.model.mesh.field.list():
             gmsh.model.mesh.field.remove(field)
-        for face in sorted(self.faces):
-            gmsh.model.mesh.setAlgorithm(_SURFACE, face, _MESH_ADAPT)
+        for mesher, faces in ((_MESH_ADAPT, self.faces), (_DELAUNAY, self.folded)):
+            for face in sorted(faces):
+                gmsh.model.mesh.setAlgorithm(_SURFACE, face, mesher)
 
 
 NOTHING = Repair()
@@ -133,6 +139,24 @@ def of_elements(corners: Floats, what: str) -> Repair:
     return Repair(frozenset(faces), spots, (f"{what} near {_place(centers[0])}",))
 
 
+def of_folds() -> Repair | None:
+    """Repair the faces of the open model whose triangles are folded over each other; None without such.
+
+    The stress there is wrong, and its error bar wide. gmsh's frontal mesher and MeshAdapt fold alike on long
+    narrow rounds, its Delaunay mesher does not.
+    """
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    number, folded = np.zeros(int(tags.max()) + 1, dtype=np.int64), set[int]()
+    number[tags] = np.arange(len(tags))
+    for _, face in gmsh.model.getEntities(_SURFACE):
+        for own, nodes in zip(*gmsh.model.mesh.getElements(_SURFACE, face)[1:], strict=True):
+            surface = SurfaceMesh(places.reshape(-1, 3), number[nodes.reshape(len(own), -1)[:, :3]])
+            if len(surface.patches(np.ones(len(own), dtype=bool), _FOLD)) > 1:  # what is folded is cut off
+                folded.add(face)
+    cause = "triangles of the surface mesh were folded over each other"
+    return Repair(causes=(cause,), folded=frozenset(folded)) if folded else None
+
+
 def _place(point: Floats) -> str:
     x, y, z = point
     return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
@@ -179,7 +203,7 @@ def repaired(
         else:
             meshed = Meshed(mesh, quality, repair, log.warnings(begin))
             more = flaws(mesh, quality)
-            if more is None:
+            if more is None or not (more.spots or more.faces - repair.faces or more.folded - repair.folded):
                 return meshed
             first = first or meshed
         if more is None or rounds == MAX_ROUNDS:

@@ -176,10 +176,14 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
         yield remark(f"{', '.join(loose)}{finer}", CANNOT_GOVERN)
     for place in worst_of_edges(case.sharp_governing for case in result.cases.values()):
         if place.error_percent > tolerance and place.highest > governing.highest:
+            why, remedy = "the elements it is read from reach into the notch effect", "draw the fillet"
+            if place.change > place.bar / 2:
+                why = "it changes towards where the face beside the edge ends"
+            elif finer:
+                remedy += ", or refine with --all-cases"
             yield doubt(
                 f"its structural stress may govern and is known to ± {place.error_percent:.2g} % only, as "
-                "the elements it is read from reach into the notch effect: draw the fillet"
-                f"{finer and ', or refine with --all-cases'}",
+                f"{why}: {remedy}",
                 f"sharp edge between {place.between[0]} and {place.between[1]}",
             )
 

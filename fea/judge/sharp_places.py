@@ -41,6 +41,7 @@ class SharpPlace:
     #: von_mises, bar: of the structural stress, MPa, and its error bar, from the errors where it is read
     von_mises: float
     bar: float
+    change: float  #: the part of the bar that is the change to the next place, where the flank ends, MPa
     yield_strength: float  #: of the part there, MPa
     notch: NotchField | None  #: the singular field; None where the flanks do not tell
     shorter: float  #: the smaller measure of both flanks, mm
@@ -134,7 +135,7 @@ class SharpPlaces:
         rows = _hot(edges, 1 / safety_factor, SHARE / least_factor)
         if not rows.size:
             return ()
-        measure, spots, bars = self._structural(rows, stress, error)
+        measure, spots, bars, changes = self._structural(rows, stress, error)
         sizes = von_mises(spots)
         worst = [np.flatnonzero(edges.place[rows] == number) for number in np.unique(edges.place[rows])]
         worst = [of[np.isfinite(sizes[of]).any(axis=1)] for of in worst]
@@ -154,7 +155,8 @@ class SharpPlaces:
                     thickness=float(measure[at, side]),
                     stress=float(away @ matrices(spots[at, side]) @ away),
                     von_mises=float(sizes[at, side]),
-                    bar=float(bars[at, side]),
+                    bar=float(bars[at, side] + changes[at, side]),
+                    change=float(changes[at, side]),
                     yield_strength=float(safety_factor[node] * equivalent[node]),
                     notch=notch,
                     shorter=float(measure[at].min()),
@@ -163,8 +165,11 @@ class SharpPlaces:
             )
         return tuple(sorted(places, key=lambda place: place.safety_factor))
 
-    def _structural(self, rows: Ints, stress: Floats, error: Floats) -> tuple[Floats, Floats, Floats]:
-        """Measure t (n, 2), structural stress (n, 2, 6) and its bar (n, 2) per flank; NaN where not read."""
+    def _structural(self, rows: Ints, stress: Floats, error: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Measure t (n, 2), structural stress (n, 2, 6) and the parts of its bar (n, 2) per flank.
+
+        These are its error, and the change to where the flank ends. NaN where it is not read.
+        """
         n = len(rows)
         measure, short = np.empty((n, 2)), np.empty((n, 2), dtype=bool)
         spots, bars = np.empty((n, 2, 6)), np.empty((n, 2))
@@ -182,9 +187,9 @@ class SharpPlaces:
         np.maximum.at(longest, place[rows[alone]], measure[alone].max(axis=1))
         left_out = short & (~alone[:, None] | (measure < _LONG * longest[place[rows]][:, None]))
         spots[left_out] = bars[left_out] = np.nan
-        return measure, spots, bars + self._unsure(rows, von_mises(spots))
+        return measure, spots, bars, self._changes(rows, von_mises(spots))
 
-    def _unsure(self, rows: Ints, sizes: Floats) -> Floats:
+    def _changes(self, rows: Ints, sizes: Floats) -> Floats:
         """By how much sizes (n, 2) change to the next station where those of a flank begin or end to be read.
 
         How far it is read depends on the mesh there.

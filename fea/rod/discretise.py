@@ -25,7 +25,7 @@ from geometry.system import memory_limit
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality, scaled_jacobian, shape
-from mesh.repair import NOTHING, Repair, of_elements, repaired
+from mesh.repair import NOTHING, Repair, of_elements, of_folds, repaired
 from mesh.sizing import PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 
@@ -214,7 +214,7 @@ class _Model:
 
 
 def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Quality) -> Repair | None:
-    """Find the elements that are too flat, and those whose straightened or bent edges miss too much mass.
+    """Find elements that are too flat or whose straightened or bent edges miss too much mass, and folds.
 
     `materials`: gives the material of each named part; `solid`: as drawn in the open session.
 
@@ -233,7 +233,7 @@ def mesh_flaws(materials: MaterialsOf, solid: Solid, mesh: TetMesh, quality: Qua
         elif missing > LIMITS["mesh_mass"]:
             flaws["too distorted"] = scaled_jacobian(mesh) < _BENT
     if not flaws:
-        return None
+        return of_folds()
     counts = ((int(bad.sum()), kind) for kind, bad in flaws.items())
     what = " and ".join(f"{n} {'element was' if n == 1 else 'elements were'} {kind}" for n, kind in counts)
     return of_elements(mesh.points[mesh.tets[np.any(list(flaws.values()), axis=0), :4]], what)

@@ -336,6 +336,7 @@ def _imported(path: Path, kind: CadFormat) -> tuple[list[NamedSolid], set[int]]:
         loose = {dim for dim, _ in entities} == {2}
         if loose and kind in (CadFormat.IGES, CadFormat.STEP):
             entities = _closed(path, kind, entities)
+        gmsh.model.occ.synchronize()
         beside = [entity for entity in entities if entity[0] != kernel.SOLID]
         if len(beside) < len(entities):  # planes and axes beside the solids would be meshed
             gmsh.model.occ.remove(beside, recursive=True)
@@ -353,13 +354,12 @@ def _shapes(path: Path, kind: CadFormat) -> list[tuple[int, int]]:
             path = Path(stack.enter_context(tempfile.TemporaryDirectory()), path.name)
             path.write_bytes(file.read())
         entities = gmsh.model.occ.importShapes(str(path), format=_GMSH_FORMATS[kind])
-    gmsh.model.occ.synchronize()
     return [(int(dim), int(tag)) for dim, tag in entities]
 
 
 def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     """Read surfaces again and sew them into a solid, which IGES files leave to the reader."""
-    boxes = np.reshape([gmsh.model.getBoundingBox(*entity) for entity in loose], (-1, 3))
+    boxes = np.reshape([gmsh.model.occ.getBoundingBox(*entity) for entity in loose], (-1, 3))
     gap, usual = _SEWN * float(np.ptp(boxes, axis=0).max()), gmsh.option.getNumber("Geometry.Tolerance")
     name = gmsh.model.getCurrent()
     gmsh.model.remove()
@@ -368,6 +368,7 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:
         faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
+        gmsh.model.occ.synchronize()
         edges_of = [gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False) for tag in faces]
         edges = np.array([edge for bounding in edges_of for _, edge in bounding], dtype=np.int64)
         owner = np.repeat(np.arange(len(faces)), [len(bounding) for bounding in edges_of])
@@ -383,7 +384,6 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
         loose_faces = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
         if len(loose_faces) < len(faces):
             gmsh.model.occ.remove(loose_faces)
-            gmsh.model.occ.synchronize()
     finally:
         gmsh.option.setNumber("Geometry.OCCSewFaces", 0)
         gmsh.option.setNumber("Geometry.Tolerance", usual)

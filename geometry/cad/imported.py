@@ -400,12 +400,15 @@ def _assembled(
 
 def _remove(volumes: Sequence[int]) -> None:
     """Remove volumes with what only they have: solids first, as the kernel seeks users of each entity."""
-    gone = [(SOLID, tag) for tag in volumes]
+    gone, every = [(SOLID, tag) for tag in volumes], list[Entity]()
     while gone:
+        every, above = every + gone, {tag for _, tag in gone}
         bounding = gmsh.model.getBoundary(gone, combined=False, oriented=False)
-        gmsh.model.occ.remove(gone)
-        gmsh.model.occ.synchronize()
-        gone = [each for each in dict.fromkeys(bounding) if not gmsh.model.getAdjacencies(*each)[0].size]
+        gone = [
+            each for each in dict.fromkeys(bounding) if above.issuperset(gmsh.model.getAdjacencies(*each)[0])
+        ]
+    gmsh.model.occ.remove(every)
+    gmsh.model.occ.synchronize()
 
 
 def _solid(

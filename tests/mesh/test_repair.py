@@ -15,7 +15,7 @@ from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality
-from mesh.repair import MAX_ROUNDS, NOTHING, Repair, Spot, UnsoundMeshError, of_elements, repaired
+from mesh.repair import MAX_ROUNDS, NOTHING, Repair, Spot, UnsoundMeshError, of_elements, of_folds, repaired
 from mesh.sizing import SizeField, Sizing, default_size, refinements
 from mesh.tetmesh import EDGES, MeshError
 
@@ -53,6 +53,31 @@ def settled(attempts):
         attempts, lambda _, quality: ELSEWHERE if quality is not GOOD else None, Log(), told.append
     )
     return made, told
+
+
+def test_what_the_other_mesher_leaves_is_not_tried_again():
+    attempts = Attempts(BAD, WORSE)
+    folds = Repair(causes=("folded",), folded=frozenset({7}))
+    made = repaired(attempts, lambda *_: folds, Log(), [].append)
+    assert made.quality is WORSE
+    assert made.repair == folds
+
+
+def test_a_face_with_a_folded_triangle_is_found():
+    """A node of the top is moved across the opposite side of one of its triangles."""
+    with session():
+        draw(block(20.0, 20.0, 8.0))
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 4.0)
+        gmsh.model.mesh.generate(2)
+        assert of_folds() is None
+        (top,) = (tag for _, tag in gmsh.model.getEntities(2) if gmsh.model.getBoundingBox(2, tag)[2] > 7)
+        nodes, places, _ = gmsh.model.mesh.getNodes(2, top)
+        moved = np.abs(places.reshape(-1, 3)[:, :2] - 10).sum(axis=1).argmin()
+        gmsh.model.mesh.setNode(nodes[moved], places.reshape(-1, 3)[moved] + [7.0, 0.0, 0.0], [])
+        found = of_folds()
+    assert found.folded == {top}
+    assert (found.faces, found.spots) == (frozenset(), ())
+    assert "folded" in found.causes[0]
 
 
 def failure():

@@ -4,6 +4,7 @@ import dataclasses
 import io
 from functools import partial
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,9 @@ from scipy.spatial import KDTree
 
 from fea import analyse
 from fea.analysis.meshing import mesh_study
+from fea.analysis.summary import _bar_notes
+from fea.judge.governing import Governing
+from fea.judge.sharp_places import SharpPlaces
 from fea.output.json_file import as_dict
 from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
@@ -172,6 +176,33 @@ def test_the_answer_counts_the_structural_stress(result, edges):
     assert found.safety_factor == pytest.approx(least) or found.place is not None
     assert found.required_safety_factor == 2.0
     assert as_dict(result.summary)["results"]["given"]["sharp_edges"][0]["name"] == edges[0].name
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(0.2, "reach into the notch effect: draw the fillet, or refine"), (0.8, "face beside")],
+)
+def test_a_wide_bar_says_why_and_what_helps(result, share, words):
+    """Finer elements do not help where the stress changes towards the end of the flank it is read on."""
+    (case,) = result.cases.values()
+    worst = case.sharp[0]
+    wide = dataclasses.replace(worst, bar=2 * worst.von_mises, change=2 * share * worst.von_mises)
+    case = dataclasses.replace(case, sharp=(wide,))
+    options = SimpleNamespace(tolerance_percent=5.0)
+    rod = SimpleNamespace(options=options, study=options)
+    notes = [*_bar_notes(rod, SimpleNamespace(cases={"given": case}), Governing.of((case,)))]
+    (said,) = (note.text for note in notes if "may govern" in note.text)
+    assert words in said
+    assert ("--all-cases" in said) == (share < 0.5)
+
+
+def test_the_change_to_where_a_flank_ends_belongs_to_the_bar():
+    edges = SimpleNamespace(edge=np.array([0, 0, 0, 1]))
+    sizes = np.array([[100.0, 50.0], [120.0, 51.0], [np.nan, 52.0], [300.0, 53.0]])
+    changes = SharpPlaces(edges, 0.3)._changes(np.arange(4), sizes)
+    assert changes[:2, 0] == pytest.approx([0.0, 20.0])
+    assert changes[3, 0] == 0.0  # another edge
+    assert not changes[:, 1].any()
 
 
 def test_the_terminal_says_where_what_and_which_to_use(result, edges, tmp_path, monkeypatch):
