@@ -23,6 +23,8 @@ from geometry.arrays import Floats
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
 _CARRIED = 0.1
+# Tilt over the clearance above which it is told.
+_TILTED = 1e-3
 # Share of the joint's area that may open before the film is computed with the joint open, too.
 _OPENED = 0.01
 
@@ -126,7 +128,7 @@ class FilmResult:
         cycle, said = self.cycle, self.lubrication
         thinnest, highest = cycle.thinnest.min(), cycle.highest.max()
         grid = cycle.bearing.reynolds.grid
-        specific = float(np.hypot(*cycle.acting.load.T).max()) / (2 * grid.radius * grid.width)
+        specific = float(np.hypot(*cycle.acting.load.T[:2]).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
             h_min_um=float(thinnest) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
@@ -170,10 +172,9 @@ class FilmResult:
         """Balances of force, oil, power and heat, and repetition; of a film that fails, the first only."""
         cycle = self.cycle
         grid = cycle.bearing.reynolds.grid
-        forces = np.array([grid.resultant(state.pressure) for state in cycle.states])
-        values = {
-            "film_force": float(np.abs(forces - cycle.acting.load).max() / np.abs(cycle.acting.load).max())
-        }
+        pressures = grid.images * grid.area * np.array([state.pressure for state in cycle.states])
+        off = np.tensordot(pressures, grid.outwards, axes=2) - cycle.acting.load
+        values = {"film_force": float(np.abs(off).max() / np.abs(cycle.acting.load).max())}
         if self.sound:
             values |= {
                 "film_repeats": cycle.unrepeated,
@@ -188,6 +189,9 @@ class FilmResult:
         """What a reader must know."""
         topic, found = TOPICS[self.end], self.figures
         notes = [*self.lubrication.notes, *(doubt(text, topic) for text in self._doubts(found))]
+        if self.cycle.tilted > _TILTED * self.lubrication.clearance:
+            text = f"{self.end.pin} and bore tilt by up to {self.cycle.tilted / UM:.2g} µm over the width"
+            notes.append(remark(text, topic))
         if self.joint is not None:
             notes.append(self.joint.note(self.coarse, found))
         if self.verdict == Regime.MIXED:

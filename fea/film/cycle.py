@@ -43,7 +43,7 @@ class JournalLoads:
     """What acts at n equal steps of a cycle, which repeats; in the axes of the bore."""
 
     period: float  #: s
-    load: Floats  #: (n, 2) force of the film on the bore, N
+    load: Floats  #: (n, 2) force of the film on the bore, N; (n, 4) with tilts: see `Bearing.solve`
     speed: Floats  #: (n,) of the journal's surface relative to the bore's, mm/s
     inlet: float  #: pressure of the oil that is supplied, MPa above the surroundings
     hole_diameter: float = 0.0  #: of the oil hole in the journal, mm; 0 for none
@@ -146,7 +146,12 @@ class FilmCycle:
     @cached_property
     def eccentricity(self) -> Floats:
         """Position (n, 2) of the journal's centre over the clearance."""
-        return np.array([state.position for state in self.states]) / self.bearing.clearance
+        return np.array([state.position[:2] for state in self.states]) / self.bearing.clearance
+
+    @cached_property
+    def tilted(self) -> float:
+        """Largest tilt of the journal: by how much its axis moves across the bore from end to end, mm."""
+        return max(2 * float(np.linalg.norm(state.position[2:])) for state in self.states)
 
     @cached_property
     def friction(self) -> Floats:
@@ -166,7 +171,7 @@ class FilmCycle:
         Voids that close take up power by the differences in time, less of it the shorter the steps are.
         """
         acting, step, grid = self.acting, self.acting.period / self.acting.count, self.bearing.reynolds.grid
-        places = np.array([state.position for state in self.states])
+        places = np.array([state.position[: acting.load.shape[1]] for state in self.states])
         power = self.friction[0] * acting.speed + (acting.load * _rate(places, step)).sum(axis=1)
         if self.bearing.bore is not None:
             bulges = np.array([state.bulge for state in self.states])

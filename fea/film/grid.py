@@ -73,9 +73,24 @@ class FilmGrid:
 
     @cached_property
     def outwards(self) -> Floats:
-        """Unit vectors (n_angle, n_width, 2) from the journal into the bore, (x, y)."""
-        around = np.stack([np.cos(self.angle), np.sin(self.angle)], axis=-1)
-        return np.array(np.broadcast_to(around[:, None], (*self.shape, 2)))
+        """How much nearer (n_angle, n_width, k) the journal comes to the bore: see `outwards_at`."""
+        return self.outwards_at(self.z)
+
+    @property
+    def ends(self) -> Floats:
+        """Ends of the bearing along the width, mm: one of them if the other is its image."""
+        return self.edges[[-1]] if self.halved else self.edges[[0, -1]]
+
+    def outwards_at(self, z: Floats) -> Floats:
+        """By unit motions of the journal (n_angle, n, k) at places along the width.
+
+        They are shifts along x and y; on the whole width also tilts that move its end at the largest z so.
+        """
+        around = np.stack([np.cos(self.angle), np.sin(self.angle)], axis=-1)[:, None]
+        shifts = around * np.ones((len(z), 1))
+        if self.halved:
+            return shifts
+        return np.concatenate([shifts, shifts * (2 * z / self.width)[:, None]], axis=-1)
 
     def resultant(self, pressure: Floats) -> Floats:
         """Force (2,) of a pressure (n_angle, n_width), MPa, on the whole bore along x and y, N."""

@@ -42,7 +42,7 @@ class ElasticBore:
     """
 
     functions: Floats  #: (n_angle, n_width, n) means of φ over each cell, 1/mm, with ∫ φᵢ φⱼ dA = δᵢⱼ
-    ends: Floats  #: (n_angle, n) φ at the ends of the bearing, 1/mm
+    ends: Floats  #: (n_angle, n_ends, n) φ at the ends of the bearing that `FilmGrid.ends` names, 1/mm
     compliance: Floats  #: (n, n) C, mm³/N; rows of the functions that move the bore as a whole are zero
 
 
@@ -50,7 +50,7 @@ class ElasticBore:
 class _Response:
     """How displacement and position answer what is unbalanced, of an earlier film of the same bearing."""
 
-    inverse: Floats  #: (n + 2, n + 2)
+    inverse: Floats  #: (n + 2, n + 2), or n + 4 with tilts
 
     def solved(self, responding: Callable[[Floats], Floats], side: Floats) -> Floats | None:
         """Solve equations like those of the inverse by conjugate residuals; None: not in a few steps."""
@@ -79,7 +79,7 @@ class JournalState:
 
     film: Film
     planes: Floats  #: (n_angle, n_width) gap between the mean planes of the surfaces, mm
-    position: Floats  #: (2,) of the journal's centre in the bore, mm
+    position: Floats  #: (k,) of the journal in the bore, mm: see `FilmGrid.outwards_at`
     bulge: Floats  #: (n,) weights of the bore's displacement
     bearing: "Bearing"
     conditions: Conditions
@@ -94,8 +94,9 @@ class JournalState:
 
     @cached_property
     def edge(self) -> Floats:
-        """Gap (n_angle,) at the ends of the bearing, where a bent bore comes nearest, mm."""
-        planes = self.bearing.clearance - self.bearing.reynolds.grid.outwards[:, -1] @ self.position
+        """Gap (n_angle, n_ends) at the ends of the bearing, where a bent bore comes nearest, mm."""
+        grid = self.bearing.reynolds.grid
+        planes = self.bearing.clearance - grid.outwards_at(grid.ends) @ self.position
         if self.bearing.bore is not None:
             planes = planes + self.bearing.bore.ends @ self.bulge
         return self.bearing.space(planes)[0]
@@ -220,13 +221,14 @@ class Bearing:
         return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0), 0)
 
     def planes(self, position: Floats, bulge: Floats) -> Floats:
-        """Gap between mean planes (n_angle, n_width), mm, of a journal at a position (2,) in the bore."""
+        """Gap between mean planes (n_angle, n_width), mm, of a journal at a position (k,) in the bore."""
         h = self.clearance - self.reynolds.grid.outwards @ position
         return np.asarray(h if self.bore is None else h + self.bore.functions @ bulge)
 
     def start(self, position: Sequence[float] = (0.0, 0.0)) -> JournalState:
         """A film without pressure round a journal at a position."""
-        film, place = Film.at_rest(self.reynolds.grid), np.array(position, dtype=float)
+        film, place = Film.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
+        place[: len(position)] = position
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
         return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0), 0)
 
@@ -241,7 +243,8 @@ class Bearing:
         """Solve film, bore and position together by Newton's method, where the active set is what is full.
 
         `guess`: where the iteration begins; without a load, its position is kept; `load`: force (2,) of the
-        film on the bore, N; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
+        film on the bore, N, or (4,) with the moments, 0 by default, of a journal that may tilt, over half the
+        width; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response)
         if loaded is None:
@@ -256,14 +259,15 @@ class Bearing:
 
     @cached_property
     def _follows(self) -> Floats:
-        """Change (n_cells, n + 2) of the gap by the bore's weights and the journal's position."""
-        cells = self.reynolds.grid.outwards.reshape(-1, 2)
+        """Change (n_cells, n + k) of the gap by the bore's weights and the journal's position."""
+        grid = self.reynolds.grid
+        cells = grid.outwards.reshape(grid.n_angle * grid.n_width, -1)
         bore = np.zeros((len(cells), 0)) if self.bore is None else self.bore.functions.reshape(len(cells), -1)
         return np.concatenate([bore, -cells], axis=1)
 
     @cached_property
     def _works(self) -> Floats:
-        """Work (n + 2, n_cells) of a pressure in each cell on those changes, mm²."""
+        """Work (n + k, n_cells) of a pressure in each cell on those changes, mm²."""
         grid = self.reynolds.grid
         areas = np.broadcast_to(grid.images * grid.area, grid.shape)
         return np.ascontiguousarray((areas.reshape(-1, 1) * self._follows).T)
@@ -277,7 +281,7 @@ class Bearing:
         bore's displacement and the position, whose equations are the bore's compliance and the load.
         """
         grid, count = self.reynolds.grid, len(at.bulge)
-        unknowns = count + (2 if load is not None else 0)
+        unknowns = count + (len(at.position) if load is not None else 0)
         follows, works = self._follows[:, :unknowns], self._works[:unknowns]
         gap, widens = self.space(at.planes)
         balance, stencil = self.reynolds.balance(at.film, gap, conditions), self.reynolds.stencil
@@ -287,14 +291,14 @@ class Bearing:
         by_planes = stencil.matrix(balance.by_gap, widens)
 
         def worked(pressures: Floats) -> Floats:
-            """Displacement by pressures (n_cells, k), and their force on the journal (n + 2, k)."""
+            """Displacement by pressures (n_cells, k), and their force on the journal (n + 2 or n + 4, k)."""
             found = works @ pressures
             if self.bore is not None:
                 found[:count] = self.bore.compliance @ found[:count]
             return found
 
         def responding(moved: Floats) -> Floats:
-            """Left side of the equations of displacements and positions (n + 2, k)."""
+            """Left side of the equations of displacements and positions, likewise."""
             opening = follows @ moved
             found = worked(solve(by_planes @ opening) * full - stiffness * opening)
             found[:count] += moved[:count]
@@ -308,7 +312,7 @@ class Bearing:
             side = worked(pressures)
             side[:count, 0] += loaded - at.bulge
             if load is not None:
-                side[count:, 0] += load
+                side[count : count + len(load), 0] += load
             response, solution = at.response, None
             if response is not None and len(response.inverse) == unknowns:
                 solution = response.solved(responding, side)
@@ -342,5 +346,5 @@ class Bearing:
         """
         state = self.start(position)
         rate = math.hypot(*velocity) / self.clearance / _INSTANT
-        earlier = state.gap + self.reynolds.grid.outwards @ np.array(velocity) / rate
+        earlier = state.gap + self.reynolds.grid.outwards[..., :2] @ np.array(velocity) / rate
         return self.solve(state, Conditions(0.0, rate=rate, before=rate * earlier))

@@ -126,7 +126,7 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
     if grid.halved:
         columns, z = [end, *reversed(half), *half, end], np.array([*-z[:0:-1], *z[1:]])
     outside = np.full((grid.n_angle, 1), cycle.acting.inlet if cycle.acting.flooded else 0.0)
-    edge = state.edge[:, None]
+    edge = state.edge
     around = np.stack([np.cos(grid.angle), np.sin(grid.angle)], axis=1) * grid.radius
     points = np.column_stack([np.repeat(around, len(z), axis=0), np.tile(z, len(around))])
     corner = np.arange(len(points)).reshape(-1, len(z))
@@ -135,7 +135,7 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
     triangles = np.concatenate([np.stack(each, axis=1) for each in halves])
     values = {
         "film_pressure": np.concatenate([outside, state.pressure, outside], axis=1),
-        "film_thickness": np.concatenate([edge, state.gap, edge], axis=1),
+        "film_thickness": np.concatenate([edge[:, :1], state.gap, edge[:, -1:]], axis=1),
     }
     write_cells(path, points, triangles, {name: of[:, columns].ravel() for name, of in values.items()}, {})
 

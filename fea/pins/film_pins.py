@@ -90,7 +90,7 @@ class FilmUnits(Harmonics):
         super().__init__(pins)
         self._films, self._crank_cycle = films, crank_cycle
         *self.bores, big = self.bores
-        self._facets, self._functions = big.bore.facets, films.bore.functions
+        self._facets, self._functions = films.facets, films.bore.functions
         # Of the functions that are constant over the width, the harmonics.
         n, m = self._functions.terms.T
         self._plain = np.flatnonzero(m == 0)

@@ -20,10 +20,12 @@ from fea.pins.fits import BIG_CLEARANCE, STEEL, Fits
 from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure
 from fea.pins.yielding import End, YieldingBore
+from fea.solid.bore import BoreFacets
 from fea.study import film_table as assumed
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN
 from geometry.arrays import Floats
 from geometry.errors import require
+from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.gas import CYCLE
 
@@ -123,6 +125,7 @@ class Lubrication:
         _require_hole("film.hole_diameter_mm", diameter, End.BIG, bores.big_width)
         table.require_land(bores.big_width)
         asperities = _asperities(structure, End.BIG, said)
+        halved = Surface.SYMMETRY_Z in structure.mesh.facets
         return cls(
             oil=oil,
             clearance=clearance * UM,
@@ -134,7 +137,7 @@ class Lubrication:
             grooves=Grooves.of(table),
             asperities=asperities,
             lining=table.lining_MPa,
-            notes=(*unused, *assumptions(TOPIC, said), *_LIMITS),
+            notes=(*unused, *assumptions(TOPIC, said), assumption(_LIMITS[halved], TOPIC)),
         )
 
     @classmethod
@@ -171,13 +174,13 @@ class Lubrication:
         )
 
 
-_LIMITS = (
-    assumption(
-        "the film has one temperature, that of the oil that leaves; the crank pin is rigid, round and "
-        "parallel to the bore",
-        TOPIC,
-    ),
-)
+# By whether z = 0 is a mirror plane of the mesh.
+_ONE = "the film has one temperature, that of the oil that leaves; the crank pin is rigid"
+_LIMITS = {
+    True: f"{_ONE}, round and parallel to the bore",
+    False: f"{_ONE} and round; the rod tilts on its pins, and the film of either end is computed as if the "
+    "other pin took no moment",
+}
 
 
 def _require_film(key: str, clearance: float, unit: str, size: float, remedy: str) -> None:
@@ -253,6 +256,11 @@ class Films:
             bore = YieldingBore.of(self._structure, self.end, parts)
             return bore if self.end is End.BIG else bore.with_fits(self._fits)
 
+    @property
+    def facets(self) -> BoreFacets:
+        """The bore in the mesh."""
+        return self.end.facets(self._structure)
+
     @cached_property
     def lubrication(self) -> Lubrication:
         """What the study says, completed."""
@@ -281,7 +289,8 @@ class Films:
     ) -> FilmCycle:
         said, (around, along, steps), end = self.lubrication, size, self.end
         radius, width = end.size(self._structure.bores)
-        grid = FilmGrid(radius, width, around, along, graded=1.0)
+        halved = bore.functions.mirrored
+        grid = FilmGrid(radius, width, around, along if halved else 2 * along, halved, graded=1.0)
         instants, heat, oil = cycle.at(crank_angles(steps)), None, said.oil
         if isinstance(oil, WarmOil) and said.temperature is not None:
             oil = oil.at(said.temperature)
@@ -290,7 +299,7 @@ class Films:
         bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities)
         acting = JournalLoads(
             period=CYCLE / cycle.speed,
-            load=end.force(instants).T,
+            load=bore.carried(instants),
             speed=((cycle.speed if end is End.BIG else 0.0) - said.swing * instants.angular_velocity)
             * radius,
             inlet=said.inlet,

@@ -52,9 +52,16 @@ class End(StrEnum):
         return End.SMALL if self is End.BIG else End.BIG
 
     def facets(self, structure: Structure) -> BoreFacets:
-        """Its bore in the mesh."""
+        """Its bore in the mesh, about its middle."""
         x = 0.0 if self is End.BIG else structure.bores.rod_length
-        return bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
+        facets = bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
+        return replace(facets, corners=facets.corners - [0.0, 0.0, self.middle(structure)])
+
+    def middle(self, structure: Structure) -> float:
+        """Place of the middle of its bore along z, mm."""
+        mesh = structure.mesh
+        z = mesh.points[np.unique(mesh.facets[Surface(f"{self}_bore")]), 2]
+        return 0.0 if Surface.SYMMETRY_Z in mesh.facets else float(z.min() + z.max()) / 2
 
     def material(self, structure: Structure) -> Material:
         """That of the part at its bore."""
@@ -82,16 +89,23 @@ class End(StrEnum):
 
 @dataclass(frozen=True)
 class YieldingBore:
-    """The displacement of a bore under pressures on it and all else that acts on the rod."""
+    """The displacement of a bore under pressures on it and all else that acts on the rod.
+
+    In a rod without mirror plane z = 0 the pin may tilt in it. Its film then has the moment that leaves the
+    other pin none about the middle of its bore.
+    """
 
     end: End
     functions: BoreFunctions
-    #: (n, n), mm³/N, between weights of the functions, without rigid translations: those are the journal's
+    #: (n, n), mm³/N, between weights of the functions, without rigid motions: those are the journal's
     compliance: Floats
     #: (n, 6) weights of the displacement of unit forces of the other pin along x and y and unit motions
     loaded: Floats
     #: (n,) weights of how the bore widens as it is made, and from where its parts were put together
     relief: Floats
+    #: (2, 6) moments of these, by their forces along x and along y, about the middle of the bore, over half
+    #: its width, N; without meaning where z = 0 is a mirror plane
+    turning: Floats
     pin: "YieldingPin | None" = None  #: None for a rigid one
 
     @classmethod
@@ -101,7 +115,8 @@ class YieldingBore:
         The sum of what acts at an instant balances; each unit alone does not, and is held by the restraints.
         `parts`: how those of a rod in parts hold together; errors as of `HeldParts.adding`.
         """
-        functions, n_nodes = BoreFunctions(*end.size(structure.bores)), len(structure.mesh.points)
+        n_nodes, cut_z = len(structure.mesh.points), Surface.SYMMETRY_Z in structure.mesh.facets
+        functions = BoreFunctions(*end.size(structure.bores), mirrored=cut_z)
         facets, pin = end.facets(structure), BondedBore.of(end.other.facets(structure), n_nodes)
         even, odd = (
             np.stack([*pressed, force, *motions])
@@ -112,22 +127,33 @@ class YieldingBore:
                 strict=True,
             )
         )
+        z = (structure.mesh.points[:, 2] - end.middle(structure)) / (functions.width / 2)
+        about = [facets.images * np.tensordot(each, z, axes=((1,), (0,)))[:, :2] for each in (even, odd)]
+        if facets.cut_y:  # components that the images across y = 0 cancel
+            about[0][:, 1] = about[1][:, 0] = 0.0
         moments, made = works(structure.model, facets, even, odd, parts)
         # Of each parity, the last three are the force of the other pin and the two motions.
         rest = np.concatenate([len(even) - 3 + np.arange(3), len(even) + len(odd) - 3 + np.arange(3)])
-        own = np.setdiff1d(np.arange(len(moments)), rest)
-        compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest[[0, 3, 1, 2, 4, 5]])]
+        rest, own = rest[[0, 3, 1, 2, 4, 5]], np.setdiff1d(np.arange(len(moments)), rest)
+        compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest)]
         compliance = (compliance + compliance.T) / 2
         relief = made[own] - end.grown(parts) * functions.widening
-        compliance[functions.translations] = loaded[functions.translations] = 0.0
-        relief[functions.translations] = 0.0
-        return cls(end, functions, compliance, loaded, relief)
+        for of_rigid in (compliance, loaded, relief):
+            of_rigid[functions.rigid] = 0.0
+        turning = np.concatenate(about)[rest].T
+        return cls(end, functions, compliance, loaded, relief, turning)
 
     def on(self, grid: FilmGrid) -> ElasticBore:
         """The bore for a film on a grid."""
         both = self.compliance if self.pin is None else self.compliance + self.pin.compliance
-        ends = self.functions.at(grid.angle, np.full(grid.n_angle, grid.width / 2))
-        return ElasticBore(self.functions.means(grid), np.concatenate(ends).T, both)
+        ends = np.concatenate(self.functions.at(grid.angle[:, None], grid.ends[None]))
+        return ElasticBore(self.functions.means(grid), np.moveaxis(ends, 0, -1), both)
+
+    def carried(self, instants: Instants) -> Floats:
+        """What the film must carry (n_instants, 2 or 4): `load` of `fea.film.cycle.JournalLoads`."""
+        force, rest = self.end.force(instants), [self.end.other.force(instants), instants.motions]
+        moments = [] if self.functions.mirrored else [-self.turning @ np.concatenate(rest)]
+        return np.concatenate([force, *moments]).T
 
     def caused(self, instants: Instants) -> Floats:
         """Weights (n_instants, n) of the displacement by all but the film: g of `ElasticBore`."""
@@ -145,7 +171,7 @@ class YieldingBore:
             widened = depth * np.maximum(0.0, 1 - (functions.width / 2 - z) / length) ** 2
             even, _ = functions.at(np.zeros_like(z), z)
             area = 4 * math.pi * functions.radius * functions.width / 4 * _WEIGHTS
-            plain = np.flatnonzero(functions.terms[:, 0] == 0)
+            plain = np.flatnonzero((functions.terms[:, 0] == 0) & (functions.terms[:, 1] % 2 == 0))
             relief[plain] += even[plain] @ (area * widened)
         pin = None if fits.piston_pin is None else YieldingPin.of(functions, fits.piston_pin)
         return replace(self, pin=pin, relief=relief)
@@ -165,26 +191,33 @@ class YieldingPin:
         """Add up the harmonics of a pin."""
         n, pin = functions.terms[:, 0], replace(pin, touching=functions.width / 2)
         orders = np.concatenate([n, -n[n > 0]])
+        found = cls(np.zeros((len(orders),) * 2), np.zeros(len(orders)), orders)
+        for mirrored in (True,) if functions.mirrored else (True, False):
+            found._add(functions, pin, mirrored=mirrored)
+        found.compliance[functions.rigid] = found.supported[functions.rigid] = 0.0
+        return found
+
+    def _add(self, functions: BoreFunctions, pin: Pin, *, mirrored: bool) -> None:
+        """Add the answers to pressures of the functions that are even about z = 0, or of the odd ones."""
+        n, orders = functions.terms[:, 0], self.orders
+        every = np.concatenate([functions.terms[:, 1], functions.terms[n > 0, 1]]) % 2 == 1 - mirrored
         with one_blas_thread():
-            stations, answers = harmonics(pin, max(int(n.max()), ORDERS[-1]), mirrored=True)
+            stations, answers = harmonics(pin, max(int(n.max()), ORDERS[-1]), mirrored=mirrored)
         along = np.zeros(len(stations))  # ∫ R dz of the stations' quadratic functions
         for start in range(0, len(stations) - 2, 2):
             along[start : start + 3] += pin.radius * (stations[start + 2] - stations[start]) / 6 * _SIMPSON
         even, _ = functions.at(np.zeros_like(stations), stations)
         near, far = pin.carried or (0.0, math.inf)
         peak = 1 / (math.pi * pin.radius * (far - near))
-        compliance, supported = np.zeros((len(orders), len(orders))), np.zeros(len(orders))
         for answer in answers:
             work = math.pi * (1 + (answer.order == 0)) * even * along
             for sign in (1, -1):
-                own = np.flatnonzero(orders == sign * answer.order)
-                rows = work[np.flatnonzero(n == answer.order)]
-                compliance[np.ix_(own, own)] = 2 * rows @ answer.compliance @ rows.T
-                if answer.order in ORDERS:
+                own = np.flatnonzero(every & (orders == sign * answer.order))
+                rows = work[np.flatnonzero(every[: len(n)] & (n == answer.order))]
+                self.compliance[np.ix_(own, own)] = 2 * rows @ answer.compliance @ rows.T
+                if mirrored and answer.order in ORDERS:
                     share = peak * HALF_COSINE[ORDERS.index(answer.order)] * (-1) ** answer.order
-                    supported[own] = 2 * share * rows @ answer.carried
-        compliance[functions.translations] = supported[functions.translations] = 0.0
-        return cls(compliance, supported, orders)
+                    self.supported[own] = 2 * share * rows @ answer.carried
 
     def carried(self, force: Floats) -> Floats:
         """Weights (n_instants, n) under forces (2, n_instants) of the pin on the rod, N."""

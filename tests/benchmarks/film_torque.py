@@ -76,7 +76,7 @@ def torques(diameter: float, width: float, force: float, outer: float, modulus: 
     compliance = np.diag([yields[n] for n in (*harmonics, *harmonics[harmonics > 0])])
     rough = RaisedAsperities(ROUGHNESS, 1e-3 * 53.3e3, FRICTION)
     ends = np.concatenate(functions.at(grid.angle, np.full(grid.n_angle, width / 2)))
-    bore = ElasticBore(functions.means(grid), ends.T, compliance)
+    bore = ElasticBore(functions.means(grid), ends.T[:, None], compliance)
     bearing = Bearing(Reynolds(grid, OIL), CLEARANCE * radius, bore, rough)
     supply = Supply(grid.groove(math.pi, 0.25), 0.1)
     state, found = bearing.start(), {}

@@ -48,6 +48,28 @@ def test_half_the_width_stands_for_all_of_it():
     assert one.balance.leaked == pytest.approx(other.balance.leaked, rel=1e-9)
 
 
+def test_a_journal_tilts_under_a_moment_and_back_under_its_reverse():
+    film = bearing(m=12, halved=False)
+    straight, grid = turning(film), film.reynolds.grid
+    load = np.concatenate([force(film, straight), 0.1 * force(film, straight)])
+    conditions, states = straight.conditions, []
+    for sign in (1, -1):
+        under = load * [1, 1, sign, sign]
+        states.append(film.solve(straight, conditions, load=under))
+        found = np.tensordot(states[-1].pressure * grid.area, grid.outwards, axes=2)
+        assert found == pytest.approx(under, rel=1e-9)
+    one, other = states
+    assert other.gap == pytest.approx(one.gap[:, ::-1], rel=1e-6)
+    assert other.edge == pytest.approx(one.edge[:, ::-1], rel=1e-6)
+    assert other.position == pytest.approx(one.position * [1, 1, -1, -1], rel=1e-6)
+    assert one.edge == pytest.approx(1.5 * one.gap[:, [0, -1]] - 0.5 * one.gap[:, [1, -2]], rel=1e-9)
+    # The end that the force is moved to comes nearer where it presses.
+    assert one.position[2:] @ load[:2] > 0.1 * C * np.hypot(*load[:2])
+    assert one.thinnest < 0.8 * straight.thinnest
+    alone = film.solve(straight, conditions, load=load[:2])
+    assert alone.position[2:] == pytest.approx([0.0, 0.0], abs=1e-9 * C)
+
+
 def test_a_journal_that_turns_backwards_has_the_mirror_image_of_the_film():
     film = bearing()
     one, other = turning(film), turning(film, speed=-SPEED)

@@ -64,6 +64,11 @@ def rod():
     return prepare(Flags(size=18.0, pressure="bonded").applied(load_study()))
 
 
+@pytest.fixture(scope="module")
+def whole():
+    return prepare(Flags(size=18.0, pressure="bonded", symmetry="none").applied(load_study()))
+
+
 def test_the_small_end_swings_on_its_pin_as_the_study_says(rod):
     def swing(**keys):
         structure = replace(rod.structure, film=FilmTable(**keys))
@@ -172,6 +177,46 @@ def test_grooves_are_those_of_lund_and_thomsen():
     assert grooves.share(grid, math.pi / 2) == pytest.approx(np.roll(both * across, 16, axis=0), abs=1e-9)
     assert grooves.turn
     assert Grooves.of(FilmTable()) is None
+
+
+def test_the_whole_width_of_a_symmetric_rod_has_the_film_of_the_half(rod, whole, monkeypatch):
+    """The meshes are mirror images, so that both are the same to rounding, and nothing tilts."""
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
+    found = []
+    for each in (rod, whole):
+        films = Films(replace(each.structure, film=FilmTable(viscosity_mPas=8.0)))
+        films.__dict__["bore"] = each.films.bore
+        found.append(films.coarse(each.crank_cycle(6000.0)))
+    half, both = found
+    assert both.thinnest == pytest.approx(half.thinnest, rel=1e-5)
+    assert both.highest == pytest.approx(half.highest, rel=1e-5)
+    assert both.supplied == pytest.approx(half.supplied, rel=1e-4)
+    assert half.tilted == 0
+    assert both.tilted < 1e-5 * both.bearing.clearance
+
+
+def test_bores_off_one_plane_turn_the_rod_on_its_pins(whole):
+    """The film of either end takes the moments of inertia and of the force in the other bore."""
+    shift, length = 0.4, whole.mesh.bores.rod_length
+    cell = whole.mesh.cell
+    points = cell.points + shift / length * cell.points[:, :1] * [0.0, 0.0, 1.0]
+    rod = prepare(whole.study, mesh=replace(whole.mesh, cell=replace(cell, points=points)))
+    instants = rod.crank_cycle(6000.0).at(np.array([0.0, 1.0, 6.5]))
+    forces = np.array([rod.inertia.forces(each).symmetric[:, :2] for each in instants])
+    for end, bore, straight in (
+        (End.BIG, rod.films.bore, whole.films.bore),
+        (End.SMALL, rod.small_end_films.bore, whole.small_end_films.bore),
+    ):
+        middle = end.middle(rod.structure)
+        assert middle == pytest.approx(shift if end is End.SMALL else 0.0, abs=1e-9)
+        force, moments = np.split(bore.carried(instants), 2, axis=1)
+        assert force == pytest.approx(end.force(instants).T)
+        others = np.tensordot(forces, points[:, 2] - middle, axes=((1,), (0,)))
+        others += (end.other.middle(rod.structure) - middle) * end.other.force(instants).T
+        assert moments * bore.functions.width / 2 == pytest.approx(-others, rel=1e-3, abs=1.0)
+        kept = np.setdiff1d(np.arange(bore.functions.count), bore.functions.rigid)
+        difference = (bore.compliance - straight.compliance)[np.ix_(kept, kept)]
+        assert 1e-5 < np.abs(difference).max() / straight.compliance.max() < 0.05
 
 
 def test_grooves_in_the_shell_and_in_the_pin_feed_the_big_end(rod, monkeypatch):
