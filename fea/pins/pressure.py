@@ -22,8 +22,8 @@ Wave = Callable[[Floats], Floats]
 # Largest error of the series anywhere on the bore for a continuous pressure, relative to the peak pressure:
 # equivalent to about 0.2 % of a rod's peak stress.
 TOLERANCE = 1e-2
-# Highest order: if the pressure jumps (a uniform arc), the series does not converge at the jump.
-HIGHEST = 48
+# Highest order; if the pressure jumps (a uniform arc), the series does not converge at the jump.
+HIGHEST, _AT_JUMPS = 64, 48
 # Coefficients below this are rounding.
 _NEGLIGIBLE = 1e-12
 _SAMPLES = 1 << 12
@@ -47,9 +47,10 @@ def series(arc: Arc, highest: int | None = None) -> Series:
 @cache
 def _enough(arc: Arc, wave: Wave, share: float) -> Series:
     """Expand s(ψ) or s(ψ) sin ψ with the weight `share`: a smaller weight needs fewer terms."""
-    candidates = (_truncated(arc, order, wave) for order in range(8, HIGHEST + 1, 4))
+    highest = _AT_JUMPS if arc.shape is Shape.UNIFORM else HIGHEST
+    candidates = (_truncated(arc, order, wave) for order in range(8, highest + 1, 4))
     fit = (each for each in candidates if share * each.error <= TOLERANCE)
-    return next(fit, _truncated(arc, HIGHEST, wave))
+    return next(fit, _truncated(arc, highest, wave))
 
 
 def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:

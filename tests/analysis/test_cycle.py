@@ -13,7 +13,7 @@ from fea.analysis.cycle.unit_solutions import distinct
 from fea.analysis.speed import solve_speed, with_cycle
 from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
-from fea.pins.pressure import series
+from fea.pins.pressure import TOLERANCE, series
 from fea.solid.stress import von_mises
 from loads.bearing import BorePressure
 
@@ -51,6 +51,11 @@ def test_more_harmonics_come_nearer_to_the_half_cosine():
     # The tail Σ 2/(π(n² − 1)) over even n: 3.5, 1.9 and 0.96 % of the peak pressure.
     assert errors == pytest.approx([0.0353, 0.0187, 0.0096], rel=0.05)
     assert list(series(arc).orders[:5]) == [0, 1, 2, 4, 6]
+
+
+@pytest.mark.parametrize("pressure", ["cosine-180", "cosine-120", "cosine-90"])
+def test_the_series_of_a_pressure_that_does_not_jump_meets_its_tolerance(pressure):
+    assert series(BorePressure.parse(pressure).tension).error <= TOLERANCE
 
 
 def test_weights_press_with_exactly_the_force(quarter):
