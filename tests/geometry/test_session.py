@@ -1,4 +1,3 @@
-import os
 import signal
 import subprocess
 import sys
@@ -77,8 +76,8 @@ def test_an_interrupt_while_gmsh_opens_waits_until_it_is_open(monkeypatch, capfd
     plain = getattr(getattr(gmsh, module), name)
 
     def interrupted(*arguments):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.05)  # whichever thread it is delivered to, it has come
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(0.05)  # it has come
         plain(*arguments)
 
     monkeypatch.setattr(getattr(gmsh, module), name, interrupted)
