@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -12,12 +13,19 @@ from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import SingularMatrixError, StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import clamped, plane_conditions
-from fea.solvers.linear.choice import chosen, linear_solver
+from fea.solvers.linear.choice import chosen, direct, linear_solver
 from fea.solvers.linear.cholmod import node_order
 from geometry.surfaces import Surface
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
-DIRECT = [SolverName.PARDISO, SolverName.CHOLMOD]
+
+# Each is a dependency on some systems only.
+PARDISO = pytest.mark.skipif(find_spec("pypardiso") is None, reason="not on this system")
+CHOLMOD = pytest.mark.skipif(None in map(find_spec, ("cvxopt", "pymetis")), reason="not on this system")
+DIRECT = [
+    pytest.param(SolverName.PARDISO, marks=PARDISO),
+    pytest.param(SolverName.CHOLMOD, marks=CHOLMOD),
+]
 MESH = strap()
 
 
@@ -84,13 +92,14 @@ def test_forces_are_not_condensed_with_a_matrix_that_is_not_positive_definite(na
 
 
 def test_other_forces_may_follow_in_another_slot(matrices, forces):
-    solver = linear_solver(DIRECT[0], MESH, STEEL, slots=2)
+    solver = linear_solver(direct(), MESH, STEEL, slots=2)
     first, second = solver.condense(0, matrices[0], forces), solver.condense(1, matrices[0], forces[:, :3])
     assert second == pytest.approx(first[:3, :3], rel=1e-10)
     f = np.ones((matrices[0].size, 1))
     assert solver.solve(0, f) == pytest.approx(solver.solve(1, f), rel=1e-9)
 
 
+@CHOLMOD
 def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
     order = node_order(matrices[0])
     assert np.array_equal(np.sort(order), np.arange(matrices[0].size))
@@ -115,6 +124,7 @@ def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
         assert chosen(SolverName.AUTO, 500_000, slots=2) is solver
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such limit")
 def test_memory_under_a_limit_is_seen():
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
