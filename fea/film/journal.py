@@ -25,7 +25,7 @@ _INSTANT = 1e-6
 _FULL = 1e-9
 # What is left of a step by an earlier response, and the most tries to find it; and after how many steps
 # each has its own response, as those that are hard to find need.
-_EXACT, _TRIES, _HARD = 1e-5, 14, 8
+_EXACT, _TRIES, _HARD = 1e-3, 8, 8
 # Largest change of a gap in one step, in clearances.
 _LARGEST = 3.0
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
@@ -54,22 +54,21 @@ class _Response:
 
     def solved(self, responding: Callable[[Floats], Floats], side: Floats) -> Floats | None:
         """Solve equations like those of the inverse by conjugate residuals; None: not in a few steps."""
-        left = self.inverse @ side
-        solution, enough = np.zeros_like(left), _EXACT * np.linalg.norm(left)
-        ways, gains = np.zeros((0, len(left))), np.zeros((0, len(left)))
-        for _ in range(_TRIES):
-            way = left
-            gain = self.inverse @ responding(way)
-            share = gains @ gain
-            way, gain = way - ways.T @ share, gain - gains.T @ share
-            length = np.linalg.norm(gain)
+        left = (self.inverse @ side)[:, 0]
+        solution, enough = np.zeros_like(left), _EXACT**2 * float(left @ left)
+        ways, gains = np.zeros((2, _TRIES, len(left)))
+        for number in range(_TRIES):
+            way, gain = left, (self.inverse @ responding(left[:, None]))[:, 0]
+            share = gains[:number] @ gain
+            way, gain = way - share @ ways[:number], gain - share @ gains[:number]
+            length = math.sqrt(gain @ gain)
             if not length > 0:
                 break
-            ways, gains = np.append(ways, way.T / length, 0), np.append(gains, gain.T / length, 0)
-            share = gains[-1] @ left
-            solution, left = solution + share * ways[-1:].T, left - share * gains[-1:].T
-            if np.linalg.norm(left) <= enough:
-                return np.asarray(solution)
+            ways[number], gains[number] = way / length, gain / length
+            share = gains[number] @ left
+            solution, left = solution + share * ways[number], left - share * gains[number]
+            if left @ left <= enough:
+                return np.asarray(solution[:, None])
         return None
 
 
@@ -267,10 +266,14 @@ class Bearing:
 
     @cached_property
     def _works(self) -> Floats:
-        """Work (n + k, n_cells) of a pressure in each cell on those changes, mm²."""
+        """Displacement by a pressure in each cell, and its work on those positions (n + k, n_cells)."""
         grid = self.reynolds.grid
         areas = np.broadcast_to(grid.images * grid.area, grid.shape)
-        return np.ascontiguousarray((areas.reshape(-1, 1) * self._follows).T)
+        works = np.ascontiguousarray((areas.reshape(-1, 1) * self._follows).T)
+        if self.bore is not None:
+            count = len(self.bore.compliance)
+            works[:count] = self.bore.compliance @ works[:count]
+        return works
 
     def _improved(
         self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats
@@ -290,17 +293,10 @@ class Bearing:
         full, stiffness = at.film.full.reshape(-1, 1), slope.reshape(-1, 1)
         by_planes = stencil.matrix(balance.by_gap, widens)
 
-        def worked(pressures: Floats) -> Floats:
-            """Displacement by pressures (n_cells, k), and their force on the journal (n + 2 or n + 4, k)."""
-            found = works @ pressures
-            if self.bore is not None:
-                found[:count] = self.bore.compliance @ found[:count]
-            return found
-
         def responding(moved: Floats) -> Floats:
-            """Left side of the equations of displacements and positions, likewise."""
+            """Left side of the equations of displacements and positions (n + 2 or n + 4, k)."""
             opening = follows @ moved
-            found = worked(solve(by_planes @ opening) * full - stiffness * opening)
+            found = works @ (solve(by_planes @ opening) * full - stiffness * opening)
             found[:count] += moved[:count]
             return found
 
@@ -309,7 +305,7 @@ class Bearing:
             opening = ajar.reshape(-1, 1)
             before = solve(by_planes @ opening - balance.excess.reshape(-1, 1))
             pressures = (at.film.pressure + touching).reshape(-1, 1) + before * full - stiffness * opening
-            side = worked(pressures)
+            side = works @ pressures
             side[:count, 0] += loaded - at.bulge
             if load is not None:
                 side[count : count + len(load), 0] += load
