@@ -181,20 +181,30 @@ def test_grooves_are_those_of_lund_and_thomsen():
     assert Grooves.of(FilmTable()) is None
 
 
-def test_the_whole_width_of_a_symmetric_rod_has_the_film_of_the_half(rod, whole, monkeypatch):
-    """The meshes are mirror images, so that both are the same to rounding, and nothing tilts."""
-    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
-    found = []
-    for each in (rod, whole):
-        films = Films(replace(each.structure, film=FilmTable(viscosity_mPas=8.0)))
-        films.__dict__["bore"] = each.films.bore
-        found.append(films.coarse(each.crank_cycle(6000.0)))
-    half, both = found
-    assert both.thinnest == pytest.approx(half.thinnest, rel=1e-5)
-    assert both.highest == pytest.approx(half.highest, rel=1e-5)
-    assert both.supplied == pytest.approx(half.supplied, rel=1e-4)
-    assert half.tilted == 0
-    assert both.tilted < 1e-5 * both.bearing.clearance
+@pytest.mark.parametrize("end", End)
+def test_on_all_of_a_symmetric_rod_the_film_is_that_of_the_half(rod, whole, end):
+    """The meshes are mirror images: what is even about z = 0 is the same, and apart from what is odd."""
+    half, both = (each.films.bore if end is End.BIG else each.small_end_films.bore for each in (rod, whole))
+    shared = [
+        np.flatnonzero(np.concatenate([degree, degree[harmonic > 0]]) % 2 == 0)
+        for harmonic, degree in (bore.functions.terms.T for bore in (half, both))
+    ]
+    odd = np.setdiff1d(np.arange(both.functions.count), shared[1])
+    for of_half, of_both in (
+        (half.compliance, both.compliance),
+        *([] if half.pin is None else [(half.pin.compliance, both.pin.compliance)]),
+    ):
+        largest = of_half.max()
+        kept = [
+            np.setdiff1d(some, bore.functions.rigid) for some, bore in zip(shared, (half, both), strict=True)
+        ]
+        one, other = (each[np.ix_(some, some)] for each, some in zip((of_half, of_both), kept, strict=True))
+        assert other == pytest.approx(one, abs=1e-6 * largest)
+        assert of_both[np.ix_(kept[1], odd)] == pytest.approx(0.0, abs=1e-6 * largest)
+    assert both.relief[shared[1]] == pytest.approx(half.relief, rel=1e-6, abs=1e-12)
+    instants = whole.crank_cycle(6000.0).at(np.array([0.0, 1.0, 6.5]))
+    assert both.carried(instants)[:, :2] == pytest.approx(half.carried(instants))
+    assert both.carried(instants)[:, 2:] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_bores_off_one_plane_turn_the_rod_on_its_pins(whole):
