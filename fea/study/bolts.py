@@ -5,16 +5,15 @@ Both profiles have flanks at 60°; dimensions are basic, without tolerances (ISO
 
 import math
 import re
-import tomllib
 from dataclasses import dataclass
-from importlib.resources import files
 
 from fea.base.choices import BoltGrade, Lubricant
 from fea.base.units import INCH
 from fea.study.tables import nearest
+from fea.study.toml_files import shipped_toml
 from geometry.errors import InvalidValue, require
 
-_DATA = tomllib.loads((files("fea") / "study" / "bolts.toml").read_text(encoding="utf-8"))
+_DATA = shipped_toml("study/bolts.toml")
 _PITCHES = {float(size): pitches for size, pitches in _DATA["pitches"].items()}
 # Standard threads have a pitch of 0.045 to 0.18 of their diameter, so that these bounds hold any thread.
 _LEAST_PITCH, _LARGEST_PITCH = 0.03, 0.2

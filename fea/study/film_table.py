@@ -2,12 +2,11 @@
 
 import math
 import re
-import tomllib
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import pairwise
 
 from fea.study.tables import Table, key, not_negative, one_of, within
+from fea.study.toml_files import shipped_toml
 from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
 
@@ -154,12 +153,13 @@ class FilmTable(
 
 def grade(name: str) -> tuple[float, float]:
     """Least viscosity of an SAE grade: at 100 °C, mm²/s, and 150 °C, mPa·s. `InvalidValue`: unknown."""
-    grades = tomllib.loads((files("fea") / "study" / "oils.toml").read_text(encoding="utf-8"))
+    grades = shipped_toml("study/oils.toml")
     numbers = [each for each in grades if each.isdigit()]
     parts = _GRADE.fullmatch(name.upper().replace(" ", ""))
     if parts is None or parts[2] not in numbers:
         rule = f"is not an SAE grade: with or without a winter number (0W to 25W), {', '.join(numbers)}"
         raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
     winter = (parts[1] or "").rstrip("-")
-    found = grades.get(f"{winter}-{parts[2]}", grades[parts[2]])
+    exact = f"{winter}-{parts[2]}"
+    found = grades[exact if exact in grades else parts[2]]
     return found["kinematic_100_mm2_s"], found["high_shear_150_mPas"]

@@ -8,6 +8,7 @@ from fea.study.material_table import MaterialTable
 from fea.study.quantities import own_unit
 from fea.study.study import TABLES, Study
 from fea.study.tables import Key, checked, hints_of, keys_of, number_of, unit_of, unknown_key
+from fea.study.toml_files import TomlTable
 from geometry.errors import require
 
 
@@ -73,7 +74,7 @@ class Flags:
 
     def applied(self, study: Study) -> Study:
         """Return the study with flags on top. Raises `InvalidValue`: a broken rule, or an unknown flag."""
-        known, changes = overrides(), dict[str, dict[str, Any]]()
+        known, changes = overrides(), dict[str, TomlTable]()
         aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
         given = {
             name: value

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from fea.base.material import (
 from fea.base.units import GPA, KG_M3
 from fea.study.materials import library_material
 from fea.study.tables import Table, entries_of, key, within
+from fea.study.toml_files import TomlTable
 from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
@@ -192,7 +192,7 @@ class MaterialTable(Table, table="material"):
 
     def resolved(self) -> "MaterialTable":
         """Return the table with the preset's constants filled in."""
-        base: dict[str, Any] = {}
+        base: TomlTable = {}
         if self.preset is not None:
             base = dict(library_material("material.preset", self.preset).figures)
         given = {name: value for name, value in entries_of(self).items() if name != "preset"}

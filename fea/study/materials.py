@@ -1,15 +1,13 @@
 """The materials that come with the program, by name: `materials.toml`, and bolts by their grades."""
 
 import difflib
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from itertools import pairwise
-from typing import Any
 
 from fea.base.choices import BoltGrade
 from fea.study.bolts import bolt_strength, grade_source
+from fea.study.toml_files import TomlTable, shipped_toml
 from geometry.errors import InvalidValue
 
 Figures = Mapping[str, float]
@@ -37,8 +35,7 @@ class LibraryMaterial:
 
 
 def _materials() -> Iterator[LibraryMaterial]:
-    text = (files("fea") / "study" / "materials.toml").read_text(encoding="utf-8")
-    for name, table in tomllib.loads(text).items():
+    for name, table in shipped_toml("study/materials.toml").items():
         yield from _variants(name, table)
     for grade in BoltGrade:
         least, name = bolt_strength(grade, 0.0), f"bolt-{grade}"
@@ -48,7 +45,7 @@ def _materials() -> Iterator[LibraryMaterial]:
         yield LibraryMaterial(name, f"Bolt, {grade}", (), figures | strengths, sources)
 
 
-def _variants(name: str, table: dict[str, Any]) -> Iterator[LibraryMaterial]:
+def _variants(name: str, table: TomlTable) -> Iterator[LibraryMaterial]:
     title, also, source, usual = (table.pop(key, "") for key in ("title", "also", "source", "usual"))
     variants = table.pop("variants", {"": {}})
     if table.pop("interpolate", False):

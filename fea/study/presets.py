@@ -5,17 +5,16 @@ An engine is a file of `fea/studies/engines`: ``[engine]`` and
 ``[sources]``, or says in ``assumed`` where the estimate comes from.
 """
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fea.study.tables import checked, nearest
+from fea.study.toml_files import TomlTable, shipped_names, shipped_toml
 from geometry.errors import InvalidValue
 
-_FOLDER = files("fea") / "studies" / "engines"
+_FOLDER = "studies/engines"
 
 
 class Figure(NamedTuple):
@@ -40,7 +39,7 @@ class EnginePreset:
     rod: Mapping[str, Figure]
     redline: Figure  #: the highest speed that the engine is meant for, rpm
 
-    def entries(self) -> dict[str, Any]:
+    def entries(self) -> TomlTable:
         """Return the keys of [engine] with their values."""
         return {key: figure.value for key, figure in self.engine.items()}
 
@@ -58,8 +57,7 @@ class EnginePreset:
 @cache
 def engine_names() -> tuple[str, ...]:
     """Return the names of all engines."""
-    names = (entry.name for entry in _FOLDER.iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+    return shipped_names(_FOLDER)
 
 
 def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
@@ -72,7 +70,7 @@ def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
 
 @cache
 def _read(name: str) -> EnginePreset:
-    raw = tomllib.loads((_FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
+    raw = shipped_toml(f"{_FOLDER}/{name}.toml")
     engine, rod, speed = (
         {
             key: Figure(entry["value"], entry.get("assumed") or entry["source"], "assumed" in entry)

@@ -1,17 +1,15 @@
 """Rods by kind: from length and bores to a rod with cap screws, in the proportions of `rod_kinds.toml`."""
 
-import tomllib
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
-from typing import Any
 
 from fea.study.bolts import Thread, parse_thread
 from fea.study.tables import one_of
+from fea.study.toml_files import shipped_toml
 from geometry.dimensions import ShankSection
 from geometry.outline import bosses
 from geometry.rod import Rod, proportioned
 
+_KINDS = shipped_toml("study/rod_kinds.toml")
 # Of rod bolts; a fine thread each.
 _THREADS = ("1/4-28 UNF", "5/16-24 UNF", "3/8-24 UNF", "7/16-20 UNF", "1/2-20 UNF")
 # Radius of the seat of a head over the bolt's diameter: flanges of 12-point bolts are about 1.55 d wide.
@@ -31,11 +29,6 @@ class RodOfKind:
     grade: str
 
 
-@cache
-def _kinds() -> dict[str, dict[str, Any]]:
-    return tomllib.loads((files("fea.study") / "rod_kinds.toml").read_text(encoding="utf-8"))
-
-
 def rod_of_kind(
     kind: str, length: float, big_end_bore: float, small_end_bore: float, thread: str | None = None
 ) -> RodOfKind:
@@ -44,8 +37,8 @@ def rod_of_kind(
     Its cap screws are of the given `thread`, or of one that suits the big end. Raises `InvalidValue`: there
     is no such kind, or a dimension breaks a rule.
     """
-    one_of(_kinds())("--kind", kind)
-    told = _kinds()[kind]
+    one_of(_KINDS)("--kind", kind)
+    told = _KINDS[kind]
     threads = [parse_thread("--thread", name) for name in ((thread,) if thread else _THREADS)]
     screw = min(threads, key=lambda one: abs(one.diameter - told["bolt"] * big_end_bore))
     bores = dict(zip(_BORES, (big_end_bore, small_end_bore), strict=True))

@@ -22,6 +22,7 @@ from fea.study.tables import (
     switch,
     unknown_key,
 )
+from fea.study.toml_files import TomlTable
 from geometry.assembly import Assembly
 from geometry.dimensions import Plausible, dimensions, options
 from geometry.dimensions import key as key_of
@@ -228,10 +229,10 @@ class RodTable:
         )
         return [warning(text)]
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> TomlTable:
         """Return the table's keys and plain values, as a study file holds them."""
         file = self.cad or self.mesh
-        entries: dict[str, Any]
+        entries: TomlTable
         if file is not None:
             entries = {"mesh" if self.cad is None else _file_key(self.cad): str(file.path)}
             given = {key_of(name): value for name, value in vars(file).items() if name != "path" and value}

@@ -1,10 +1,8 @@
 """A study: the complete input of a run, from a shipped study or a TOML file."""
 
 import difflib
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +31,7 @@ from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
-from fea.study.toml_files import parse_toml, read_toml
+from fea.study.toml_files import TomlTable, parse_toml, read_toml, shipped_names, shipped_toml
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh
@@ -166,7 +164,7 @@ class Study:
     def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
         """Values outside engines' ranges, the gravest first; `measured`: a file's lengths by key."""
         lengths = dict(measured or {}) if self.rod.from_file else {}
-        tables: dict[str, Any] = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
+        tables: TomlTable = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
         for name in TABLES.keys() - {"rod", "material"}:
             tables[name] = entries_of(getattr(self, name)) if getattr(self, name) else {}
         tables["material"] = vars(self.material.resolved())
@@ -290,7 +288,7 @@ class Study:
         """Young's modulus, MPa, and Poisson's ratio of the pins whose material is given, by their names."""
         return {name: self.part_material[name].stiffness() for name in PINS if name in self.part_material}
 
-    def as_dict(self) -> dict[str, dict[str, Any]]:
+    def as_dict(self) -> dict[str, TomlTable]:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
@@ -313,7 +311,7 @@ class Study:
         }
         return [name for name, needed in used.items() if not needed]
 
-    def _constants(self, material: MaterialTable) -> dict[str, Any]:
+    def _constants(self, material: MaterialTable) -> TomlTable:
         """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
         unused = [key for key in SN_KEYS if self.duty is None and getattr(material, key) is None]
         return {key: value for key, value in entries_of(material.resolved()).items() if key not in unused}
@@ -331,13 +329,12 @@ TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_ANALYS
 
 def shipped_studies() -> tuple[str, ...]:
     """Return the names of the studies that come with the package."""
-    folder = resources.files("fea") / "studies"
-    return tuple(sorted(entry.name[:-5] for entry in folder.iterdir() if entry.name.endswith(".toml")))
+    return shipped_names("studies")
 
 
 def shipped_tables(name: str) -> Mapping[str, Any]:
     """Return the tables of a shipped study."""
-    return tomllib.loads((resources.files("fea") / "studies" / f"{name}.toml").read_text(encoding="utf-8"))
+    return shipped_toml(f"studies/{name}.toml")
 
 
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
@@ -397,7 +394,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
     return Study(name, rod, part_material=part_material, folder=folder, **tables)
 
 
-def with_own_units(raw: Mapping[str, Any]) -> dict[str, Any]:
+def with_own_units(raw: Mapping[str, Any]) -> TomlTable:
     """Return the tables of a study with values that have units as `in_own_units`; errors as there."""
     tables = {name: table for name, table in raw.items() if name in TABLES and isinstance(table, Mapping)}
     return {**raw, **{name: in_own_units(TABLES[name], name, table) for name, table in tables.items()}}
@@ -415,17 +412,17 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
         raise InvalidValue(error.name, error.value, error.rule, remedy) from error
 
 
-def _switched_on(raw: Mapping[str, Any]) -> dict[str, Any]:
+def _switched_on(raw: Mapping[str, Any]) -> TomlTable:
     """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
-    asked: dict[str, Any] = dict(entry for table, entry in by_table.items() if table in raw)
+    asked: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
     if not asked or not isinstance(analysis, Mapping):
         return dict(raw)
     return {**raw, "analysis": {**asked, **analysis}}
 
 
-def _parted(raw: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, MaterialTable]]:
+def _parted(raw: Mapping[str, Any]) -> tuple[TomlTable, dict[str, MaterialTable]]:
     material = raw.get("material")
     if not isinstance(material, Mapping):
         return dict(raw), {}

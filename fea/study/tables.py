@@ -15,6 +15,7 @@ from typing import Any, ClassVar, TypeVar
 
 from fea.base.units import OTHER_UNITS, WRITTEN
 from fea.study.quantities import own_unit, quantity, stem
+from fea.study.toml_files import TomlTable
 from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 
@@ -173,13 +174,13 @@ def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
     return cls(**values)
 
 
-def read_keys(cls: type[Any], where: str, raw: object) -> dict[str, Any]:
+def read_keys(cls: type[Any], where: str, raw: object) -> TomlTable:
     """Return the values of a TOML table as the types of the keys of `cls`; see `read_table`."""
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
     hints = hints_of(cls)
     aliases = {declared.alias: name for name, declared in keys_of(cls).items() if declared.alias}
-    values: dict[str, Any] = {}
+    values: TomlTable = {}
     for given, value in in_own_units(cls, where, raw).items():
         name = aliases.get(given, given)
         if name not in hints:
@@ -189,12 +190,12 @@ def read_keys(cls: type[Any], where: str, raw: object) -> dict[str, Any]:
     return values
 
 
-def in_own_units(cls: type[Any], where: str, raw: Mapping[str, Any]) -> dict[str, Any]:
+def in_own_units(cls: type[Any], where: str, raw: Mapping[str, Any]) -> TomlTable:
     """Return a TOML table whose values with units stand as numbers, by the keys that name their units.
 
     So do those of the tables in it. Errors as of `quantity`, and for a value that is given by both keys.
     """
-    values: dict[str, Any] = {}
+    values: TomlTable = {}
     for given, value in raw.items():
         name, said = full_key(given, keys_of(cls)), f"{where}.{given}"
         require(name not in values, said, value, "is given twice, with its unit and without", "Remove one.")
@@ -305,7 +306,7 @@ def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one line a t
     return value if isinstance(option, type) and isinstance(value, option) else None
 
 
-def entries_of(table: Any) -> dict[str, Any]:
+def entries_of(table: Any) -> TomlTable:
     """Return the keys of a table that say something, by name; those that are None or empty are left out."""
     values = {name: getattr(table, name) for name in keys_of(type(table))}
     return {name: value for name, value in values.items() if value not in (None, (), {})}

@@ -4,12 +4,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.tables import Table, key, keys_of, within
+from fea.study.toml_files import TomlTable
 from fea.study.trace_table import TraceTable
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_positive
@@ -158,7 +159,7 @@ class TraceKeys(Table, table="engine"):
     )
 
     @property
-    def given(self) -> dict[str, Any]:
+    def given(self) -> TomlTable:
         """The keys that say something of how to read a trace."""
         return {name: value for name in keys_of(TraceKeys) if (value := getattr(self, name)) is not None}
 

@@ -21,7 +21,7 @@ from fea.study.study import (
     with_own_units,
 )
 from fea.study.tables import full_key, hints_of, keys_of, number_of, unknown_key
-from fea.study.toml_files import read_toml
+from fea.study.toml_files import TomlTable, read_toml
 from geometry.errors import InvalidValue, require
 
 
@@ -87,7 +87,7 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     return Base(study.name, with_all, study.folder, tuple(files_of(asked.as_dict())))
 
 
-def changed(raw: Mapping[str, Any], design: Mapping[str, Any]) -> dict[str, Any]:
+def changed(raw: Mapping[str, Any], design: Mapping[str, Any]) -> TomlTable:
     """Return a study's tables with other values for some keys."""
     tables = deepcopy(dict(raw))
     for key, value in design.items():
