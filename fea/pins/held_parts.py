@@ -30,14 +30,17 @@ class HeldParts:
         move by themselves from where they were put together, when the bores were made, to the state. Raises
         `InvalidValue`: nothing but the pins holds a part.
         """
-        parts, images = self.assembled, self.assembled.problem.unfolding.images
+        parts, problem = self.assembled, self.assembled.problem
+        images = problem.unfolding.images
         rule = "leaves a part that nothing but the pins holds, so that its bore cannot carry an oil film"
         held = not parts.system.loose.size
         require(held, "assembly.joint_friction", 0.0, rule, "Give friction, or shells that centre the cap.")
         gaps, resultants = [], []
         for parity, own in forces.items():
             flat = own.reshape(len(own), -1)
-            gaps.append(self._gaps(parity, u[parity].reshape(flat.shape[1], -1)))
+            opened = problem.forces.T @ u[parity].reshape(flat.shape[1], -1)
+            even = parity is Parity.SYMMETRIC
+            gaps.append(problem.gaps(opened) if even else problem.gaps(0.0 * opened, opened))
             along = [(of is parity) * (flat @ motion) for of, motion in parts.motions]
             resultants.append(images * np.reshape(along, (-1, len(own))))
         gap, resultant = np.hstack(gaps), np.hstack(resultants)
@@ -54,13 +57,6 @@ class HeldParts:
         work = gap.T @ values + resultant.T @ motions
         made = work[:, -1]
         if parts.warming is not None:
-            even = forces[Parity.SYMMETRIC]
-            made[: len(even)] += images * even.reshape(len(even), -1) @ parts.warming.displacement
+            own = forces[Parity.SYMMETRIC]
+            made[: len(own)] += images * own.reshape(len(own), -1) @ parts.warming.displacement
         return work[:, :-1], made
-
-    def _gaps(self, parity: Parity, u: Floats) -> Floats:
-        """Moments (n, k) of gaps that displacements (3 n_nodes, k) on the cell open."""
-        problem = self.assembled.problem
-        own = problem.forces.T @ u
-        odd = parity is Parity.ANTISYMMETRIC
-        return problem.gaps(np.zeros_like(own), own) if odd else problem.gaps(own)
