@@ -15,84 +15,6 @@ if TYPE_CHECKING:
 
 _INTERRUPTED = 130  # as in fea.machine.exit_codes; nothing of ours is imported before interrupts are quiet
 _SAID = "fea: interrupted; no incomplete result was left behind\n"
-
-
-# Help of each command; the list of commands shows its first line.
-COMMANDS = {
-    "run": "Analyse a rod: stresses and safety factors at the peaks of the crank cycle.\n\n"
-    "- `fea run`: analyse a published rod\n"
-    "- `fea run my.toml --tolerance 4 --screenshot`: peak stresses within 4 %, with pictures\n"
-    "- `fea run my.toml --cycle --rpm 800:9000:200`: the whole cycle with fatigue, at many speeds\n\n"
-    "Flags override the values in the study file, which `fea init` creates.",
-    "loads": "Compute the forces over the crank cycle, without a mesh.\n\n"
-    "- `fea loads --rpm 800:9000:200 --csv cycle.csv --plot cycle.png`",
-    "modes": "Compute the free-free vibration modes and the engine orders that excite them.",
-    "rod": "Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.\n\n"
-    "- `fea rod my.toml --step my.step --screenshot`\n"
-    "- `fea rod --fit big_end_ring_mm --mass-kg 0.8 > fitted.toml`: find the ring that gives this mass",
-    "sweep": "Compute many variants of a study: ranges, tolerances, sensitivities.\n\n"
-    "- `fea sweep web.toml`: leaves tables and a report in results/web; an interrupted sweep resumes\n\n"
-    "A sweep file:\n\n"
-    '    study = "leon-2001"\n'
-    '    sampling = "sobol"  # or grid, latin-hypercube, random, saltelli; designs = "FILE.csv" instead\n'
-    "    samples = 64\n"
-    "    vary.rod.web_thickness_mm = { from = 4.0, to = 6.0 }",
-    "optimise": "Find the lightest rod that meets the required factors less their error bars.\n\n"
-    "- `fea optimise my.toml --min-safety 1.3 --free web_thickness_mm=3:7 --free flange_thickness_mm=3:8`\n\n"
-    "It leaves the study of the lighter rod, a table, the history and a picture of both rods.",
-    "limits": "Find the highest speed and boost that the rod survives, and what breaks first.\n\n"
-    "- `fea limits my.toml`: one sentence, and a map of engine speed and peak pressure\n"
-    "- `fea limits my.toml --min-rpm 7500 --min-boost 1.2`: exit code 6 if the rod does not reach them",
-    "studio": "Change a rod in the browser: mass, stress and safety factors follow while you drag.\n\n"
-    "- `fea studio my.toml`: opens a page that only this computer can see; Ctrl-C ends it\n\n"
-    "Each answer states its error. Designs and variants are saved on disk; `fea run` takes a saved study.",
-    "reproduce": "Compare published figures with computed ones.",
-    "verify": "Solve benchmark problems with known answers.\n\n"
-    "A report also shows every case on coarser meshes.",
-    "converge": "Measure error against run time, for a rod and two problems with exact solutions.\n\n"
-    "Each problem is solved on a series of finer meshes, with first- and second-order elements, as a whole "
-    "and by symmetry, and with CalculiX (ccx) if it is installed. The result names the fastest way to an "
-    "error within 5, 2 and 1 %.",
-    "stability": "Solve ill-conditioned and extreme cases: no wrong result may pass unnoticed.\n\n"
-    "Each case has a known answer. Its result must be right, marked as not to be trusted, or refused. The "
-    "exit code is 5 if a wrong result passes every check.",
-    "view": "Draw a result: a load case, the envelope of the crank cycle, or a mode.\n\n"
-    "- `fea view results/leon-2001-6000rpm/tension.vtu --field safety_factor`",
-    "export": "Write a run for another program: a CalculiX deck, or mesh and results.\n\n"
-    "- `fea export results/leon-2001-6000rpm rod.inp`: then `ccx -i rod` solves the same load cases\n"
-    "- `fea export results/leon-2001-6000rpm rod.msh`: mesh and results for gmsh (also .med, .xdmf, .vtk, …)",
-    "report": "Write the report of an earlier run: one file with everything, the rod in 3-D included.\n\n"
-    "- `fea report results/leon-2001-6000rpm`: then `fea view results/leon-2001-6000rpm/report.html`",
-    "init": "Write a study file with comments, ready to edit.\n\n"
-    "It explains every key and runs as it is: `fea run study.toml`.\n\n"
-    "- `fea init --engine toyota-2jz 2jz.toml`: the study of a real engine, with the source of each figure",
-    "materials": "List the materials of the library by all their names, or show one with its sources.\n\n"
-    "- `fea materials 4340`: figures and where they come from; `fea run my.toml --material 4340` uses them",
-    "schema": "Print the JSON Schema of a study, for editors and other programs.",
-    "doctor": "Check what this machine needs to run fea, and what is installed.",
-}
-# Commands that share a module, by its name.
-_TOGETHER = {
-    "verification": ("verify", "stability", "converge", "reproduce"), "export": ("report", "view"),
-    "init": ("materials", "schema", "doctor"), "rod": ("modes", "loads"), "optimise": ("studio",),
-}  # fmt: skip
-_MODULES = {name: module for module, names in _TOGETHER.items() for name in names}
-# The page of the manual about a command, where it is not the list of all commands.
-_PAGES = dict.fromkeys(("verify", "stability", "converge", "reproduce"), "trust/index") | {
-    "run": "learn/first-rod",
-    "rod": "learn/rod-from-cad",
-    "limits": "learn/how-much",
-    "optimise": "learn/lighter",
-    "sweep": "do/many-rods",
-    "studio": "do/studio",
-    "init": "do/study",
-    "materials": "do/material",
-    "view": "do/paraview",
-    "loads": "understand/dynamics",
-    "report": "reference/files",
-    "export": "reference/files",
-    "schema": "reference/keys",
-}
 _LONGEST_MESSAGE = 1500
 
 
@@ -158,6 +80,15 @@ def _not_loaded(error: Exception) -> int:
 
 
 @cache
+def commands() -> dict[str, dict[str, str]]:
+    """Return what is declared of each command, by its name."""
+    import tomllib
+    from pathlib import Path
+
+    return tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
+
+
+@cache
 def program() -> "App":
     """Return the command line; the module of a command is loaded when it is called."""
     from cyclopts import App, Parameter
@@ -173,11 +104,11 @@ def program() -> "App":
         default_parameter=Parameter(negative="", show_default=_shown_default),
         suppress_keyboard_interrupt=False,  # handled below, with a message
     )
-    for name, text in COMMANDS.items():
+    for name, told in commands().items():
         app.command(
-            f"fea.cli.{_MODULES.get(name, name)}:{name}",
+            f"fea.cli.{told.get('module', name)}:{name}",
             name=name,
-            help=f"{text}\n\nManual: docs/{_PAGES.get(name, 'reference/commands')}.md",
+            help=f"{told['help']}\n\nManual: docs/{told.get('page', 'reference/commands')}.md",
         )
     app.register_install_completion_command(help="Install completion of commands and flags for your shell.")
     return app

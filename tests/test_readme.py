@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from program import fea
 
-from fea.__main__ import COMMANDS, program
+from fea.__main__ import commands, program
 from fea.study.study import load_study, parse_study
 
 ROOT = Path(__file__).parent.parent
@@ -146,7 +146,7 @@ def test_every_system_installs_and_runs_in_two_commands():
         assert "fea run --rpm 6000" in first
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", commands())
 def test_the_help_of_a_command_names_its_page_of_the_manual(command):
     page = re.search(r"Manual: docs/(\S+)$", program()[command].help)[1]
     assert re.search(rf"fea {command}\b", manual(page))

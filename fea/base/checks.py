@@ -7,6 +7,8 @@ from importlib.resources import files
 _DATA = tomllib.loads((files("fea") / "base" / "checks.toml").read_text(encoding="utf-8"))
 LIMITS: dict[str, float] = {name: checked["limit"] for name, checked in _DATA.items()}
 TITLES: dict[str, str] = {name: checked["title"] for name, checked in _DATA.items()}
+# What it means for the results if it fails.
+MEANINGS: dict[str, str] = {name: one["meaning"] for name, one in _DATA.items() if "meaning" in one}
 
 
 @dataclass(frozen=True)

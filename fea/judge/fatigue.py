@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from fea.base.checks import Check
+from fea.base.checks import MEANINGS, Check
 from fea.base.choices import Fatigue, Finish
 from fea.base.material import MEDIAN, Material
 from fea.base.note import Note, assumptions, doubt, warning
@@ -83,23 +83,6 @@ def _inverse(used: Floats) -> Floats:
     return np.asarray(1 / np.maximum(used, 1 / CAP))
 
 
-# What failed checks of the model's assumptions mean.
-_WHY = {
-    "tilt": (
-        "the pin forces do not act in one plane (the bores are off the mid-plane of the rod): in reality a "
-        "pressure that varies along the pins balances them, in this model the inertia of the rod does"
-    ),
-    "small_strain": (
-        "strains are too large for linear elasticity: real stresses and displacements differ (check that "
-        "E_GPa is in GPa)"
-    ),
-    "small_displacement": (
-        "displacements are too large for linear elasticity, in which loads act on the undeformed shape "
-        "(check that E_GPa is in GPa)"
-    ),
-}
-
-
 _NO_LIMIT = (
     "the metal has no endurance limit: a factor of 1 means {:.3g} cycles, {:.3g} revolutions of a "
     "four-stroke engine, and less stress breaks it later (material.endurance_cycles)"
@@ -135,7 +118,7 @@ def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
 
 def check_notes(checks: Mapping[str, Check]) -> tuple[Note, ...]:
     """Explain what failed checks of the model's assumptions mean."""
-    return tuple(doubt(why) for name, why in _WHY.items() if name in checks and not checks[name].passed)
+    return tuple(doubt(why) for name, why in MEANINGS.items() if name in checks and not checks[name].passed)
 
 
 # Relative: a radius is never too small, and at most this fraction too large.

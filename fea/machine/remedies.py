@@ -2,34 +2,13 @@
 
 import platform
 import sys
+import tomllib
 from contextlib import suppress
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-# By system: what gmsh needs beyond its wheel, and what off-screen pictures need beyond VTK's.
-_REINSTALL = "pip install --force-reinstall"
-_REMEDIES = {
-    "debian": (
-        "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1",
-        "apt-get install libegl1 libgl1 libxrender1",
-    ),
-    "fedora": (
-        "dnf install mesa-libGLU libglvnd-glx libXrender libXcursor libXft libXinerama libgomp",
-        "dnf install libglvnd-egl mesa-dri-drivers libXrender",
-    ),
-    "linux": (
-        "install libGLU, libGL, libXrender, libXcursor, libXft, libXinerama and libgomp",
-        "install libEGL, libGL and libXrender",
-    ),
-    "darwin": (
-        f"{_REINSTALL} gmsh",
-        f"run it in a session of macOS's desktop, not over ssh; else {_REINSTALL} vtk",
-    ),
-    "win32": (
-        f"install Microsoft's Visual C++ Redistributable (x64), then {_REINSTALL} gmsh",
-        "update the graphics driver; without a graphics card, put the folder of Mesa's osmesa.dll on PATH",
-    ),
-}
+_REMEDIES = tomllib.loads((files("fea") / "machine" / "remedies.toml").read_text(encoding="utf-8"))
 
 # Packages that lie beside `fea` in the repository; in a wheel they lie inside it (`.ci/wheel.py`).
 _BESIDE = ("geometry", "mesh", "loads")
@@ -37,12 +16,12 @@ _BESIDE = ("geometry", "mesh", "loads")
 
 def meshing_remedy() -> str:
     """Return what to do where gmsh does not load."""
-    return _REMEDIES[_system()][0]
+    return str(_REMEDIES[_system()]["meshing"])
 
 
 def picture_remedy() -> str:
     """Return what to do where pictures cannot be drawn."""
-    return _REMEDIES[_system()][1]
+    return str(_REMEDIES[_system()]["pictures"])
 
 
 def solver_remedy() -> str:

@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -433,26 +434,10 @@ def _parted(raw: Mapping[str, Any]) -> tuple[TomlTable, dict[str, MaterialTable]
     return (left | {"material": rest} if rest else left), tables
 
 
-_REST = """
-[material]
-preset = "c70-2005"    # or E_GPa, nu, density_kg_m3, yield_MPa, ultimate_MPa
-
-[engine]
-stroke_mm = 86.0
-bore_mm = 86.0
-piston_mass_kg = 0.55  # with rings and pin
-gas = "otto"
-compression_ratio = 10.0
-peak_pressure_bar = 75.0
-
-[speed]
-rpm = 6000.0
-"""
-
-
 def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
     remedy = (
         f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
         f"of your engine and material, and run fea run {name}.toml."
     )
-    return remedy, toml_text({"rod": dict(rod)}) + _REST
+    rest = (files("fea") / "study" / "engine_to_edit.toml").read_text(encoding="utf-8")
+    return remedy, f"{toml_text({'rod': dict(rod)})}\n{rest}"

@@ -49,24 +49,15 @@ def exaggeration(extent: float, displacement: float) -> float:
 
 Colours = npt.NDArray[np.uint8]
 
+
+def _colours(of: str) -> npt.NDArray[np.int64]:
+    return np.array([list(bytes.fromhex(each)) for each in of.split()])
+
+
 # From blue over green to red, of even brightness and without dark ends, which would hide the shading.
-RAINBOW = np.array(
-    [
-        [64, 82, 200],
-        [66, 148, 255],
-        [37, 192, 231],
-        [27, 229, 181],
-        [83, 251, 119],
-        [150, 254, 68],
-        [205, 236, 52],
-        [243, 199, 58],
-        [254, 155, 45],
-        [243, 99, 21],
-        [200, 36, 3],
-    ]
-)
+RAINBOW = _colours("4052c8 4294ff 25c0e7 1be5b5 53fb77 96fe44 cdec34 f3c73a fe9b2d f36315 c82403")
 # Blue below zero, red above, and pale near zero.
-DIVERGING = np.array([[49, 74, 178], [105, 160, 230], [228, 228, 224], [240, 150, 110], [186, 30, 38]])
+DIVERGING = _colours("314ab2 69a0e6 e4e4e0 f0966e ba1e26")
 
 
 @dataclass(frozen=True)
