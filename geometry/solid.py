@@ -39,7 +39,7 @@ _Name = TypeVar("_Name", bound=StrEnum)
 
 
 @dataclass(frozen=True)
-class _Expected:
+class Expected:
     """Faces that the dimensions give, and their area on the whole rod, mm²; None: not compared."""
 
     kind: FeatureKind
@@ -50,12 +50,13 @@ class _Expected:
     thickness: float = math.inf
 
 
-def _cylinder(kind: FeatureKind, arc: Arc, area: float, sweep: float, wall: float = math.inf) -> _Expected:
+def _cylinder(kind: FeatureKind, arc: Arc, area: float, sweep: float, wall: float = math.inf) -> Expected:
     matches = partial(Face.about, x=arc.center[0], y=arc.center[1], radius=arc.radius)
-    return _Expected(kind, matches, area, arc.radius, sweep, wall)
+    return Expected(kind, matches, area, arc.radius, sweep, wall)
 
 
-def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
+def expected_features(rod: Rod, turn: float = 0.0) -> Iterator[Expected]:
+    """Yield what the dimensions give."""
     field = HeightField(rod)
     outline, full = field.outline, 2 * math.pi
     big, small = outline.bores
@@ -74,7 +75,7 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
     for diameter, angle in holes:
         if diameter:
             matches = partial(Face.lengthwise, radius=diameter / 2, turn=angle)
-            yield _Expected(FeatureKind.HOLE, matches, None, diameter / 2, full)
+            yield Expected(FeatureKind.HOLE, matches, None, diameter / 2, full)
     if outline.bosses is not None:
         arcs = list(outline.bosses.fillets())
         if turn:
@@ -84,12 +85,12 @@ def _expected(rod: Rod, turn: float = 0.0) -> Iterator[_Expected]:
             yield _cylinder(FeatureKind.BOSS_FILLET, arc, area, abs(arc.sweep))
     for step in field.steps:
         matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
-        yield _Expected(FeatureKind.RING_STEP, matches, _ring_step(field, step), step.radius, step.sweep)
+        yield Expected(FeatureKind.RING_STEP, matches, _ring_step(field, step), step.radius, step.sweep)
     if field.pocket is not None:
         yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
 
 
-def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expected]:
+def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[Expected]:
     """Corners, floor edges and web floors of the two pockets; areas by Steiner's formula."""
     r = pocket.floor_radius
     perimeter = sum(piece.length for piece in pocket.outline())
@@ -102,7 +103,7 @@ def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expect
         def is_corner(face: Face, slack: float, arc: Arc = arc) -> bool:
             return seen(face).about(*arc.center, arc.radius, slack)
 
-        yield _Expected(FeatureKind.POCKET_CORNER, is_corner, area, arc.radius, abs(arc.sweep))
+        yield Expected(FeatureKind.POCKET_CORNER, is_corner, area, arc.radius, abs(arc.sweep))
 
     def seen(face: Face) -> Face:
         return face.from_side() if pocket.in_sides else face
@@ -119,13 +120,13 @@ def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[_Expect
 
     # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
     area = 2 * r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
-    yield _Expected(FeatureKind.POCKET_FLOOR, rounds_floor, area, r, math.pi / 2)
+    yield Expected(FeatureKind.POCKET_FLOOR, rounds_floor, area, r, math.pi / 2)
     (x0, y0), (x1, y1) = pocket.corner_centers()
     inner = (x1 - x0) * (y0 + y1)
     around = 2 * (y0 + y1 + math.dist((x0, y0), (x1, y1)))
     enclosed = inner + around * pocket.corner + math.pi * pocket.corner**2
     area = 2 * (enclosed - perimeter * r + math.pi * r**2)
-    yield _Expected(FeatureKind.WEB, is_floor, area, thickness=web)
+    yield Expected(FeatureKind.WEB, is_floor, area, thickness=web)
 
 
 def checked_features(
@@ -136,22 +137,18 @@ def checked_features(
     Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: faces are
     missing, or their area is off by more than `TOLERANCE`.
     """
-    slack, every, features = SLACK * rod.length, list(_expected(rod, turn)), []
+    slack, every, features = SLACK * rod.length, list(expected_features(rod, turn)), []
     drawn: dict[FeatureKind, list[int]] = {}
     for one in every:
         if tags := tuple(face.tag for face in faces if one.matches(face, slack=slack)):
             features.append(Feature(one.kind, tags, one.radius, one.sweep, one.thickness))
             drawn.setdefault(one.kind, []).extend(tags)
-    _compare(drawn, _by_kind(every), mirror, "feature")
+    _compare(drawn, feature_areas(every), mirror, "feature")
     return tuple(features)
 
 
-def feature_areas(rod: Rod) -> dict[FeatureKind, float]:
+def feature_areas(every: Iterable[Expected]) -> dict[FeatureKind, float]:
     """Return the area of every kind of feature on the whole rod, mm²."""
-    return _by_kind(_expected(rod))
-
-
-def _by_kind(every: Iterable[_Expected]) -> dict[FeatureKind, float]:
     areas: dict[FeatureKind, float] = {}
     for one in every:
         if one.area is not None:

@@ -151,7 +151,7 @@ def of_folds() -> Repair | None:
     for _, face in gmsh.model.getEntities(_SURFACE):
         for own, nodes in zip(*gmsh.model.mesh.getElements(_SURFACE, face)[1:], strict=True):
             surface = SurfaceMesh(places.reshape(-1, 3), number[nodes.reshape(len(own), -1)[:, :3]])
-            if len(surface.patches(np.ones(len(own), dtype=bool), _FOLD)) > 1:  # what is folded is cut off
+            if (surface.hinges(np.arange(len(own)))[2] < np.cos(_FOLD)).any():
                 folded.add(face)
     cause = "triangles of the surface mesh were folded over each other"
     return Repair(causes=(cause,), folded=frozenset(folded)) if folded else None

@@ -54,13 +54,17 @@ class SurfaceMesh:
         square = (pairs**2).sum(axis=1) / 12  # ∫x² over a triangle, per area
         return np.asarray((square * self.vectors).sum(axis=0) / (2 * self.volume))
 
+    def hinges(self, facets: Ints) -> tuple[Ints, Ints, Floats]:
+        """Pairs of facets (n,) with an edge in common, and the cosines of the angles by which they turn."""
+        edges = np.sort(self.facets[facets][:, FACET_EDGES], axis=2).reshape(-1, 2)
+        one, other = (side // 3 for side in twins(edges[:, 0] * len(self.points) + edges[:, 1]))
+        return one, other, (self.normals[facets[one]] * self.normals[facets[other]]).sum(axis=1)
+
     def patches(self, chosen: Mask, sharpest: float) -> list[Ints]:
         """Groups of facets (n,) joined by edges at which they turn by less, rad; from π on by every edge."""
         facets = np.flatnonzero(chosen)
-        edges = np.sort(self.facets[facets][:, FACET_EDGES], axis=2).reshape(-1, 2)
-        one, other = (side // 3 for side in twins(edges[:, 0] * len(self.points) + edges[:, 1]))
-        least = np.cos(sharpest) if sharpest < np.pi else -np.inf
-        smooth = (self.normals[facets[one]] * self.normals[facets[other]]).sum(axis=1) > least
+        one, other, cosines = self.hinges(facets)
+        smooth = cosines > (np.cos(sharpest) if sharpest < np.pi else -np.inf)
         label = linked_groups(len(facets), one[smooth], other[smooth])
         by_label = np.argsort(label, kind="stable")
         starts = np.flatnonzero(np.diff(label[by_label])) + 1

@@ -63,11 +63,6 @@ from mesh.quality import Quality
 from mesh.repair import Repair
 
 
-@cache
-def _versions() -> dict[str, str]:
-    return {name: version(name) for name in _PACKAGES}
-
-
 def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:
     """Return the factors of every part, by its name, whose endurance limit is known."""
     return {
@@ -131,6 +126,7 @@ def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigur
 
 
 _PACKAGES = ("gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
+_versions = cache(lambda: {name: version(name) for name in _PACKAGES})
 
 
 def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:

@@ -114,7 +114,7 @@ def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
 
         found = [shown.run(f"{FLOOD}('web_thickness_mm', 2000, {seed})") for seed in (1, 2)]
         assert [mixed for each in found for mixed in each["mixed"]] == []
-        assert sum(each["frames"] for each in found) > 10
+        assert sum(each["frames"] for each in found) > 3
         wait(shown, ANSWERED)
         assert shown.run(CARDS)[0] == f"{100 * shown.run(NUMBER):.1f} g"
 
