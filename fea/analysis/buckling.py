@@ -11,7 +11,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
-from fea.judge.column import Plane, column
+from fea.judge.column import Column, Plane, column
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
 from geometry.arrays import Floats
@@ -86,19 +86,24 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     return BucklingReport(with_modes, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
+def columns(rod: PreparedRod) -> dict[Plane, Column]:
+    """Return the column formulas of the shank, of the material at its least section."""
+    stations, least = rod.shank
+    material = rod.materials[part_at(rod.mesh.whole, least.x)]
+    elastic = material.youngs_modulus, material.yield_strength
+    return {plane: column(plane, stations, least, *elastic) for plane in Plane}
+
+
 def column_figures(rod: PreparedRod, cases: Instants) -> ColumnFigures:
     """Return what the column formulas say of the load case that compresses the rod most."""
     worst = cases[int(compression(cases).argmax())]
     force = float(compression(worst))
-    stations, least = rod.shank
-    material = rod.materials[part_at(rod.mesh.whole, least.x)]
     planes = {}
-    for plane in Plane:
-        formulas = column(plane, stations, least, material.youngs_modulus, material.yield_strength)
+    for plane, formulas in columns(rod).items():
         factor = formulas.least / force if force else None
         planes[plane.value] = figures(PlaneFigures, formulas, safety_factor=factor)
     case = worst.name if force else None
-    return ColumnFigures(force_N=force, case=case, least_area_mm2=least.area, planes=planes)
+    return ColumnFigures(force_N=force, case=case, least_area_mm2=rod.shank[1].area, planes=planes)
 
 
 def compression(cases: Instants) -> Floats:

@@ -85,7 +85,7 @@ class FilmResult:
     coarse: FilmCycle
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
-    joint: "JointHeld | None" = None  #: None for a rod of one piece
+    joint: JointHeld | None = None  #: None for a rod of one piece
 
     @property
     def end(self) -> End:

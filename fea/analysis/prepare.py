@@ -140,15 +140,14 @@ class PreparedRod:
     @cached_property
     def films(self) -> Films:
         """The oil films of the big end's bearing."""
-        return self.pins.films if isinstance(self.pins, FilmPins) else self._films(End.BIG)
+        if isinstance(self.pins, FilmPins):
+            return self.pins.films
+        return Films(self.structure, End.BIG, self.assembly_contact)
 
     @cached_property
     def small_end_films(self) -> Films:
         """The oil films of the small end's bearing."""
-        return self._films(End.SMALL)
-
-    def _films(self, end: End) -> Films:
-        return Films(self.structure, end, self.assembly_contact)
+        return Films(self.structure, End.SMALL, self.assembly_contact)
 
     @cached_property
     def prescribed(self) -> PinModel:

@@ -1,10 +1,10 @@
 """The checks that decide whether a result can be trusted."""
 
-import tomllib
 from dataclasses import dataclass
-from importlib.resources import files
 
-_DATA = tomllib.loads((files("fea") / "base" / "checks.toml").read_text(encoding="utf-8"))
+from fea.base.shipped import shipped_toml
+
+_DATA = shipped_toml("base/checks.toml")
 LIMITS: dict[str, float] = {name: checked["limit"] for name, checked in _DATA.items()}
 TITLES: dict[str, str] = {name: checked["title"] for name, checked in _DATA.items()}
 # What it means for the results if it fails.

@@ -2,13 +2,13 @@
 
 import platform
 import sys
-import tomllib
 from contextlib import suppress
-from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-_REMEDIES = tomllib.loads((files("fea") / "machine" / "remedies.toml").read_text(encoding="utf-8"))
+from fea.base.shipped import shipped_toml
+
+_REMEDIES = shipped_toml("machine/remedies.toml")
 
 # Packages that lie beside `fea` in the repository; in a wheel they lie inside it (`.ci/wheel.py`).
 _BESIDE = ("geometry", "mesh", "loads")

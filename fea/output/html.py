@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from fea.base.shipped import shipped_text
 from fea.output.report.coding import policy
 from fea.output.units import in_text
 
@@ -28,7 +28,7 @@ def html_page(room: str, template: str, style: str, script: str, **values: Any) 
 
 def page_file(room: str, name: str) -> str:
     """Return a file that stands with the templates of a room."""
-    return (files("fea") / "output" / room / "page" / name).read_text(encoding="utf-8")
+    return shipped_text(f"output/{room}/page/{name}")
 
 
 def joined_script(*parts: tuple[str, Iterable[str]]) -> str:

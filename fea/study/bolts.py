@@ -8,9 +8,9 @@ import re
 from dataclasses import dataclass
 
 from fea.base.choices import BoltGrade, Lubricant
+from fea.base.shipped import shipped_toml
 from fea.base.units import INCH
 from fea.study.tables import nearest
-from fea.study.toml_files import shipped_toml
 from geometry.errors import InvalidValue, require
 
 _DATA = shipped_toml("study/bolts.toml")

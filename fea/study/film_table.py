@@ -5,8 +5,8 @@ import re
 from dataclasses import dataclass
 from itertools import pairwise
 
+from fea.base.shipped import shipped_toml
 from fea.study.tables import Table, key, not_negative, one_of, within
-from fea.study.toml_files import shipped_toml
 from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
 

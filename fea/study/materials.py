@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fea.base.choices import BoltGrade
+from fea.base.shipped import shipped_toml
 from fea.study.bolts import bolt_strength, grade_source
-from fea.study.toml_files import TomlTable, shipped_toml
+from fea.study.toml_files import TomlTable
 from geometry.errors import InvalidValue
 
 Figures = Mapping[str, float]

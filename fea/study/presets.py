@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
+from fea.base.shipped import shipped_names, shipped_toml
 from fea.study.tables import checked, nearest
-from fea.study.toml_files import TomlTable, shipped_names, shipped_toml
+from fea.study.toml_files import TomlTable
 from geometry.errors import InvalidValue
 
 _FOLDER = "studies/engines"

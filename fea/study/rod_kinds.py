@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from fea.base.shipped import shipped_toml
 from fea.study.bolts import Thread, parse_thread
 from fea.study.tables import one_of
-from fea.study.toml_files import shipped_toml
 from geometry.dimensions import ShankSection
 from geometry.outline import bosses
 from geometry.rod import Rod, proportioned

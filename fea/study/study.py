@@ -3,13 +3,13 @@
 import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
+from fea.base.shipped import shipped_names, shipped_text, shipped_toml
 from fea.study.assembly_table import BOLT, AssemblyTable, assembled, bolt_material, table_name
 from fea.study.engine_table import EngineTable
 from fea.study.film_table import FilmTable
@@ -32,7 +32,7 @@ from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
-from fea.study.toml_files import TomlTable, parse_toml, read_toml, shipped_names, shipped_toml
+from fea.study.toml_files import TomlTable, parse_toml, read_toml
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh
@@ -333,11 +333,6 @@ def shipped_studies() -> tuple[str, ...]:
     return shipped_names("studies")
 
 
-def shipped_tables(name: str) -> Mapping[str, Any]:
-    """Return the tables of a shipped study."""
-    return shipped_toml(f"studies/{name}.toml")
-
-
 def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     """Load a shipped study by name, or a TOML file, a CAD file or a mesh by path.
 
@@ -347,7 +342,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     require(isinstance(source, str | Path), "STUDY", source, "must be a name or a path")
     source = str(source)
     if source in shipped_studies():
-        return study_of_tables(shipped_tables(source), source, Path.cwd())
+        return study_of_tables(shipped_toml(f"studies/{source}.toml"), source, Path.cwd())
     path = Path(source)
     if (is_cad(path) or is_mesh(path)) and is_file(path):
         require_text("STUDY", source)
@@ -439,5 +434,4 @@ def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:
         f"Name an engine with --engine, or save the lines below as {name}.toml, replace the figures by those "
         f"of your engine and material, and run fea run {name}.toml."
     )
-    rest = (files("fea") / "study" / "engine_to_edit.toml").read_text(encoding="utf-8")
-    return remedy, f"{toml_text({'rod': dict(rod)})}\n{rest}"
+    return remedy, f"{toml_text({'rod': dict(rod)})}\n{shipped_text('study/engine_to_edit.toml')}"

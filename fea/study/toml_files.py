@@ -1,9 +1,8 @@
-"""TOML that users write, studies and sweeps, and that comes with the package."""
+"""TOML that users write: studies and sweeps."""
 
 import re
 import tomllib
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -42,14 +41,3 @@ def parse_toml(what: str, name: str, text: str) -> Mapping[str, Any]:
                 f"Write {comma[1].replace(',', '.')}: TOML has a decimal point, not a comma ({comma[1]})."
             )
         raise InvalidValue(what, name, f"is not valid TOML: {error}", remedy) from error
-
-
-def shipped_toml(path: str) -> TomlTable:
-    """Return the tables of a file that comes with the package; `path` begins at the package."""
-    return tomllib.loads((files("fea") / path).read_text(encoding="utf-8"))
-
-
-def shipped_names(folder: str) -> tuple[str, ...]:
-    """Return the names of the TOML files in a folder of the package, without their ending."""
-    names = (entry.name for entry in (files("fea") / folder).iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
+from fea.base.shipped import shipped_text
 from fea.base.units import BAR, DEG, RPM
 from fea.study.trace_columns import DOCUMENTED, Columns, TraceKeys, speed_of, trace_columns
 from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
@@ -177,7 +177,7 @@ _NOWHERE = Surroundings()
 def shipped_trace(name: str) -> Trace:
     """Load a trace that comes with the program. Raises `InvalidValue`: it is none of `SHIPPED`."""
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
-    return parse_trace((files("fea") / "studies" / f"{name}-gas.csv").read_text(encoding="utf-8"), "").trace
+    return parse_trace(shipped_text(f"studies/{name}-gas.csv"), "").trace
 
 
 def read_trace(path: Path, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> Imported:

@@ -1,13 +1,13 @@
 """What the reports of the verification commands share: Markdown, tables on the terminal."""
 
 from collections.abc import Collection, Iterable, Sequence
-from importlib.resources import files
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
+from fea.base.shipped import shipped_text
 from fea.output.text import make_directory, write_text
 
 
@@ -19,7 +19,7 @@ def write_document(path: Path, parts: Iterable[str]) -> None:
 
 def reading(name: str) -> str:
     """Return how a report is to be read: a text that the package holds."""
-    return (files("fea") / "verify" / "reading" / f"{name}.md").read_text(encoding="utf-8")
+    return shipped_text(f"verify/reading/{name}.md")
 
 
 def markdown(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> str:

@@ -20,14 +20,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from fea.analysis.buckling import compression, part_at
+from fea.analysis.buckling import columns, compression
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepare import PreparedRod
 from fea.base.material import Material
 from fea.base.units import DEG
-from fea.judge.column import Plane, column
 from fea.judge.fatigue import criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.life_line import LifeLine, rainflow
@@ -90,10 +89,7 @@ class States(ABC):
     unsettled: int = 0  #: number of states whose friction did not settle, and which are estimates
 
     def __init__(self, rod: PreparedRod) -> None:
-        stations, least = rod.shank
-        material = rod.materials[part_at(rod.mesh.whole, least.x)]
-        elastic = (material.youngs_modulus, material.yield_strength)
-        self._column = min(column(plane, stations, least, *elastic).least for plane in Plane)
+        self._column = min(formulas.least for formulas in columns(rod).values())
         self._criterion, self._materials = rod.options.fatigue, rod.materials
 
     @property

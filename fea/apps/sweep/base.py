@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fea.base.shipped import shipped_toml
 from fea.study.option_tables import SpeedTable
 from fea.study.paths import is_file
 from fea.study.study import (
@@ -16,7 +17,6 @@ from fea.study.study import (
     Study,
     load_study,
     shipped_studies,
-    shipped_tables,
     study_of_tables,
     with_own_units,
 )
@@ -74,7 +74,7 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
     place = source if shipped else str(folder / source)
     study = load_study(place)
     if shipped:
-        raw = shipped_tables(source)
+        raw: Mapping[str, Any] = shipped_toml(f"studies/{source}.toml")
     elif Path(place).suffix.lower() == ".toml":
         raw = read_toml("study", Path(place))
     else:

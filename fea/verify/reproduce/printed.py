@@ -12,12 +12,12 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from importlib.resources import files
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
+from fea.base.shipped import shipped_text
 from fea.base.units import DEG
 from geometry.arrays import Floats
 
@@ -58,8 +58,7 @@ class Column(tuple[Cell, ...]):
 
 def records(name: str) -> list[dict[str, str]]:
     """Rows of a published table as printed, by the name of the file without its ending."""
-    text = (files("fea") / "verify" / "published" / f"{name}.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(text.splitlines()))
+    return list(csv.DictReader(shipped_text(f"verify/published/{name}.csv").splitlines()))
 
 
 def column(

@@ -1,10 +1,8 @@
 """Published tables as data: ``fea/verify/published/SOURCE.toml`` describes them, functions compute them."""
 
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.resources import files
 from itertools import groupby
 from string import Formatter
 from typing import Any
@@ -12,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from fea.base.shipped import shipped_toml
 from fea.verify.reproduce.printed import Cell, Column, PrintedFigure, Slip, Table, column, wrong_digit
 from geometry.arrays import Floats
 
@@ -58,8 +57,7 @@ class PublishedStudy:
     @cached_property
     def data(self) -> dict[str, Any]:
         """What the file of the study contains."""
-        file = files("fea") / "verify" / "published" / f"{self.source}.toml"
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        return shipped_toml(f"verify/published/{self.source}.toml")
 
     def tables(self) -> list[Table]:
         """Compare all tables, in the order of the study."""
