@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import os
 import signal
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,6 +13,10 @@ from meshed_once import meshed_once
 # `--hypothesis-profile default` looks for new ones.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile("repeatable")
+
+# Tests run the program in copies of their process (`program.fea`), in which threads of OpenMP are missing.
+for library in ("OMP", "MKL", "OPENBLAS"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 # Who starts the tests in the background may have told them to ignore Ctrl-C; those that send it need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
+from typing import TypeVar
 
 import numpy as np
 
@@ -275,6 +276,7 @@ _SAME_SIZE = 0.97
 _HALF = 0.42
 
 Pair = tuple[MeshHole, MeshHole]
+Holes = TypeVar("Holes", bound=tuple[MeshHole, ...])
 
 
 def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair:
@@ -314,16 +316,16 @@ def open_wall(surface: SurfaceMesh) -> MeshHole | None:
 
 
 def _half_open(holes: Sequence[MeshHole]) -> MeshHole | None:
-    walls = (hole for hole in holes if hole.turn >= _HALF)
-    largest = max(walls, key=lambda hole: (round(hole.radius, 6), hole.area), default=None)
+    walls = [(hole,) for hole in holes if hole.turn >= _HALF]
+    (largest,) = _largest(walls) if walls else (None,)
     return None if largest is None or largest.closed else largest
 
 
-def _largest(pairs: Sequence[Pair]) -> Pair:
-    """The pair of the largest holes; of those that directions a little apart give, the one with most wall."""
-    radius = max(one.radius + other.radius for one, other in pairs)
-    alike = [pair for pair in pairs if pair[0].radius + pair[1].radius > _SAME_SIZE * radius]
-    return max(alike, key=lambda pair: pair[0].area + pair[1].area)
+def _largest(groups: Sequence[Holes]) -> Holes:
+    """The largest holes; of those that directions a little apart give, the ones with most wall."""
+    radii = [sum(hole.radius for hole in group) for group in groups]
+    alike = (group for group, radius in zip(groups, radii, strict=True) if radius > _SAME_SIZE * max(radii))
+    return max(alike, key=lambda group: sum(hole.area for hole in group))
 
 
 def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:

@@ -46,6 +46,9 @@ SUITE = (
     "pins",
     "contact",
     "machine",
+    "film",
+    "rod",
+    "output",
 )
 # Windows' Python 3.12 has a clock of ticks, for which Dask waits in vain where each reading differs.
 CLOCK = "import time\n_fine = time.time\ntime.time = lambda: _fine() // 0.015625 * 0.015625\n"
@@ -130,6 +133,7 @@ class Windows:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             encoding="utf-8",
+            errors="replace",  # a crash prints in the system's code page
         )
 
     def fea(self, *arguments: object, code: int | set[int] = 0, cwd: Path | None = None, **more: str) -> str:

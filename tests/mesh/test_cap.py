@@ -12,7 +12,7 @@ from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from mesh.files import reading
+from mesh.files import bore_pair, reading
 from mesh.files.given import given_mesh, shells, with_assumed_cap, with_cap
 from mesh.files.reading import crossings, require_closed, stl_surface
 from mesh.surface_mesh import SurfaceMesh
@@ -124,6 +124,16 @@ def test_two_bodies_of_which_neither_lacks_a_cap_are_not_joined(parts, tmp_path,
     (tmp_path / "both.stl").write_text(text)
     with pytest.raises(MeshError, match=said):
         given_mesh(RodFile(tmp_path / "both.stl"))
+
+
+def test_of_walls_seen_along_directions_a_little_apart_the_one_with_most_wall_is_the_half_bore(
+    parts, monkeypatch
+):
+    surface = stl_surface(parts[0] / "rod.stl")
+    along = bore_pair.open_wall(surface)
+    oblique = replace(along, radius=1.02 * along.radius, area=0.4 * along.area)
+    monkeypatch.setattr(bore_pair, "_walls", lambda _: [[along], [oblique]])
+    assert bore_pair.open_wall(surface) is along
 
 
 def test_what_is_not_a_cap_is_refused_with_the_way_out(parts):

@@ -6,7 +6,6 @@ import re
 from dataclasses import replace
 from itertools import pairwise
 
-import imageio_ffmpeg
 import numpy as np
 import pytest
 from cycles import analysis
@@ -69,6 +68,7 @@ def test_a_film_shows_every_instant_in_motion_and_colours_of_one_meaning(bar):
 
 
 def test_a_film_can_be_an_mp4(bar, tmp_path):
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     (tmp_path / "bar.mp4").write_bytes(drawn(bar, ".MP4"))
     assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "bar.mp4")) == (
         6,

@@ -31,9 +31,12 @@ FEATURED = {
 FLAT = {"shank_section": "rectangular", "shank_width_mm": 30.0}
 
 
+def of_steel(names):
+    return [STEEL for _ in names]
+
+
 def meshed(rod: RodTable):
-    request = MeshRequest(size=14.0, order=Element.P1.order)
-    return discretise(rod, lambda names: [STEEL for _ in names], request, Clock())
+    return discretise(rod, of_steel, MeshRequest(size=14.0, order=Element.P1.order), Clock())
 
 
 def table(**features) -> RodTable:
