@@ -5,7 +5,7 @@ mean motion of these seats, the rigid one that is nearest in the least squares, 
 holds head and nut. While a bolt is tightened its head slides, so that it has no shear then. The seats move
 under what acts between the parts and on them; in turn the bolt's moments turn them back, through the parts as
 they stick together where the joint is closed. What they do to bolt force and pressures is left out: it is
-small as long as a bolt is slender beside what it clamps (`BoltBending.feedback`).
+small as long as a bolt is slender beside what it clamps.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -94,9 +94,6 @@ class BoltBending:
     """Bending of the bolts of parts that are put together.
 
     `body`: the parts; `growth`: (3 n_nodes,) free thermal expansion of the parts on the cell, mm; 0 for none.
-
-    Attributes: `feedback`: (n_bolts, 4 n_bolts) change of each bolt force by the unit moments on the ends of
-    all bolts while the parts stick together, 1/mm: by its product with the moments the bolt forces are wrong.
     """
 
     def __init__(
@@ -143,7 +140,7 @@ class BoltBending:
         moved = {parity: turned.T @ unit[parity] for parity, turned in self._turned.items()}
         gap = self._assembled.problem.unfolding.moments(moved)
         values, amounts = self._assembled.sticking(gap, self._moved.T)
-        self.feedback, self._stresses = values[self._assembled.bolts], values[self._assembled.interface]
+        self._stresses = values[self._assembled.interface]
         stuck = gap.T @ values + self._moved @ amounts
         turns = self._unfolding.compliance(itself) + stuck
         return np.asarray((turns + turns.T) / 2)
