@@ -1,69 +1,120 @@
-"""Random rods as default runs: each is answered, marked or refused by name; do its error bars hold?
+"""Random rods, or those of files, as default runs: is each answered or refused; do its error bars hold?
 
     python tests/benchmarks/default_runs.py --rods 300 --references 24 --resume runs.json [--report FILE.md]
+    python tests/benchmarks/default_runs.py --cad FILE... [--engine NAME] --resume runs.json
 
 A rod, its engine and its speed are drawn by `tests/support/rod_studies.py`; nothing else is asked for: pins
 are in contact and the mesh is refined as `fea run` does it. The peaks of the first rods, as many as
 `--references` says, are compared with those of the same rod with `--tolerance 1`. A reference is known to its
 own bar only; which peaks that decides is said once for this and for error_bars.py
 (`tests/support/error_bar_table.py`).
+
+A FILE is a study, or a CAD file that holds rod and cap, which is then run in an engine of the library. Its
+reference is one further mesh, with elements smaller than those of the default run's last one everywhere and
+far smaller where the stress is high: the finest of `REFERENCES` with at most `--elements`, as predicted.
 """
 
+import dataclasses
+import itertools
 import json
 import multiprocessing
 import os
 import statistics
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from scripts import command, publish, reporting
+from scripts import command, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from error_bar_table import decided
+from hot_spots import hot_ratio
 from rod_studies import random_study
 
+from fea.analysis.adapt import Adapted, adapt_mesh
+from fea.analysis.meshing import adaptive_mesh
+from fea.analysis.prepare import prepare
+from fea.analysis.result import run_result
+from fea.analysis.speed import solve_speed
+from fea.analysis.wanted_size import predicted_elements, wanted_sizes
+from fea.judge.case_result import CaseResult
+from fea.machine.clock import Clock
+from fea.solid.errors import ContactError
+from fea.study.study import Study, load_study
+from geometry.errors import GeometryError, InvalidValue
+from mesh.sizing import Sizing
+from mesh.tetmesh import MeshError
+
 FIRST, REFERENCE_TOLERANCE = 440_000, 1.0
+# The finest first: factors on the size where any case's stress exceeds a share of its peak.
+REFERENCES = ({0.0: 0.8, 0.75: 1 / 2.2, 0.9: 1 / 4.5}, {0.0: 0.9, 0.8: 1 / 2.2}, {0.0: 0.95, 0.9: 1 / 1.8})
 
 Row = dict[str, Any]
+Peaks = dict[str, tuple[float, float]]
+Decided = tuple[str, str, float, float]
 
 
-def outcome(seed: int, *, compared: bool) -> Row | None:
+def peaks_of(cases: Mapping[str, CaseResult]) -> Peaks:
+    """Largest stress, MPa, and its error bar, percent, of load cases."""
+    return {name: (case.max_von_mises, case.error_percent) for name, case in cases.items()}
+
+
+def study_of(rod: str, engine: str) -> Study | None:
+    """The random rod of a seed, if no rule refuses it, or the rod of a file."""
+    if rod.isdigit():
+        return random_study(int(rod))
+    study = load_study(rod)
+    return study.with_engine(engine) if study.engine is None else study
+
+
+def tighter(study: Study) -> Peaks:
+    """Peaks with a small tolerance."""
+    options = dataclasses.replace(study.analysis, tolerance_percent=REFERENCE_TOLERANCE)
+    strict = dataclasses.replace(study, analysis=options)
+    return peaks_of(adapt_mesh(strict, strict.speeds(), Clock()).at(strict.speeds()[0]).cases)
+
+
+def on_finer_mesh(adapted: Adapted, rpm: float | None, most: int) -> Peaks:
+    """Peaks on the finest reference that is predicted to have at most so many elements."""
+    study, mesh = adapted.rod.study, adapted.rod.mesh
+    cases, growth = tuple(adapted.at(rpm).cases.values()), Sizing(mesh.meshing.size).growth
+    fields = [sizes for hot in REFERENCES if (sizes := wanted_sizes(mesh, hot_ratio(cases, hot)))]
+    few = [sizes for sizes in fields if predicted_elements(mesh, sizes, growth) <= most]
+    finer = adaptive_mesh(study, Clock(), few[:1] or fields[-1:])
+    return peaks_of(solve_speed(prepare(study, mesh=finer), rpm).cases)
+
+
+def outcome(rod: str, *, compared: bool, engine: str, elements: int) -> Row | None:
     """What a default run of a rod says; None where a dimension rule refuses the rod before any run."""
-    from fea.apps.result import Result, analyse
-    from fea.solid.errors import ContactError
-    from geometry.errors import GeometryError, InvalidValue
-    from mesh.tetmesh import MeshError
-
-    study = random_study(seed)
-    if study is None:
-        return None
-
-    def peaks(result: Result) -> dict[str, tuple[float, float]]:
-        return {name: (case.max_von_mises, case.error_percent) for name, case in result.cases.items()}
-
     start = sum(os.times()[:4])
     try:
-        result = analyse(study)
+        study = study_of(rod, engine)
+        if study is None:
+            return None
+        rpm = study.speeds()[0]
+        adapted = adapt_mesh(study, (rpm,), Clock())
+        result = run_result(study, adapted, adapted.at(rpm))
         row: Row = {"outcome": "trusted" if result.trusted else "marked"}
         row["failed_checks"] = [name for name, check in result.checks.items() if not check.passed]
         row["pins"] = str(result.summary.model.pressure)
         row["survival"] = result.summary.survival.answer
         row["verdicts"] = {name: case.verdict for name, case in result.summary.results.items()}
-        row["nodes"], row["peaks"] = len(result.mesh.points), peaks(result)
+        row["nodes"], row["peaks"] = len(result.mesh.points), peaks_of(result.cases)
+        row["at_mm"] = {name: case.at_mm for name, case in result.summary.results.items()}
         row["seconds"] = sum(os.times()[:4]) - start
         if compared:
-            row["references"] = peaks(analyse(study, tolerance=REFERENCE_TOLERANCE))
+            row["references"] = tighter(study) if rod.isdigit() else on_finer_mesh(adapted, rpm, elements)
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         return {"outcome": "refused", "by": f"{type(error).__name__}: {error}"}
     return row
 
 
-def decided_peaks(kept: dict[str, Row]) -> list[tuple[str, str, float, float]]:
+def decided_peaks(kept: dict[str, Row]) -> list[Decided]:
     """Seed, case, bar and true error, both in percent, of every peak whose reference is known well enough."""
     peaks = []
     for seed, row in kept.items():
@@ -72,6 +123,18 @@ def decided_peaks(kept: dict[str, Row]) -> list[tuple[str, str, float, float]]:
             if decided(uncertainty * truth, bar * value):
                 peaks.append((seed, name, bar, 100 * abs(truth / value - 1)))
     return peaks
+
+
+def by_rod(kept: dict[str, Row], peaks: list[Decided]) -> list[str]:
+    """A table of the rods of files: held and decided peaks, and bar over error of each decided one."""
+    rows = []
+    for name in (name for name, row in kept.items() if "references" in row and not name.isdigit()):
+        own = [(case, bar, error) for rod, case, bar, error in peaks if rod == name]
+        held = f"{sum(error <= bar for *_, bar, error in own)} of {len(own)}"
+        each = ", ".join(f"{case} {bar:.1f}/{error:.1f}" for case, bar, error in own)
+        rows.append((Path(name).stem, held, str(len(kept[name]["peaks"])), each))
+    heads = ("rod", "held of decided", "peaks:", "bar / error of the decided ones, %")
+    return [*table(heads, rows), ""] if rows else []
 
 
 def report_text(kept: dict[str, Row], command: str) -> str:
@@ -87,25 +150,27 @@ def report_text(kept: dict[str, Row], command: str) -> str:
         "nodes, median and most": f"{statistics.median(nodes):.0f}, {max(nodes)}",
         "processor seconds, median and most": f"{statistics.median(seconds):.0f}, {max(seconds):.0f}",
     }
-    lines = ["# Random rods as default runs", "", f"Made by `{command}`.", "", "| | |", "| --- | ---: |"]
+    lines = ["# Rods as default runs", "", f"Made by `{command}`.", "", "| | |", "| --- | ---: |"]
     lines += [f"| {name} | {count} |" for name, count in counts.items()]
     if peaks := decided_peaks(kept):
         inside = sum(error <= bar for *_, bar, error in peaks)
         ratio = statistics.median(bar / max(error, 1e-9) for *_, bar, error in peaks)
         held = f"{inside} of {len(peaks)} decided peaks are within their bars "
         held += f"({100 * inside / len(peaks):.0f} %); the median bar is {ratio:.1f} times the error."
-        lines += [
-            "",
-            held,
-            "",
-            *(f"- rod {s}, {n}: ± {b:.1f} %, off by {e:.1f} %" for s, n, b, e in peaks if e > b),
-        ]
+        lines += ["", held, "", *by_rod(kept, peaks)]
+        lines += [f"- rod {s}, {n}: ± {b:.1f} %, off by {e:.1f} %" for s, n, b, e in peaks if e > b]
     told = [
         f"- rod {seed}: {row['outcome']}: {row.get('by') or ', '.join(row['failed_checks'])}"
         for seed, row in kept.items()
         if row["outcome"] != "trusted"
     ]
     return "\n".join([*lines, *(["", *told] if told else []), ""])
+
+
+def random_rods(first: int, count: int) -> list[str]:
+    """So many seeds from the first, of rods that no rule refuses."""
+    drawn = (str(seed) for seed in itertools.count(first) if random_study(seed) is not None)
+    return list(itertools.islice(drawn, count))
 
 
 def main() -> None:
@@ -116,26 +181,28 @@ def main() -> None:
     parser.add_argument("--references", type=int, default=24)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
+    parser.add_argument("--cad", nargs="+", help="files of rods, or studies, in place of random rods")
+    parser.add_argument("--engine", default="sd195", help="of CAD files; a study has its own")
+    parser.add_argument("--elements", type=float, default=400_000, help="most of a reference of a file")
     arguments = parser.parse_args()
     kept: dict[str, Row] = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
-    last = arguments.first + 20 * arguments.rods
-    seeds = [seed for seed in range(arguments.first, last) if random_study(seed) is not None]
-    seeds = seeds[: arguments.rods]
-    compared = set(seeds[: arguments.references])
-    left = [seed for seed in seeds if str(seed) not in kept]
-    while left:
-        with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
-            coming = {pool.submit(outcome, seed, compared=seed in compared): seed for seed in left}
+    rods = arguments.cad or random_rods(arguments.first, arguments.rods)
+    asked = {"engine": arguments.engine, "elements": arguments.elements}
+    compared = set(arguments.cad or rods[: arguments.references])
+    while left := [rod for rod in rods if rod not in kept]:
+        with ProcessPoolExecutor(
+            arguments.workers, multiprocessing.get_context("spawn"), max_tasks_per_child=1
+        ) as pool:
+            coming = {pool.submit(outcome, rod, compared=rod in compared, **asked): rod for rod in left}
             try:
                 for done in as_completed(coming):
-                    kept[str(coming[done])] = done.result()
+                    kept[coming[done]] = done.result()
                     arguments.resume.write_text(json.dumps(kept))
                     print(len(kept), coming[done], done.result(), file=sys.stderr, flush=True)
             except BrokenProcessPool:
-                running = [seed for seed in left if str(seed) not in kept][: arguments.workers]
-                kept |= {str(seed): {"outcome": "crashed", "by": "the process died"} for seed in running}
-        left = [seed for seed in left if str(seed) not in kept]
-    kept = {str(seed): kept[str(seed)] for seed in seeds}
+                running = [rod for rod in left if rod not in kept][: arguments.workers]
+                kept |= {rod: {"outcome": "crashed", "by": "the process died"} for rod in running}
+    kept = {rod: kept[rod] for rod in rods}
     text = report_text(kept, command())
     publish(text, arguments.report)
 
