@@ -368,9 +368,8 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:
         faces = [tag for dim, tag in _shapes(path, kind) if dim == 2]
-        gmsh.model.occ.synchronize()
-        edges_of = [gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False) for tag in faces]
-        edges = np.array([edge for bounding in edges_of for _, edge in bounding], dtype=np.int64)
+        edges_of = [np.concatenate([*gmsh.model.occ.getCurveLoops(tag)[1], []]) for tag in faces]
+        edges = np.concatenate(edges_of).astype(np.int64)
         owner = np.repeat(np.arange(len(faces)), [len(bounding) for bounding in edges_of])
         group = linked_groups(len(faces), *(owner[side] for side in twins(edges)))
         solids = []
@@ -379,9 +378,9 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
             if (uses == 2).all():  # every edge belongs to two faces, or twice to one
                 shell = gmsh.model.occ.addSurfaceLoop(np.array(faces)[group == number].tolist())
                 solids.append(gmsh.model.occ.addVolume([shell]))
-        gmsh.model.occ.synchronize()
+        loops = [loop for solid in solids for loop in gmsh.model.occ.getSurfaceLoops(solid)[1]]
         # Faces that the kernel has repaired copies of in a solid would be meshed beside it.
-        loose_faces = [(2, tag) for tag in faces if not gmsh.model.getAdjacencies(2, tag)[0].size]
+        loose_faces = [(2, tag) for tag in faces if not any(tag in loop for loop in loops)]
         if len(loose_faces) < len(faces):
             gmsh.model.occ.remove(loose_faces)
     finally:

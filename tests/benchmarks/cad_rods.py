@@ -4,6 +4,7 @@
 
 Each is a default `fea run`, in this checkout and in another one in turn, where that is given. FOLDER holds
 the files by the names in `CAD_RODS` of `first_answers.py` and below; those that are not there are left out.
+Studies in FOLDER (`*.toml`), of any other rods, are run too.
 Seconds of wall time depend on what else the machine does: those of the processors stand beside them.
 """
 
@@ -116,6 +117,7 @@ def studies(folder: Path, written: Path) -> Iterator[tuple[str, str]]:
             path = written / f"{Path(rod.file).stem}.toml"
             path.write_text(cad_study(rod, folder))
             yield path.stem, str(path)
+    yield from ((path.stem, str(path.resolve())) for path in sorted(folder.glob("*.toml")))
     yield from ((name, name) for name in SHIPPED)
 
 
