@@ -252,7 +252,7 @@ def test_values_that_engines_do_not_have_stand_below_the_headline(folder):
     odd = [doubt(f"engine.key_{number} = 1: it is odd", UNITS) for number in range(3)]
     lines = said((folder, replace(SUMMARY, notes=tuple(odd)))).splitlines()
     assert lines[1].startswith("Check the units: engine.key_0 = 1: it is odd; engine.key_1 = 1")
-    assert "Unusual, too: 1 more values (--verbose)." in " ".join(lines[1:4])
+    assert "Unusual, too: 1 more value (--verbose)." in " ".join(lines[1:4])
 
 
 def test_few_of_the_solids_that_are_left_out_are_listed_the_largest_first():

@@ -72,7 +72,7 @@ def unusual(notes: Iterable[Note]) -> list[str]:
     """Return what stands below the headline: the values that engines do not have, the first ones in full."""
     said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
     left = len(said) - _MOST_UNUSUAL
-    more = f" Unusual, too: {left} more values (--verbose)." if left > 0 else ""
+    more = f" Unusual, too: {left} more value{'s' * (left > 1)} (--verbose)." if left > 0 else ""
     return [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
 
 
