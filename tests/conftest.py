@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from drawn_by_copies import drawn_by_copies
 from hypothesis import settings
 from meshed_once import meshed_once
 
@@ -17,6 +18,9 @@ settings.load_profile("repeatable")
 # Tests run the program in copies of their process (`program.fea`), in which threads of OpenMP are missing.
 for library in ("OMP", "MKL", "OPENBLAS"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+# From so many tests on, it pays to load what draws beforehand.
+MANY = 300
 
 # Who starts the tests in the background may have told them to ignore Ctrl-C; those that send it need it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -39,4 +43,14 @@ def coarse_bores(request):
 def meshes():
     """Mesh each rod once, whichever tests need it."""
     with TemporaryDirectory(prefix="fea-meshes-") as folder, meshed_once(Path(folder)):
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def drawing(request):
+    """Start the processes that draw from one that is ready, if there are many tests."""
+    if request.session.testscollected < MANY or not hasattr(os, "fork"):
+        yield
+        return
+    with TemporaryDirectory(prefix="fea-draws-") as folder, drawn_by_copies(Path(folder)):
         yield

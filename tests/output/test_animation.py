@@ -23,6 +23,7 @@ from fea.output.pictures.film import Film
 from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, StorageError
 from geometry.errors import InvalidValue
+from geometry.system import CAN_FORK
 
 RADIUS, LENGTH = 40.0, 100.0
 
@@ -141,7 +142,8 @@ def test_nothing_drawn_is_an_error_with_a_remedy(bar, monkeypatch):
 
 
 def test_run_leaves_a_film_where_it_was_asked_for(tmp_path, monkeypatch):
-    monkeypatch.setattr(animation, "COUNT", 12)
+    if CAN_FORK:  # the program runs in a copy of this process
+        monkeypatch.setattr(animation, "COUNT", 12)
     (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
     flags = ("--cycle", "--animate", "cycle.gif", "--size", 14, "--out", "r")
     run = fea("run", "plain.toml", *flags, cwd=tmp_path)
@@ -149,7 +151,7 @@ def test_run_leaves_a_film_where_it_was_asked_for(tmp_path, monkeypatch):
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["cycle.gif", "plain.toml", "r"]
     assert "Wrote cycle.gif" in run.stdout
     with Image.open(tmp_path / "cycle.gif") as gif:
-        assert gif.n_frames == 12
+        assert gif.n_frames == animation.COUNT
     assert (tmp_path / "cycle.gif").stat().st_size < 3e6
 
 
@@ -160,7 +162,7 @@ def test_without_a_renderer_the_figures_stay(tmp_path, monkeypatch):
     (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
     run = fea("run", "plain.toml", *flags, cwd=tmp_path, environment=environment)
     assert run.returncode == 7
-    assert "libegl1" in run.stderr
+    assert picture_remedy() in run.stderr
     assert (tmp_path / "r" / "summary.json").exists()
     assert not (tmp_path / "cycle.gif").exists()
 
