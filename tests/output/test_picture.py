@@ -222,7 +222,7 @@ def test_nothing_is_started_where_no_pictures_are_wanted(started):
 
 def test_a_process_that_cannot_be_started_is_an_error_only_where_something_is_drawn(result, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    with ready_to_draw(), pytest.raises(PictureError, match="No such file or directory|File not found"):
+    with ready_to_draw(), pytest.raises(PictureError, match=r"No such file or directory|File not found"):
         picture_of(result, result.with_suffix(".png"))
 
 
