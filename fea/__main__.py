@@ -137,10 +137,10 @@ def call(arguments: Sequence[str]) -> int:
         return _dispatch(arguments)
     try:
         return _dispatch(arguments)
-    except KeyboardInterrupt:
-        _say(AtInterrupt.message)
-        return INTERRUPTED
-    except Exception as error:  # noqa: BLE001 - every error becomes one line and a code
+    except (KeyboardInterrupt, Exception) as error:  # noqa: BLE001 - every error becomes one line and a code
+        if AtInterrupt.came or isinstance(error, KeyboardInterrupt):
+            _say(AtInterrupt.message)
+            return INTERRUPTED
         from fea.machine.remedies import foreign_package
 
         if said := foreign_package(error):

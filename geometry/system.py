@@ -70,6 +70,7 @@ def interrupt_once(*, afresh: bool = False) -> None:
 
     `afresh` replaces whatever handles the signals now, such as the handlers set while the program starts.
     """
+    AtInterrupt.came = False
     if threading.current_thread() is not threading.main_thread():
         return
     last = -_CALM
@@ -78,6 +79,7 @@ def interrupt_once(*, afresh: bool = False) -> None:
         nonlocal last
         since, last = time.monotonic() - last, time.monotonic()
         if since >= _CALM:
+            AtInterrupt.came = True
             raise KeyboardInterrupt
 
     for number in ENDS:
@@ -91,6 +93,7 @@ class AtInterrupt:
     """What the program says of an interrupt, and the files and folders that are incomplete meanwhile."""
 
     message = "interrupted; no incomplete result was left behind"
+    came = False  #: whether there was one; libraries may raise an error in its place, as numpy does
     incomplete: ClassVar[set[Path]] = set()
 
 

@@ -245,13 +245,15 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
         remedy = f"{_not_round(odd)}. {_ROUND}" if odd and len(holes) < 2 else NAME_BORES
         raise GeometryError(f"no two parallel bores were found. Through-holes: {_list(holes)}. {remedy}")
     best = pairs[0]
-    twice = len(pairs) > 1 and all(map(_alike, best, pairs[1]))
+    twice = len(pairs) > 1 and all(
+        one.same_radius(other.radius, SAME_DIAMETER) for one, other in zip(best, pairs[1], strict=True)
+    )
     if twice or (diameters[1] is None and _is_amid(best, holes)):
         raise GeometryError(f"more than one pair of holes could be the bores: {_list(holes)}. {NAME_BORES}")
     mass = np.array([gmsh.model.occ.getMass(3, volume) for volume in volumes])
     centers = np.array([gmsh.model.occ.getCenterOfMass(3, volume) for volume in volumes])
     middle = np.asarray(mass @ centers / mass.sum())
-    ordered = heavier_first(best, middle) if _alike(*best) else best
+    ordered = heavier_first(best, middle) if best[0].same_radius(best[1].radius, SAME_DIAMETER) else best
     if diameters == UNKNOWN:
         larger = [one for one in odd if one.radius > min(bore.radius for bore in ordered)]
         if larger:
@@ -360,7 +362,3 @@ def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:
         for hole in holes
         if hole.parallel(small)
     )
-
-
-def _alike(one: CadHole, other: CadHole) -> bool:
-    return math.isclose(one.radius, other.radius, rel_tol=1e-3)

@@ -168,6 +168,25 @@ def test_an_interrupt_within_a_library_is_one_line(tmp_path, library, rod):
         os.killpg(process.pid, signal.SIGTERM)
 
 
+REPLACED = """
+import signal, sys
+from contextlib import suppress
+import fea.__main__ as program
+def compared(_arguments):
+    with suppress(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    raise TypeError("Cannot compare structured arrays")
+program._dispatch = compared
+sys.exit(program.call([]))
+"""
+
+
+def test_an_interrupt_that_a_library_replaces_by_an_error_is_one_all_the_same():
+    process = subprocess.run([sys.executable, "-c", REPLACED], capture_output=True, text=True, check=False)
+    said = "fea: interrupted; no incomplete result was left behind\n"
+    assert (process.returncode, process.stderr) == (130, said)
+
+
 DRAWN = ("run", "s.toml", "--size", "6", "--screenshot", "--quiet")
 
 
