@@ -153,19 +153,18 @@ class FilmResult:
     @property
     def columns(self) -> dict[str, npt.ArrayLike]:
         """Columns of ``film.csv``; those of the small end are named after it."""
-        cycle = self.cycle
+        cycle, own = self.cycle, "" if self.end is End.BIG else f"{self.end}_"
         x, y = cycle.eccentricity.T
-        columns = {
-            "h_min_um": cycle.thinnest / UM,
-            "p_max_MPa": cycle.highest,
-            "eccentricity_x": x,
-            "eccentricity_y": y,
-            "power_W": cycle.friction[1] / _W,
-            "asperity_percent": 100 * cycle.asperities,
-            "filled_percent": 100 * cycle.filled,
+        return {
+            "crank_deg": self.degrees,
+            f"{own}h_min_um": cycle.thinnest / UM,
+            f"{own}p_max_MPa": cycle.highest,
+            f"{own}eccentricity_x": x,
+            f"{own}eccentricity_y": y,
+            f"{own}power_W": cycle.friction[1] / _W,
+            f"{own}asperity_percent": 100 * cycle.asperities,
+            f"{own}filled_percent": 100 * cycle.filled,
         }
-        own = "" if self.end is End.BIG else f"{self.end}_"
-        return {"crank_deg": self.degrees, **{f"{own}{name}": columns[name] for name in columns}}
 
     @property
     def checks(self) -> dict[str, Check]:
@@ -275,10 +274,11 @@ def _joint(rod: PreparedRod, rpm: float, films: Films) -> JointHeld | None:
     most, before = int(np.argmax(shares)), sums(pins.assembly.assembled.start).joint.open_share
     opened = None
     if shares[most] > before + _OPENED:
-        opened = films.with_parts_as(states[most]).coarse(rod.crank_cycle(rpm))
+        opened = films.coarse(rod.crank_cycle(rpm), states[most])
     return JointHeld(cases[most].name, (before, shares[most]), opened)
 
 
 def film_error(fine: float, coarse: float) -> float:
-    """Error of the fine film's figure, percent: of second order, as compared with finer grids and steps."""
-    return 100 * abs(fine - coarse) / ((FINE[0] / COARSE[0]) ** 2 - 1) / abs(fine)
+    """Error of the fine film's figure, percent, 100 at most: of second order, as against finer grids."""
+    change = abs(fine - coarse) / ((FINE[0] / COARSE[0]) ** 2 - 1)
+    return 100 * min(1.0, change / abs(fine)) if fine else 100.0

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import brentq
 
+from fea.base.units import UM
 from fea.film.journal import Bearing, JournalState
 from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Supply
@@ -168,7 +169,8 @@ class FilmCycle:
     def driven(self) -> float:
         """Mean power of rotation, motions, voids and inlet, N·mm/s, which `dissipated` should equal.
 
-        Voids that close take up power by the differences in time, less of it the shorter the steps are.
+        Voids that close take up power by the differences in time, less of it the shorter the steps are, and
+        so do asperities, which give back what they took up, and oil that presses where they leave no space.
         """
         acting, step, grid = self.acting, self.acting.period / self.acting.count, self.bearing.reynolds.grid
         places = np.array([state.position[: acting.load.shape[1]] for state in self.states])
@@ -176,9 +178,10 @@ class FilmCycle:
         if self.bearing.bore is not None:
             bulges = np.array([state.bulge for state in self.states])
             power -= (self.weights * _rate(bulges, step)).sum(axis=1)
-        voids = np.array([state.gap - state.volume for state in self.states])
-        pressures = np.array([state.film.pressure for state in self.states])
-        power += [grid.total(each) for each in pressures * _rate(voids, step)]
+        fields = zip(*((s.planes, s.volume, s.film.pressure, s.touching) for s in self.states), strict=True)
+        planes, volumes, pressures, touching = (np.array(each) for each in fields)
+        kept = touching * _rate(planes, step) + pressures * _rate(planes - volumes, step)
+        power += [grid.total(each) for each in kept]
         drawn = self.supplied - acting.flooded * self.leaked
         return float(power.mean() + acting.inlet * drawn)
 
@@ -214,11 +217,10 @@ class _Course:
     bearing: Bearing
     acting: JournalLoads
     place: int  #: of the last state, in steps; below 0 the loads are brought up
-    last: JournalState
+    states: deque[JournalState]  #: at whole steps up to the last one, over a cycle at most
     #: 3/2 of the oil (n_angle, n_width) less 1/2 of that a step before, mm: its sum changes by what flows in
     #: and out in the steps of the second order, and so it must in those of Euler's method that replace them.
     oil: Floats
-    earlier: JournalState | None = None  #: a whole step before the last state
 
     @classmethod
     def begun(cls, bearing: Bearing, acting: JournalLoads, before: FilmCycle | None) -> "_Course":
@@ -227,30 +229,32 @@ class _Course:
         if before is not None:
             start = before.states[round((1 - lead / count) * len(before.states))]
             first = bearing.taken_over(start)
-            return cls(bearing, acting, count - lead, first, first.volume)
-        rest = bearing.start()
-        first = acting.solve(bearing, rest, -lead, 1.0, rest.volume)
-        course = cls(bearing, acting, -lead, first, first.volume)
+            return cls(bearing, acting, count - lead, deque([first], count + 1), first.volume)
+        rest, rate = bearing.start(), count / acting.period
+        first = acting.solve(bearing, rest, -lead, rate, rate * rest.volume)
+        course = cls(bearing, acting, -lead, deque([first], 2), first.volume)
         while course.place < -1:
             course.advance()
+        course.states = deque(course.states, count + 1)
         return course
 
-    def advance(self) -> JournalState:
+    def advance(self) -> None:
         """Go on by a step: by second backward differences, or by Euler's method if they fail."""
-        step, last = self.acting.period / self.acting.count, self.last
-        guesses = [] if self.earlier is None else [last.ahead(self.earlier), last]
-        self.earlier, self.place = last, self.place + 1
+        step, states, guesses = self.acting.period / self.acting.count, self.states, []
+        last, self.place = states[-1], self.place + 1
+        if len(states) > 1:  # as a cycle before, or as in the last step
+            like = (states[0], states[1]) if len(states) == states.maxlen else (states[-2], last)
+            guesses = [last.ahead(*like), last]
         before = (self.oil + last.volume / 2) / step
         for guess in guesses:
             try:
-                self.last = self.acting.solve(self.bearing, guess, self.place, 1.5 / step, before)
+                states.append(self.acting.solve(self.bearing, guess, self.place, 1.5 / step, before))
             except FilmError:
                 continue
-            self.oil = 1.5 * self.last.volume - last.volume / 2
-            return self.last
-        self.last = self._in_parts(last, 1)
-        self.oil = self.oil + self.last.volume - last.volume
-        return self.last
+            self.oil = 1.5 * states[-1].volume - last.volume / 2
+            return
+        states.append(self._in_parts(last, 1))
+        self.oil = self.oil + states[-1].volume - last.volume
 
     def _in_parts(self, last: JournalState, parts: int) -> JournalState:
         """Go on by Euler's method in equal parts of a step, or in twice as many where that fails."""
@@ -259,10 +263,14 @@ class _Course:
             for place in self.place - 1 + np.arange(1, parts + 1) / parts:
                 oil = rate * states[-1].volume
                 states.append(self.acting.solve(self.bearing, states[-1], float(place), rate, oil))
-        except FilmError:
-            if parts >= _MOST_PARTS:
-                raise
-            return self._in_parts(last, 2 * parts)
+        except FilmError as error:
+            if parts < _MOST_PARTS:
+                return self._in_parts(last, 2 * parts)
+            grid, gap, most = self.bearing.reynolds.grid, states[-1].thinnest / UM, states[-1].pressure.max()
+            specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
+            text = f"under up to {specific:.3g} MPa of specific load: {gap:.2g} µm at {most:.3g} MPa"
+            remedy = "Reduce the load, or check film.roughness_um and the clearance"
+            raise FilmError(f"the oil film was not solved {text} are beyond the model. {remedy}") from error
         return replace(states[-1], parts=states[1:-1])
 
 
@@ -273,11 +281,6 @@ class HeatBalance:
     oil: WarmOil
     inlet: float  #: temperature of the oil that is supplied, °C
     share: float
-
-    def asked(self, cycle: FilmCycle, temperature: float) -> float:
-        """Temperature of oil that leaves with the heat of a cycle, °C."""
-        heated = self.share * cycle.dissipated / (cycle.leaked * self.oil.carried(temperature))
-        return min(self.inlet + heated, HOTTEST)
 
 
 @dataclass
@@ -295,9 +298,10 @@ class _Warming:
         return self.heat.oil.at(self.temperature)
 
     def judged(self, cycle: FilmCycle) -> FilmCycle:
-        """A cycle with its temperature and what is unbalanced."""
-        asked = self.heat.asked(cycle, self.temperature)
-        return replace(cycle, temperature=self.temperature, unbalanced=asked - self.temperature)
+        """A cycle with its temperature, and that of oil that leaves with its heat less it."""
+        heat, found = self.heat, replace(cycle, temperature=self.temperature)
+        rise = heat.share * cycle.dissipated / (cycle.leaked * heat.oil.carried(self.temperature))
+        return replace(found, unbalanced=min(heat.inlet + rise, HOTTEST) - self.temperature)
 
     def change(self, unbalanced: float) -> None:
         """Take the temperature at which the heat balances if it is in proportion to a power of viscosity."""
@@ -337,14 +341,14 @@ def integrate(
         bearing = bearing.with_oil(warming.oil)
     with one_blas_thread():
         course = _Course.begun(bearing, acting, before)
-        latest, unchanged, left = deque([course.last], maxlen=count + 1), 0, most * count
+        unchanged, left = 0, most * count
         while True:
-            latest.append(course.advance())
+            course.advance()
             unchanged, left = unchanged + 1, left - 1
             if unchanged < count or left % math.ceil(_PART * count):
                 continue
-            of_0, states = count - 1 - course.place % count, [*latest][1:]
-            unrepeated = latest[-1].unlike(latest[0])
+            of_0, (first, *states) = count - 1 - course.place % count, course.states
+            unrepeated = states[-1].unlike(first)
             cycle = FilmCycle(course.bearing, acting, states[of_0:] + states[:of_0], unrepeated)
             if warming is not None:
                 cycle = warming.judged(cycle)

@@ -139,17 +139,16 @@ class Stencil:
         number: Ints = place[:, None] * m + np.arange(m)
         self._place = number.ravel()
         # Columns of the entries of a row: itself, the next and the last angle, the next and the last z.
-        neighbours = [np.roll(number, shift, axis) for axis in (0, 1) for shift in (-1, 1)]
-        columns = np.stack([number, *neighbours])
+        plain = np.arange(n * m).reshape(n, m)
+        near = np.stack([plain, *(np.roll(plain, shift, axis) for axis in (0, 1) for shift in (-1, 1))])
+        columns = self._place[near]
         self._rows = 3 * self._band + 1
         self._at = (columns * self._rows + 2 * self._band + number - columns).ravel()
         self._size = n * m
         self._shape = grid.shape
         # Where a neighbour does not exist its entry is 0, wherever it stands.
-        plain = np.arange(n * m).reshape(n, m)
-        near = np.stack([plain, *(np.roll(plain, shift, axis) for axis in (0, 1) for shift in (-1, 1))])
-        columns = near.reshape(5, -1).T.ravel()
-        self._product = csr_array((np.zeros(5 * n * m), columns, 5 * np.arange(n * m + 1)))
+        near = near.reshape(5, -1).T.ravel()
+        self._product = csr_array((np.zeros(5 * n * m), near, 5 * np.arange(n * m + 1)))
 
     def solver(self, entries: Floats) -> Callable[[Floats], Floats]:
         """Return what solves for right-hand sides (n_cells, k).

@@ -82,7 +82,6 @@ class JournalState:
     bulge: Floats  #: (n,) weights of the bore's displacement
     bearing: "Bearing"
     conditions: Conditions
-    steps: int  #: of Newton's method
     response: _Response | None = None  #: with which the next state is found
     parts: Sequence["JournalState"] = ()  #: earlier states of the step, where that was solved in equal parts
 
@@ -141,15 +140,14 @@ class JournalState:
         """Oil θh (n_angle, n_width), mm."""
         return self.film.fill * self.gap
 
-    def ahead(self, earlier: "JournalState") -> "JournalState":
-        """Guess of the state as much later as this one is later than another: it goes on as it did."""
-        planes = np.maximum(2 * self.planes - earlier.planes, self.planes / 2)
+    def ahead(self, start: "JournalState", end: "JournalState") -> "JournalState":
+        """Guess of the state a step later, if it changes as from a start to an end."""
         return replace(
             self,
-            film=self.film.ahead(earlier.film),
-            planes=planes,
-            position=2 * self.position - earlier.position,
-            bulge=2 * self.bulge - earlier.bulge,
+            film=self.film.ahead(start.film, end.film),
+            planes=np.maximum(self.planes + end.planes - start.planes, self.planes / 2),
+            position=self.position + end.position - start.position,
+            bulge=self.bulge + end.bulge - start.bulge,
         )
 
 
@@ -217,7 +215,7 @@ class Bearing:
         full = fill > 1 - _FULL
         film = Film(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
         planes = np.maximum(self.planes(state.position, state.bulge), state.planes.min())
-        return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0), 0)
+        return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0))
 
     def planes(self, position: Floats, bulge: Floats) -> Floats:
         """Gap between mean planes (n_angle, n_width), mm, of a journal at a position (k,) in the bore."""
@@ -229,7 +227,7 @@ class Bearing:
         film, place = Film.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
         place[: len(position)] = position
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
-        return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0), 0)
+        return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0))
 
     def solve(
         self,
@@ -253,7 +251,7 @@ class Bearing:
                 iterate = iterate._replace(response=None)
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
             if not limited and iterate.close_to(before, self.clearance):
-                return JournalState(*iterate[:4], self, conditions, step, iterate.response)
+                return JournalState(*iterate[:4], self, conditions, iterate.response)
         raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
 
     @cached_property
@@ -322,7 +320,7 @@ class Bearing:
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
         part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar)
-        film = at.film.changed(part * change.reshape(grid.shape))
+        film = at.film.changed(part * change.reshape(grid.shape), self.reynolds.oil.piezoviscosity)
         position = at.position + part * moved[count:] if load is not None else at.position
         bulge = at.bulge + part * moved[:count]
         return _Iterate(film, planes, position, bulge, response), part < 1 or held

@@ -11,8 +11,9 @@ from geometry.arrays import Floats
 # Roelands 1966, Correlational Aspects of the Viscosity–Temperature–Pressure Relationship of Lubricating Oils:
 # all oils have the viscosity e^−9.67 Pa·s at the pressure −1/5.1e-9 Pa.
 _LOG_POLE, _PER_MPA, _PA_S = 9.67, 5.1e-3, 1e6
-# Largest logarithm of a relative viscosity: iterates on the way to a solution may go far beyond it.
-_MOST = 50.0
+# Largest relative viscosity, a choice: beyond, oil is a solid that shears at its limiting stress (Bair &
+# Winer 1979, A rheological model for elastohydrodynamic contacts, J. Lubr. Technol. 101, 258).
+_MOST = 1e3
 # Places and weights of Gauss's rule between 0 and 1, and the end of that range.
 _GAUSS, _SHARES = np.polynomial.legendre.leggauss(8)
 _PLACES, _WEIGHTS = np.append((1 + _GAUSS) / 2, 1.0), np.append(_SHARES / 2, 0.0)
@@ -32,7 +33,7 @@ class Oil:
         log = math.log(self.viscosity * _PA_S) + _LOG_POLE
         exponent = self.piezoviscosity / (_PER_MPA * log)
         grown = log * ((1 + _PER_MPA * pressure) ** exponent - 1)
-        return np.asarray(np.exp(np.minimum(grown, _MOST)))
+        return np.asarray(np.exp(np.minimum(grown, math.log(_MOST))))
 
     def generalised(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Return q = ∫₀ᵖ μ₀/μ dp, MPa, and its derivative, at pressures p ≥ 0.

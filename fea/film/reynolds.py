@@ -71,23 +71,26 @@ class Film:
         """A full film without pressure."""
         return cls(np.zeros(grid.shape), np.ones(grid.shape), np.ones(grid.shape, dtype=bool))
 
-    def changed(self, by: Floats) -> "Film":
+    def changed(self, by: Floats, piezoviscosity: float) -> "Film":
         """Add a change (n_angle, n_width), of p where the film is full and of θ elsewhere.
 
-        A pressure at most doubles, but for the first ones: the viscosity grows exponentially with it.
+        The viscosity grows exponentially with the pressure. So a pressure at most doubles, but for the first
+        ones, and falls by less than the tangent of ∫₀ᵖ μ₀/μ dp says, in which the flow is linear.
         """
-        most = 2 * self.pressure + _FIRST
+        most, rise = 2 * self.pressure + _FIRST, np.maximum(by, 0.0)
+        if piezoviscosity:
+            by = np.where(self.full, rise - np.log1p(piezoviscosity * (rise - by)) / piezoviscosity, by)
         pressure = np.where(self.full, np.minimum(self.pressure + by, most), 0.0)
         fill = np.where(self.full, 1.0, self.fill + by)
         full = np.where(self.full, pressure >= 0, fill > 1)
         return Film(np.maximum(pressure, 0.0), np.minimum(fill, 1.0), full)
 
-    def ahead(self, earlier: "Film") -> "Film":
-        """Guess of the film as much later as this one is later than another: it goes on as it did."""
-        unknown, before = (
-            np.where(film.full, film.pressure / _FIRST, film.fill - 1) for film in (self, earlier)
+    def ahead(self, start: "Film", end: "Film") -> "Film":
+        """Guess of the film a step later, if it changes as from a start to an end."""
+        now, before, after = (
+            np.where(film.full, film.pressure / _FIRST, film.fill - 1) for film in (self, start, end)
         )
-        later = 2 * unknown - before
+        later = now + after - before
         full = later >= 0
         most = np.where(self.full, 2 * self.pressure, 0.0)
         pressure = np.where(full, np.minimum(_FIRST * later, most), 0.0)

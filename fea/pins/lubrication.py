@@ -21,6 +21,7 @@ from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure
 from fea.pins.yielding import End, YieldingBore
 from fea.solid.bore import BoreFacets
+from fea.solid.errors import FilmError
 from fea.study import film_table as assumed
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN
 from geometry.arrays import Floats
@@ -224,25 +225,12 @@ def _asperities(structure: Structure, end: End, said: Assumed) -> Asperities | N
 
 
 class Films:
-    """The films of one end of a rod, each computed once.
+    """The films of one end of a rod, each computed once; `parts`: those of a rod in parts, and its pins."""
 
-    `parts`: those of a rod in parts, and its pins; `state`: as which they hold together, see `HeldParts`.
-    """
-
-    def __init__(
-        self,
-        structure: Structure,
-        end: End = End.BIG,
-        parts: "AssemblyPins | None" = None,
-        state: ContactState | None = None,
-    ) -> None:
-        self._structure, self.end, self._parts, self._state = structure, end, parts, state
+    def __init__(self, structure: Structure, end: End = End.BIG, parts: "AssemblyPins | None" = None) -> None:
+        self._structure, self.end, self._parts = structure, end, parts
         # By the speed and the gas, which is kept so that its number stays its own.
         self._pairs: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, object]] = {}
-
-    def with_parts_as(self, state: ContactState) -> "Films":
-        """The films of the same end of a rod in parts, which hold together as in a state."""
-        return Films(self._structure, self.end, self._parts, state)
 
     @cached_property
     def _fits(self) -> Fits:
@@ -251,7 +239,10 @@ class Films:
     @cached_property
     def bore(self) -> YieldingBore:
         """How the bore yields to the pressure of a film, and the piston pin with it."""
-        parts = None if self._parts is None else HeldParts(self._parts.assembly.assembled, self._state)
+        return self._bore(None)
+
+    def _bore(self, state: ContactState | None) -> YieldingBore:
+        parts = None if self._parts is None else HeldParts(self._parts.assembly.assembled, state)
         with self._structure.clock("film"):
             bore = YieldingBore.of(self._structure, self.end, parts)
             return bore if self.end is End.BIG else bore.with_fits(self._fits)
@@ -277,12 +268,15 @@ class Films:
             bore = self.bore
             with self._structure.clock("film"):
                 coarse = self._integrated(cycle, bore, COARSE, None)
-                self._pairs[key] = self._integrated(cycle, bore, FINE, coarse), coarse, cycle.gas
+                fine = self._integrated(cycle, bore, FINE, coarse)
+            if min(fine.thinnest.min(), coarse.thinnest.min()) < 0:  # smooth ones alone
+                raise FilmError("smooth surfaces meet at an edge of the bore. Give film.roughness_um")
+            self._pairs[key] = fine, coarse, cycle.gas
         return self._pairs[key][:2]
 
-    def coarse(self, cycle: CrankCycle) -> FilmCycle:
-        """The coarse one alone; errors as `at`."""
-        return self._integrated(cycle, self.bore, COARSE, None)
+    def coarse(self, cycle: CrankCycle, state: ContactState | None = None) -> FilmCycle:
+        """The coarse one alone, with parts that hold together as in a state: `HeldParts`; errors as `at`."""
+        return self._integrated(cycle, self.bore if state is None else self._bore(state), COARSE, None)
 
     def _integrated(
         self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int, int], before: FilmCycle | None

@@ -8,7 +8,7 @@ import pytest
 
 from fea import analyse
 from fea.__main__ import call
-from fea.analysis.film import JointHeld, Regime
+from fea.analysis.film import JointHeld, Regime, film_error
 from fea.analysis.prepare import prepare
 from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
@@ -237,3 +237,11 @@ def test_what_a_joint_that_opens_changes_is_a_doubt_beyond_the_error_bars():
         note = JointHeld("tension", (0.0, 0.68), opened).note(closed, Bars)
         assert note.kind == kind
         assert said in note.text
+
+
+def test_a_bar_is_of_second_order_and_never_more_than_all():
+    ratio = (lubrication.FINE[0] / lubrication.COARSE[0]) ** 2
+    exact = [5.0 + error for error in (0.1, 0.1 * ratio)]  # of the fine and the coarse film
+    assert film_error(*exact) == pytest.approx(100 * 0.1 / exact[0])
+    assert film_error(1e-30, 1.0) == pytest.approx(100.0)
+    assert film_error(0.0, 0.0) == 100.0

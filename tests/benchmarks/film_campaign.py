@@ -1,96 +1,173 @@
-"""Oil films drawn at random on one rod: each is solved, named by its verdict, or refused; none without end.
+"""Oil films of random rods: each is solved, named by its verdict, or refused by name; none unlimited.
 
-    python tests/benchmarks/film_campaign.py --count 300 --resume films.json
+    python tests/benchmarks/film_campaign.py --count 300 --resume films.json --report results/film-campaign.md
 
-Oil, temperature, clearance, hole, roughness and speed (500 to 9 000 rpm) are drawn; the rod is leon-2001. The
-grids are coarser than those of a run. A film is bad where a check fails, where the gap is not positive, where
-the solver gives up, or beyond `LONGEST` seconds of processor time.
+Rod, engine, both clearances, oil and its supply, roughness, piston pin and speed (500 to 9 000 rpm, at most
+30 m/s of the piston in the mean) are drawn; the loads are not limited to what a bearing endures. Mesh and
+grids are coarser than those of a run. A film is bad where a check fails, where the gap is negative, where
+anything but a refusal ends it, or beyond `LONGEST` seconds of processor time.
 """
 
-import argparse
+import dataclasses
 import json
+import sys
 import time
 from collections import Counter
-from dataclasses import asdict, replace
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scripts import command, publish, reporting, table
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from random_studies import keep
+from rod_studies import random_study
 
 from fea.analysis.film import film_at
-from fea.analysis.prepare import prepare
+from fea.analysis.prepare import PreparedRod, prepare
 from fea.pins import lubrication
+from fea.pins.yielding import End
 from fea.solid.errors import FilmError
-from fea.study.film_table import FilmTable
-from fea.study.flags import Flags
-from fea.study.study import load_study
-from geometry.errors import InvalidValue
+from fea.study.film_table import TURNS, FilmTable
+from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
+from fea.study.study import Study
+from geometry.errors import GeometryError, InvalidValue
+from mesh.sizing import default_size
+from mesh.tetmesh import MeshError
 
 GRADES = ("8", "0W-16", "0W-20", "5W-30", "10W-40", "20W-50", "60")
-LONGEST = 120.0
+FASTEST, LONGEST = 30e3, 120.0  # mean speed of the piston, mm/s; s
+REFUSED, BEYOND, CRASHED = "refused", "beyond the model", "crashed"
+
+
+def drawn(seed: int) -> Study | None:
+    """A random rod, its bearings and a speed; None where the rod is refused."""
+    study = random_study(seed)
+    if study is None:
+        return None
+    rng, rod = np.random.default_rng([seed, 38]), study.rod.dimensions
+    grooves = {
+        "grooves_deg": (90.0, 270.0),
+        "groove_arc_deg": 20.0,
+        "groove_width_mm": 0.6 * rod.big_end_width,
+    }
+    film = FilmTable(
+        oil=str(rng.choice(GRADES)),
+        piezoviscosity_1_GPa=float(rng.uniform(0, 20)),
+        radial_clearance_um=float(rng.uniform(0.3, 2.0) * rod.big_end_bore / 2),
+        inlet_bar=float(rng.uniform(1, 8)),
+        inlet_C=float(rng.uniform(20, 130)),
+        hole_deg=float(rng.uniform(-180, 180)),
+        hole_diameter_mm=float(rng.uniform(0.04, 0.15) * rod.big_end_bore),
+        roughness_um=float(rng.choice([0.0, 1.0], p=[0.1, 0.9]) * rng.uniform(0.1, 1)),
+        piston_pin=str(rng.choice(list(TURNS))),
+        small_end_C=float(rng.uniform(60, 180)),
+        small_end_inlet_bar=float(rng.uniform(0.5, 3)),
+        **(grooves if rng.random() < 0.25 else {}),
+    )
+    contact = ContactTable(small_end_clearance_mm=float(rng.uniform(0.4, 3.0) * 1e-3 * rod.small_end_bore))
+    most = 30 * FASTEST / study.engine.stroke_mm
+    return dataclasses.replace(
+        study,
+        film=film,
+        contact=contact,
+        analysis=AnalysisTable(pressure="bonded"),
+        mesh=MeshTable(size_mm=float(2 * default_size(rod.length))),
+        speed=SpeedTable(float(rng.uniform(500, min(9000, most)))),
+    )
+
+
+def outcomes(study: Study) -> dict[str, dict]:
+    """What came of the films of a rod, by the end."""
+    try:
+        rod = prepare(study)
+    except (InvalidValue, GeometryError, MeshError) as error:
+        why = f"{type(error).__name__}: {error}"
+        return {end: {"verdict": REFUSED, "bad": False, "why": why} for end in End}
+    return {end: outcome(rod, end, study.speed.speeds()[0]) for end in End}
+
+
+def outcome(rod: PreparedRod, end: End, rpm: float) -> dict:
+    """Solve the film of an end and say what came of it."""
+    started = time.process_time()
+    said = {"rpm": round(rpm), "length": round(rod.mesh.bores.rod_length, 1)}
+    try:
+        found = film_at(rod, rpm, rod.films if end is End.BIG else rod.small_end_films)
+        figures = dataclasses.asdict(found.figures)
+    except (FilmError, InvalidValue, ArithmeticError) as error:
+        kinds = {FilmError: BEYOND, InvalidValue: REFUSED}
+        kind, seconds = kinds.get(type(error), CRASHED), time.process_time() - started
+        bad = kind == CRASHED or seconds > LONGEST
+        return said | {"verdict": kind, "bad": bad, "why": str(error), "seconds": seconds}
+    seconds = time.process_time() - started
+    failed = [f"{name} {check.value:.2g}" for name, check in found.checks.items() if not check.passed]
+    least = min(float(film.thinnest.min()) for film in (found.cycle, found.coarse))
+    said |= {"bad": bool(failed) or not least >= 0 or seconds > LONGEST, "why": ", ".join(failed)}
+    kept = {name: value for name, value in figures.items() if isinstance(value, float)}
+    repeats = found.cycle.repeats or not found.sound
+    return said | kept | {"verdict": found.verdict.value, "seconds": seconds, "repeats": repeats}
+
+
+def report_text(kept: Mapping[str, Mapping[str, dict]]) -> str:
+    """The report."""
+    head = (
+        f"Made by `{command()}`: {len(kept)} random rods, oils and speeds from 500 to 9 000 rpm, a film at "
+        "both ends of each."
+    )
+    lines = ["# Oil films of random rods", "", head, ""]
+    columns: dict[End, dict[str, str]] = {end: column([each[end] for each in kept.values()]) for end in End}
+    rows = [
+        (name, *(columns[end].get(name, "0") for end in End))
+        for name in {**columns[End.BIG], **columns[End.SMALL]}
+    ]
+    lines += [*table(("films", "big end:", "small end:"), rows), ""]
+    for title, wanted in (("Refused:", REFUSED), ("Beyond the model:", BEYOND), ("Bad:", None)):
+        listed = [
+            f"- rod {seed}, {end.words}: {each[end]['why'] or each[end]['seconds']}"
+            for seed, each in kept.items()
+            for end in End
+            if (each[end]["verdict"] == wanted if wanted else each[end]["bad"])
+        ]
+        lines += [title, "", *listed, ""] if listed else []
+    return "\n".join(lines)
+
+
+def column(films: list[dict]) -> dict[str, str]:
+    """Counts and extremes of the films of an end."""
+    solved = [each for each in films if "h_min_um" in each]
+    counts = Counter(each["verdict"] for each in films)
+    times = [each["seconds"] for each in films if "seconds" in each]
+    return {
+        **{name: str(count) for name, count in sorted(counts.items())},
+        "bad: failed check, negative gap, crashed, too long": str(sum(each["bad"] for each in films)),
+        "not repeated within the most cycles": str(sum(not each["repeats"] for each in solved)),
+        "smallest gap of all, µm": f"{min(each['h_min_um'] for each in solved):.2g}",
+        "processor time, s, median and longest": f"{np.median(times):.1f} and {max(times):.1f}",
+    }
 
 
 def main() -> None:
     """Draw, solve and count."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = reporting(__doc__)
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
+    parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
+    parser.add_argument("--seconds", type=float, default=np.inf, help="of processor time after which to end")
+    parser.add_argument("--again", nargs="*", default=[], help="seeds to solve once more")
     arguments = parser.parse_args()
-    path = arguments.resume
-    kept = json.loads(path.read_text()) if path is not None and path.exists() else {}
-    lubrication.FINE, lubrication.COARSE = (64, 5, 120), (48, 4, 72)
-    rod = prepare(Flags(size=18.0, pressure="bonded").applied(load_study()))
-    for seed in map(str, range(arguments.first, arguments.first + arguments.count)):
-        if seed not in kept:
-            kept[seed] = outcome(rod, int(seed))
-            print(seed, json.dumps(kept[seed]), flush=True)
-            if path is not None:
-                path.write_text(json.dumps(kept, indent=1))
-    print(Counter(entry["verdict"] for entry in kept.values()))
-    print("bad:", [seed for seed, entry in kept.items() if entry["bad"]])
-    print("longest:", max(entry["seconds"] for entry in kept.values()), "s")
-
-
-def drawn(seed: int) -> tuple[FilmTable, float]:
-    """A bearing's [film] and a speed, rpm."""
-    rng = np.random.default_rng(seed)
-    table = FilmTable(
-        oil=str(rng.choice(GRADES)),
-        piezoviscosity_1_GPa=float(rng.uniform(0, 20)),
-        radial_clearance_um=float(rng.uniform(12, 60)),
-        inlet_bar=float(rng.uniform(1, 8)),
-        inlet_C=float(rng.uniform(20, 130)),
-        hole_deg=float(rng.uniform(-180, 180)),
-        hole_diameter_mm=float(rng.uniform(2, 8)),
-        roughness_um=float(rng.uniform(0.1, 1)),
-    )
-    return table, float(rng.uniform(500, 9000))
-
-
-def outcome(rod, seed: int) -> dict:
-    """Solve one and say what came of it."""
-    table, rpm = drawn(seed)
-    there = replace(rod, structure=replace(rod.structure, film=table))
-    there.films.__dict__["bore"] = rod.films.bore
-    started = time.process_time()
-    try:
-        found = film_at(there, rpm)
-    except (FilmError, InvalidValue) as error:
-        kind = "refused" if isinstance(error, InvalidValue) else "not solved"
-        return {"verdict": kind, "bad": kind != "refused", "why": str(error), "rpm": rpm, "seconds": 0.0}
-    seconds = round(time.process_time() - started, 1)
-    failed = [name for name, check in found.checks.items() if not check.passed]
-    positive = found.cycle.thinnest.min() > 0
-    figures = {key: value for key, value in asdict(found.figures).items() if isinstance(value, float)}
-    bad = bool(failed) or not positive or seconds > LONGEST
-    said = {
-        "verdict": found.verdict.value,
-        "bad": bad,
-        "failed": failed,
-        "rpm": round(rpm),
-        "seconds": seconds,
-    }
-    return said | {key: float(f"{value:.4g}") for key, value in figures.items()}
+    lubrication.FINE, lubrication.COARSE = (64, 5, 96), (48, 4, 72)
+    kept = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
+    kept = {seed: entry for seed, entry in kept.items() if seed not in arguments.again}
+    seed = arguments.first - 1
+    while len(kept) < arguments.count and time.process_time() < arguments.seconds:
+        seed += 1
+        if str(seed) in kept or (study := drawn(seed)) is None:
+            continue
+        kept[str(seed)] = outcomes(study)
+        keep(arguments.resume, kept)
+        print(seed, json.dumps(kept[str(seed)]), file=sys.stderr, flush=True)
+    publish(report_text(kept), arguments.report)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from fea.film.cycle import JournalLoads, integrate
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing
 from fea.film.oil import Oil, WarmOil
-from fea.film.reynolds import Conditions, Reynolds, Supply
+from fea.film.reynolds import Conditions, Film, Reynolds, Supply
 from fea.solid.errors import FilmError
 from fea.study.film_table import grade
 
@@ -171,6 +171,44 @@ def test_roelands_oil_thickens_under_pressure():
     exact = [quad(lambda p: 1 / oil.relative_viscosity(np.array(p)), 0, top)[0] for top in pressure]
     assert q == pytest.approx(exact, rel=1e-9)
     assert slope == pytest.approx(1 / relative)
+
+
+def test_no_oil_thickens_without_limit():
+    oil = Oil(8e-9, 0.02)
+    assert oil.relative_viscosity(np.array([200.0, 5e3])) == pytest.approx([41.07, 1e3], rel=1e-3)
+    _, slope = oil.generalised(np.array([5e3]))
+    assert slope == pytest.approx(1e-3)
+
+
+def test_a_pressure_falls_as_the_flow_does():
+    """Of 700 MPa, as of the oil that cannot flow, a step never leaves a cell without oil at once."""
+    film = Film(np.array([[700.0, 5.0]]), np.ones((1, 2)), np.ones((1, 2), dtype=bool))
+    after = film.changed(np.array([[-1000.0, -10.0]]), 0.015)
+    assert after.pressure == pytest.approx(np.array([[700.0 - math.log(16) / 0.015, 0.0]]))
+    assert after.full.tolist() == [[True, False]]
+    near = film.changed(np.array([[-1e-3, 1e-3]]), 0.015).pressure
+    assert near == pytest.approx(np.array([[699.999, 5.001]]), abs=1e-7)
+
+
+def test_a_cycle_begins_without_load_although_grooves_press():
+    """The journal turns between two grooves while its loads are brought up from nothing."""
+    film = Bearing(Reynolds(FilmGrid(60.0, 50.0, 64, 5), Oil(5e-9, 0.0135)), 0.095)
+    grid, count = film.reynolds.grid, 24
+    grooves = grid.groove(math.pi / 2, 0.35, 30.0) + grid.groove(-math.pi / 2, 0.35, 30.0)
+    acting = JournalLoads(
+        period=0.12, load=np.full((count, 2), 1e3), speed=np.full(count, 4e3), inlet=0.52, grooves=grooves
+    )
+    assert integrate(film, acting).repeats
+
+
+def test_a_film_beyond_the_model_is_refused_by_name():
+    acting = JournalLoads(
+        period=0.02, load=np.full((12, 2), 1e7), speed=np.zeros(12), inlet=0.5, hole_diameter=0.0
+    )
+    with pytest.raises(
+        FilmError, match=r"up to 1\.13e\+04 MPa of specific load: \S+ µm at \S+ MPa are beyond"
+    ):
+        integrate(bearing(24, 3), acting)
 
 
 def test_pressure_of_an_oil_that_thickens_is_higher():

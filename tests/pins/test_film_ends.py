@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -266,3 +267,12 @@ def test_a_lubrication_refuses_what_does_not_suit_the_small_end(rod):
     with pytest.raises(InvalidValue, match=r"small_end_clearance_mm = 0\.001: must lie between 0\.0024"):
         _ = Films(structure, End.SMALL).lubrication
     assert isinstance(Lubrication.of(structure), Lubrication)
+
+
+def test_smooth_surfaces_that_meet_at_an_edge_are_refused(rod, monkeypatch):
+    """The cells are open, but not the end of the bearing beyond the last of them."""
+    films = Films(replace(rod.structure, film=FilmTable(viscosity_mPas=8.0, roughness_um=0.0)))
+    film = SimpleNamespace(thinnest=np.array([1e-3, -1e-6]))
+    monkeypatch.setattr(Films, "_integrated", lambda *_: film)
+    with pytest.raises(FilmError, match=r"meet at an edge of the bore\. Give film\.roughness_um"):
+        films.at(rod.crank_cycle(6000.0))
