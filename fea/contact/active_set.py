@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.optimize import nnls
+from scipy.sparse.csgraph import connected_components
 
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats, Ints, Mask
@@ -24,6 +25,8 @@ MOST_CHANGES = 25
 TOLERANCE = 1e-12
 # Largest relative error of the resultants.
 BALANCE = 1e-9
+# Solved loads whose contact areas are kept.
+_KEPT = 1000
 _UNSETTLED = (
     "the contact area did not settle, because rounding errors are too large: choose a larger --size or "
     "another --pressure"
@@ -51,7 +54,7 @@ class Contact:
 
 
 class ContactSystem:
-    """Solves for several loads, with C (n, n) and R (n, m), each from the contact area of the one before.
+    """Solves for several loads, with C (n, n) and R (n, m), each from contact areas of solved loads like it.
 
     The primal-dual active set (Hintermüller, Itō & Kunisch 2003) changes all places at once and usually ends
     in a few steps. If it does not, a primal active-set method (Nocedal & Wright 2006, algorithm 16.3) starts
@@ -63,18 +66,32 @@ class ContactSystem:
         self._C, self._R = compliance, rigid
         scale = np.abs(rigid).max(axis=0, initial=0.0)
         self._scale = np.where(scale > 0, scale, 1.0)
-        self._active: Mask | None = None
+        # Motions and places of each pin; resultants and areas of the loads that were solved last.
+        count, pin = connected_components(np.abs(rigid).T @ np.abs(rigid))
+        self._pins = [(pin == number, (rigid[:, pin == number] != 0).any(axis=1)) for number in range(count)]
+        self._forces = np.zeros((_KEPT, rigid.shape[1]))
+        self._areas = np.zeros((_KEPT, len(rigid)), dtype=bool)
+        self._solved = 0
         # Places of the last area, its factor, and its answer to the motions: the next load begins with it.
         self._factorised: tuple[Ints, Floats, Floats] | None = None
 
-    def solve(self, gap: Floats, force: Floats, start: Mask | None = None) -> Contact:
-        """Solve for gap (n,) and resultants (m,) from a contact area; `ContactError`: no pressure fits."""
-        before = self._active if start is None else start
-        contact = None if before is None else self._primal_dual(gap, force, before)
+    def solve(self, gap: Floats, force: Floats) -> Contact:
+        """Solve for gap (n,) and resultants (m,); `ContactError`: no pressure fits."""
+        contact = self._primal_dual(gap, force, self._near(force)) if self._solved else None
         contact = contact or self._primal_dual(gap, force, self._R @ force > 0)
         contact = contact or self._exchanged(gap, force)
-        self._active = contact.pressure > 0
+        place = self._solved % _KEPT
+        self._forces[place], self._areas[place] = force, contact.pressure > 0
+        self._solved += 1
         return contact
+
+    def _near(self, force: Floats) -> Mask:
+        """Return the contact area of each pin under the nearest of its solved resultants, else the last."""
+        area = self._areas[(self._solved - 1) % _KEPT].copy()
+        for motions, places in self._pins:
+            apart = np.linalg.norm(self._forces[: self._solved, motions] - force[motions], axis=1)
+            area[places] = self._areas[apart.argmin(), places]
+        return area
 
     def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> Contact | None:
         """Change all places at once; None if that does not settle."""

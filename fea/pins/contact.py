@@ -391,8 +391,6 @@ class PressurePatterns(ContactUnits):
             patterns = of_unit_work(compliance[np.ix_(some, some)])
             self._patterns[parity][some], self._weighing[parity][some] = patterns
         self.joint = JointBounds(*(slice(SMOOTH, self._patterns[parity].shape[1]) for parity in Parity))
-        # Of cycles that were sampled: contact areas by the speed of the crank, rad/s.
-        self._areas: dict[float, Mask] = {}
 
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns on the cell in each unit load: see `ContactUnits`."""
@@ -410,13 +408,9 @@ class PressurePatterns(ContactUnits):
         motions = instants.motions
         return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
 
-    def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:
-        """See `UnitLoads.sampled`; each cycle starts from the contact areas of the one of nearest speed."""
-        near = min(list(self._areas), key=lambda speed: abs(speed - cycle.speed), default=None)
-        start = None if near is None or self._areas[near].shape[1] != len(instants) else self._areas[near]
-        found = EstimatedWeights(self, instants, start)
-        self._areas[cycle.speed] = found.areas
-        return found
+    def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:  # noqa: ARG002
+        """Estimate between solved instants: see `UnitLoads.sampled`."""
+        return EstimatedWeights(self, instants)
 
     def balanced(self) -> Weights:
         """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
@@ -436,20 +430,16 @@ class PressurePatterns(ContactUnits):
 
 
 class EstimatedWeights(SampledWeights):
-    """Weights of contact: solved at every few instants, estimated between them, and solved on demand.
+    """Weights of contact: solved at every few instants, estimated between them, and solved on demand."""
 
-    `start` (n, n_instants): contact areas of a cycle much like it, at the instants that were solved first.
-    """
-
-    def __init__(self, units: PressurePatterns, instants: Instants, start: Mask | None = None) -> None:
+    def __init__(self, units: PressurePatterns, instants: Instants) -> None:
         self._units, self._instants = units, instants
         problem, count = units.contact.problem, len(instants)
         self._gaps, self._forces = units.contact.acting(instants)
         self._pressure = np.zeros_like(self._gaps)
         knots = np.unique(np.append(np.arange(0, count, KNOTS), count - 1))
         with one_blas_thread():
-            self._solve_pressures(knots, start)
-            self.areas = self._pressure > 0
+            self._solve_pressures(knots)
             left = np.setdiff1d(np.arange(count), knots)
             guess = interpolated(self._pressure[:, knots], knots, left)
             pressure, error = problem.estimator.estimate(guess, self._gaps[:, left], self._forces[:, left])
@@ -458,13 +448,11 @@ class EstimatedWeights(SampledWeights):
         self.error[left] = error / np.sqrt(problem.unfolding.images)
         self.solve(np.flatnonzero(~np.isfinite(self.error)))
 
-    def _solve_pressures(self, which: Ints, start: Mask | None = None) -> None:
-        """Solve from the contact areas given (n, n_instants), or each from that of the one before."""
-        system, area = self._units.contact.problem.system, None
+    def _solve_pressures(self, which: Ints) -> None:
+        system = self._units.contact.problem.system
         for number in which:
-            area = area if start is None else start[:, number]
-            state = system.solve(self._gaps[:, number].copy(), self._forces[:, number].copy(), area)
-            self._pressure[:, number], area = state.pressure, state.pressure > 0
+            state = system.solve(self._gaps[:, number].copy(), self._forces[:, number].copy())
+            self._pressure[:, number] = state.pressure
 
     def solve(self, which: Ints) -> None:
         """Solve some instants: see `SampledWeights.solve`."""

@@ -122,23 +122,13 @@ def answers():
         yield row
 
 
-class Answered(Exception):  # noqa: N818 - not an error
-    """The answer is there; the map is not needed."""
-
-
-def said_first(study):
-    """What `fea limits` says before it makes its map."""
+def answer(study):
+    """What `fea limits` says, without its map."""
     analysis = replace(study.analysis, cycle=True, tolerance_percent=0.0)
     study = replace(study, analysis=analysis, mesh=replace(study.mesh, size_mm=SIZE))
-    rpm, said = max(study.speeds()), []
-
-    def answered(first):
-        said.append(words(first))
-        raise Answered
-
-    with contextlib.suppress(Answered), contextlib.redirect_stderr(io.StringIO()):
-        explore(adapt_mesh(study, [rpm], Clock()), rpm, answered=answered)
-    return rpm, said[0]
+    rpm = max(study.speeds())
+    with contextlib.redirect_stderr(io.StringIO()):
+        return rpm, words(explore(adapt_mesh(study, [rpm], Clock()), rpm, mapped=False))
 
 
 def limits():
@@ -146,7 +136,7 @@ def limits():
     yield "| engine | rod | redline rpm | answer |"
     yield "| --- | --- | ---: | --- |"
     for engine, kind, study in studies():
-        rpm, said = said_first(study)
+        rpm, said = answer(study)
         row = f"| {engine} | {kind} | {rpm:.0f} | {said} |"
         print(row, file=sys.stderr, flush=True)
         yield row

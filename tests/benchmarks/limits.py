@@ -132,8 +132,8 @@ def in_parts(found: Found, limit: Limit) -> float:
     rod = prepare(dataclasses.replace(study, engine=engine), Clock(), mesh=mesh)
     solved = solve_speed(rod, limit.rpm)
     # The gas force without inertia is a load case of the run, but of no instant of a turning engine.
-    in_cycle = {name: case for name, case in solved.cases.items() if case.load.in_cycle}
-    result = with_cycle(rod, dataclasses.replace(solved, cases=in_cycle))
+    cases = {name: case for name, case in solved.cases.items() if name != "gas"}
+    result = with_cycle(rod, dataclasses.replace(solved, cases=cases))
     summary = speed_summary(Adapted(rod, results={limit.rpm: result}), result, buckling_report(rod, result))
     envelope, bolts = summary.envelope, summary.assembly.bolts
     return {

@@ -69,11 +69,12 @@ _SECTORS = 24
 class PartRows:
     """A part's nodes, then their images across y = 0, as rows with stresses.
 
-    `counts` (n,): which nodes of the part; by default those away from singular places.
+    `counts` (n,): which nodes of the part; by default those away from singular places. Attributes: `sides`:
+    1 for the nodes, −1 for their images.
     """
 
     def __init__(self, rod: SpannedRod, number: int, counts: Mask | None = None) -> None:
-        stress, self._sides = rod.units.parts[number], rod.units.sides
+        stress, self.sides = rod.units.parts[number], rod.units.sides
         if counts is None:
             counts = rod.counts[stress.nodes]
         if not counts.any():  # a part has a worst place
@@ -82,15 +83,15 @@ class PartRows:
         self.joint, self._balanced = stress.joint, rod.loads.balanced
         self.material = rod.materials[number]
         self._criterion, self.regions = rod.fatigue, rod.regions.at(stress.nodes[counts])
-        self._surface = np.tile(self.regions.factors(self.material), len(self._sides))
+        self._surface = np.tile(self.regions.factors(self.material), len(self.sides))
         points = rod.mesh.cell.points[stress.nodes[counts]]
-        self.points = np.concatenate([points * [1, side, 1] for side in self._sides])
+        self.points = np.concatenate([points * [1, side, 1] for side in self.sides])
 
     def made_of(self, material: Material) -> "PartRows":
         """Return the same rows of another material, whose stresses under the unit loads are the same."""
         other = copy(self)
         other.material = material
-        other._surface = np.tile(self.regions.factors(material), len(self._sides))  # noqa: SLF001
+        other._surface = np.tile(self.regions.factors(material), len(self.sides))  # noqa: SLF001
         return other
 
     @cached_property
@@ -102,7 +103,7 @@ class PartRows:
     def of_errors(self) -> tuple[Floats, Floats]:
         """Largest von Mises and mean stress (n_rows,) that errors of weights of unit length can cause."""
         balanced = self._balanced()
-        largest, pressed = np.zeros((2, len(self._sides), len(self._even)))
+        largest, pressed = np.zeros((2, len(self.sides), len(self._even)))
         if balanced is not None:
             units = [(q, z.astype(q.dtype)) for q, z in zip((self._even, self._odd), balanced, strict=True)]
             for start in range(0, len(self._even), _NODES):
@@ -110,7 +111,7 @@ class PartRows:
                 near = [(q[rows, :, : len(z)], z) for q, z in units]
                 every = sum(q @ q.swapaxes(1, 2) for q, _ in near)
                 even, odd = (q @ z for q, z in near)
-                for number, side in enumerate(self._sides):
+                for number, side in enumerate(self.sides):
                     free = even + side * odd
                     squares = every - free @ free.swapaxes(1, 2)
                     rounding = _CANCELLED * np.trace(every, axis1=1, axis2=2)
@@ -121,7 +122,7 @@ class PartRows:
     def stress(self, weights: Weights, rows: Ints) -> Floats:
         """Stress (n, 6, n_instants) of some rows."""
         image, node = np.divmod(rows, len(self._even))
-        side = np.asarray(self._sides)[image, None, None]
+        side = np.asarray(self.sides)[image, None, None]
         return product(self._even[node], weights.even) + side * product(self._odd[node], weights.odd)
 
     def errors(self, rows: Ints | slice, error: Floats, most: Floats) -> Floats:
@@ -132,16 +133,17 @@ class PartRows:
         errors = (of[rows][:, None] * error for of in self.of_errors)
         return np.stack([np.minimum(bound, most[:, None]) for bound in errors])
 
-    def every(self, weights: Weights) -> Floats:
-        """Stress (n_rows, 6, n_instants) of every row."""
-        return np.asarray(superposed(self._even, self._odd, self._sides, weights), np.float64)
+    def every(self, weights: Weights, nodes: slice = slice(None)) -> Floats:
+        """Stress (n_rows, 6, n_instants) of every row, or of some nodes and then of their images."""
+        stress = superposed(self._even[nodes], self._odd[nodes], self.sides, weights)
+        return np.asarray(stress, np.float64)
 
     def strayed(self, strays: Weights, rows: Ints | None = None) -> Floats:
         """Upper bound (n, n_chords) of the von Mises stress of rows for weights of at most these sizes."""
         even, odd = self._norms
         node = slice(None) if rows is None else rows % len(self._even)
         bound = even[node] @ strays.even + odd[node] @ strays.odd
-        return np.concatenate([bound] * len(self._sides)) if rows is None else bound
+        return np.concatenate([bound] * len(self.sides)) if rows is None else bound
 
     def bound(self, weights: Weights) -> Reals:
         """Upper bound of the largest von Mises stress (n_rows, n_sectors) over each sector."""

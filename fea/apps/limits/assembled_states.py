@@ -138,6 +138,7 @@ class AssembledStates(States):
         if self._gone_through is not None:
             at, state = self._gone_through
             self._gone_through, before = None, self._from_rest(at)
+            before.pop(Mode.SLIP, None)  # which instant slips first depends on what came before
             ratios = {mode: state[mode].factor / old.factor for mode, old in before.items() if mode in state}
             self._history |= {mode: ratio for mode, ratio in ratios.items() if math.isfinite(ratio)}
         return self._history

@@ -368,7 +368,8 @@ class Explorer:
             bounds.append(at)
         if above[-1]:
             bounds.append(line.ends[1])
-        return limits, list(zip(bounds[::2], bounds[1::2], strict=True))
+        between = zip(bounds[::2], bounds[1::2], strict=True)
+        return limits, [(low, high) for low, high in between if low < high]
 
     def _refined(self, line: Line, start: float, slope: float) -> tuple[Limit, float]:
         """Find the edge near a coordinate, d ln x/d level there; every place is looked at."""

@@ -77,7 +77,7 @@ _CLOSEST = 80
 # A place is followed if its utilisation comes as near to the largest, on any of so many rays between two that
 # were evaluated; and at most so many of a part for each.
 _NEAR, _BETWEEN, _MOST = 0.85, 4, 60
-_BLOCK = 2000  # rows evaluated at once
+_BLOCK = 500  # nodes evaluated at once
 _TINY = 1e-12
 STRESSED = (Mode.YIELD, Mode.FATIGUE)
 
@@ -240,12 +240,15 @@ def gas_peak(cycle: CrankCycle) -> float:
 
 def usage_of(part: PartRows, weights: Weights) -> Floats:
     """Utilisations (2, n_rows) of every place of a part at instants, against yield and fatigue."""
+    rows = np.arange(len(part.points)).reshape(len(part.sides), -1)
 
     def block(start: int) -> Floats:
-        rows = np.arange(start, min(start + _BLOCK, len(part.points)))
-        return judged(part, part.stress(weights, rows), rows)
+        nodes = slice(start, start + _BLOCK)
+        stress = part.every(weights, nodes)
+        return judged(part, stress, rows[:, nodes].ravel()).reshape(2, len(rows), -1)
 
-    return np.concatenate(list(side_by_side(block, range(0, len(part.points), _BLOCK))), axis=1)
+    blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
+    return np.concatenate(blocks, axis=2).reshape(2, -1)
 
 
 def closest(usage: Floats) -> Ints:
