@@ -67,23 +67,25 @@ def limits(
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
     with shown_in(asked.output.units), stages(silent=quiet or json) as listener:
         figures = found(asked, folder, listener, at_rpm=min_rpm, duty=duty)
+    reached = figures.reaches(min_rpm, min_boost)
     if json:
         print_json(figures)
     elif not quiet:
         with shown_in(asked.output.units):
-            _print(figures, folder)
+            _print(figures, folder, reached=reached)
     if not figures.trusted:
         return CHECK_FAILED
-    return 0 if figures.reaches(min_rpm, min_boost) else UNSAFE
+    return 0 if reached else UNSAFE
 
 
-def _print(figures: "LimitsFigures", folder: Path) -> None:
+def _print(figures: "LimitsFigures", folder: Path, *, reached: bool) -> None:
     from fea.output.report.limits_page import TABLE_HEAD
     from fea.output.target import near
     from fea.output.terminal.prose import print_lines, terminal
     from fea.output.units import in_heading, in_rows
 
-    lines = [figures.text, ""]
+    short = "It does not reach what --min-rpm and --min-boost ask for, less the error bar: exit code 6."
+    lines = [figures.text, *([] if reached else [short]), ""]
     if figures.table:
         rows = (map(in_heading, TABLE_HEAD), *in_rows(TABLE_HEAD, figures.table))
         lines += [f"{rpm:>6}  {safe:<24} {mode}" for rpm, safe, mode in rows]

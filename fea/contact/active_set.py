@@ -87,7 +87,7 @@ class ContactSystem:
 
     def _near(self, force: Floats) -> Mask:
         """Return the contact area of each pin under the nearest of its solved resultants, else the last."""
-        area = self._areas[(self._solved - 1) % _KEPT].copy()
+        area: Mask = self._areas[(self._solved - 1) % _KEPT].copy()
         for motions, places in self._pins:
             apart = np.linalg.norm(self._forces[: self._solved, motions] - force[motions], axis=1)
             area[places] = self._areas[apart.argmin(), places]

@@ -435,31 +435,28 @@ class EstimatedWeights(SampledWeights):
     def __init__(self, units: PressurePatterns, instants: Instants) -> None:
         self._units, self._instants = units, instants
         problem, count = units.contact.problem, len(instants)
-        self._gaps, self._forces = units.contact.acting(instants)
-        self._pressure = np.zeros_like(self._gaps)
+        gaps, forces = units.contact.acting(instants)
+        self._pressure = np.zeros_like(gaps)
         knots = np.unique(np.append(np.arange(0, count, KNOTS), count - 1))
+        self._solve_pressures(knots)
         with one_blas_thread():
-            self._solve_pressures(knots)
             left = np.setdiff1d(np.arange(count), knots)
             guess = interpolated(self._pressure[:, knots], knots, left)
-            pressure, error = problem.estimator.estimate(guess, self._gaps[:, left], self._forces[:, left])
+            pressure, error = problem.estimator.estimate(guess, gaps[:, left], forces[:, left])
         self._pressure[:, left] = pressure
         super().__init__(units.of_pressures(self._pressure, instants))
         self.error[left] = error / np.sqrt(problem.unfolding.images)
         self.solve(np.flatnonzero(~np.isfinite(self.error)))
 
     def _solve_pressures(self, which: Ints) -> None:
-        system = self._units.contact.problem.system
-        for number in which:
-            state = system.solve(self._gaps[:, number].copy(), self._forces[:, number].copy())
-            self._pressure[:, number] = state.pressure
+        states = self._units.pins.states(self._instants[which])
+        self._pressure[:, which] = np.stack([state.values for state in states], axis=1)
 
     def solve(self, which: Ints) -> None:
         """Solve some instants: see `SampledWeights.solve`."""
         which = which[self.error[which] > 0]
         if which.size:
-            with one_blas_thread():
-                self._solve_pressures(which)
+            self._solve_pressures(which)
             exact = self._units.of_pressures(self._pressure[:, which], self._instants[which])
             for known, new in zip(self.weights, exact, strict=True):
                 known[:, which] = new

@@ -19,7 +19,7 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import Largest
-from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
+from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line, root
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, Worst
 from fea.base.units import BAR
@@ -229,15 +229,15 @@ def test_a_bolt_yields_where_its_diagram_says():
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
     operation = Operation(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
     states = Springs(Assembling.of(own))
-    explorer = Explorer(states, operation, Axes(7000.0, 1.0), required=1.1, show=lambda _text: None)
+    explorer = Explorer(states, operation, Axes(7000.0, 1.0), 1.1, lambda _text: None)
     twisting = math.sqrt(bolt.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
     strongest = bolt.least_area * math.sqrt((bolt.strength.yield_strength / 1.1) ** 2 - twisting**2)
     pull = (strongest - bolt.preload) / states.share
     at_1000 = operation.cycle(1000.0, 1.0).degrees.crank_axial.max() / 2
     expected = 1000 * math.sqrt(pull / at_1000)
     survey = explorer.survey()
-    line = Line("load", lambda rpm: (rpm, 0.0), (500.0, operation.fastest))
-    [limit], [(_, high)] = explorer.edges(survey, line)
+    line = Line("load", operation, lambda rpm: (rpm, 0.0), (500.0, operation.fastest))
+    [(_, high, limit)] = explorer.safe(survey, line)
     assert limit.mode is Mode.BOLT_YIELD
     assert high == pytest.approx(expected, rel=1e-2)
     # Speed is the root of pull, and a bar of the stress is a wider one of the pull, beside the preload.
@@ -257,16 +257,31 @@ def test_what_was_estimated_first_is_solved_in_the_end():
     own = load_study("leon-2001-bolted")
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
     operation = Operation(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
-    line, edges = Line("load", lambda rpm: (rpm, 0.0), (500.0, operation.fastest)), []
+    line, edges = Line("load", operation, lambda rpm: (rpm, 0.0), (500.0, operation.fastest)), []
     for kind in (Estimated, Springs):
         states = kind(Assembling.of(own))
-        explorer = Explorer(states, operation, Axes(7000.0, 1.0), required=1.1, show=lambda _text: None)
+        explorer = Explorer(states, operation, Axes(7000.0, 1.0), 1.1, lambda _text: None)
         survey = explorer.survey()
         for explorer.certain in (False, True):
-            edges.append(explorer.edges(survey, line)[1][0][1])
+            edges.append(explorer.safe(survey, line)[0][1])
     first, last, *known = edges
     assert first > 1.03 * last
     assert [last, *known] == pytest.approx([known[0]] * 3, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("start", "slope", "expected"), [(1.5, -1.0, 10.0), (12.0, -1.0, 10.0), (6.0, 1.0, 1.0), (0.5, 1.0, 1.0)]
+)
+def test_an_edge_is_found_where_the_factor_first_rises_before_it_falls(start, slope, expected):
+    """From a place on the wrong side of the largest factor the slope points away from the edge."""
+
+    def level(x):
+        return 0.4 * math.log(x) * (math.log(10) - math.log(x))
+
+    edge = root(level, [start], slope, (0.2, 40.0), 1e-4)
+    assert edge.x == pytest.approx(expected, rel=1e-3)
+    assert edge.slope == pytest.approx(slope / (0.4 * math.log(10)), rel=0.2)
+    assert root(lambda _at: 1.0, [start], slope, (0.2, 40.0)) is None
 
 
 def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():

@@ -161,8 +161,8 @@ def test_a_mesh_of_one_piece_has_no_rims():
 def test_places_have_names(rod):
     whole, length = rod.whole, rod.bores.rod_length
     named = {
-        Surface.BIG_END_BORE: "big-end bore",
-        Surface.SMALL_END_BORE: "small-end bore",
+        Surface.BIG_END_BORE: "bore of the bearing shells",
+        Surface.SMALL_END_BORE: "bore of the bushing",
         Surface.BOLT_HEAD: "seat of a bolt head",
         Surface.BUSHING_BACK: "seat of the bushing",
     }

@@ -57,7 +57,7 @@ def words(found: Found) -> str:
 
 def ends_of(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]:
     """Speed, pressure, and speed with the throttle closed, that end what is safe."""
-    closed = None if found.closed is None else Reached(found.closed, 0.0, found.closed.rpm, 0.0)
+    closed = None if found.closed is None else Reached(0.0, found.closed.rpm, found.closed, 0.0)
     bars, lines = Bars(found), (found.speed, found.pressure, closed)
     speed, pressure, last = (_largest(line, bars, found.operation) for line in lines)
     return speed, pressure, last
@@ -130,13 +130,21 @@ def _sentences(found: Found) -> Iterator[str]:
     operation = found.operation
     load = "the study's load" if operation.full_load is None else "full load"
     load = load if operation.burns else "inertia alone"
+    rpm = np.linspace(operation.idle, operation.fastest, 500)
+    factors = found.of_rays.factors(rpm, np.array([operation.today(each) for each in rpm.tolist()]))
     if found.spent is not None:
         mode, usage = found.spent
         lost = "as assembled, before any load acts"
         yield f"Against {mode.value} the safety factor is {1 / usage:.2f} times the required one {lost}."
     if found.speed is None:
         idle = f"{operation.idle:.0f} rpm, about idling speed"
-        yield f"At {load} the rod does not reach the required safety factor at any speed from {idle}."
+        of_speeds = least_of(ending(factors), rpm)
+        best, most = rpm[of_speeds.argmax()], of_speeds.max()
+        against = min(ending(factors), key=lambda mode: factors[mode][of_speeds.argmax()])
+        yield (
+            f"At {load} the rod does not reach the required safety factor at any speed from {idle}: "
+            f"at best {most:.2f} of it, against {against.value}, at about {float(f'{best:.2g}'):.0f} rpm."
+        )
     elif speed is None:
         yield f"At {load} nothing fails up to {found.speed.high:.0f} rpm, a mean piston speed of 50 m/s."
     else:
@@ -151,8 +159,6 @@ def _sentences(found: Found) -> Iterator[str]:
     yield from _of_life(found, load)
     if all(material.endurance_limit is None for material in found.rod.materials):
         yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
-    rpm = np.linspace(operation.idle, operation.fastest, 500)
-    factors = found.of_rays.factors(rpm, np.array([operation.today(each) for each in rpm.tolist()]))
     for mode in sorted(ONSETS & factors.keys()):
         below = np.flatnonzero(factors[mode] < 1)
         if below.size:

@@ -11,7 +11,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.apps.limits.assembled_states import AssembledStates
 from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
-from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending, most_charge
+from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.states import Mode, States, SuperposedStates
 from fea.solid.errors import ContactError
@@ -28,9 +28,9 @@ _LOWER = 0.9
 class Reached(NamedTuple):
     """The end of what is safe along a line of operation."""
 
-    limit: Limit | None  #: None where nothing ends it
     low: float  #: low, high: the safe interval of the line's coordinate, rpm or MPa
     high: float
+    limit: Limit | None  #: None where nothing ends it
     least: float  #: where the line begins
     rpm: float = math.nan  #: of a line of one speed
 
@@ -93,7 +93,7 @@ def explore(
     required = rod.options.min_safety or 1.0
     axes = _axes(static, operation, rpm, required)
     states = _states(rod, operation, rpm, show)
-    explorer = Explorer(states, operation, axes, required=required, show=show)
+    explorer = Explorer(states, operation, axes, required, show)
     closed_throttle = operation.closed_throttle()
 
     def found(of_rays: LimitMap) -> Found:
@@ -136,7 +136,8 @@ def explore(
     show("life")
     life = life_map(states, operation, of_rays, required)
     if life is None:
-        return replace(last, lifeless="the material has no S–N line, or nothing fails by fatigue")
+        why = "the material has no S–N line" if states.endless is None else "nothing fails by fatigue"
+        return replace(last, lifeless=why)
     hours = {each: hours_at(states, operation, each) for each in lasting}
     return replace(last, life=life, hours=hours)
 
@@ -160,27 +161,20 @@ def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float
     fast = min(fast, operation.fastest)
     if gas is None:
         return Axes(fast, 1.0)
-    return Axes(fast, min(gas.min_safety_factor / required, most_charge(operation, operation.idle)))
+    return Axes(fast, min(gas.min_safety_factor / required, operation.scale(operation.idle, MOST_PEAK)))
 
 
 def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
     operation = explorer.operation
     ends_ = (min(operation.idle, rpm), operation.fastest)
-    edges, safe = explorer.edges(of_rays, Line("load", lambda at: (at, operation.today(at)), ends_))
+    safe = explorer.safe(of_rays, Line("load", operation, lambda at: (at, operation.today(at)), ends_))
     around = [each for each in safe if each[0] <= rpm] or safe[:1]
-    if not around:
-        return None
-    low, high = around[-1]
-    return Reached(next((limit for limit in edges if limit.rpm == high), None), low, high, ends_[0])
+    return Reached(*around[-1], ends_[0]) if around else None
 
 
 def _pressure(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
     operation = explorer.operation
     ends_ = (operation.peak(rpm, LEAST_CHARGE), MOST_PEAK)
-    line = Line(f"{rpm} rpm", lambda at: (rpm, operation.scale(rpm, at)), ends_)
-    edges, safe = explorer.edges(of_rays, line)
-    if not safe:
-        return None
-    low, high = safe[-1]
-    last = next((limit for limit in edges if math.isclose(limit.peak, high)), None)
-    return Reached(last, low, high, ends_[0], rpm)
+    line = Line(f"{rpm} rpm", operation, lambda at: (rpm, operation.scale(rpm, at)), ends_)
+    safe = explorer.safe(of_rays, line)
+    return Reached(*safe[-1], ends_[0], rpm) if safe else None

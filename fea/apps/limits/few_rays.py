@@ -50,8 +50,9 @@ def with_film(
         show(f"oil film on ray {number + 1} of {some.size}")
         most = furthest(operation, axes, angle)
         with suppress(FilmError):
-            edge = root(lambda load: level(axes.point(angle, load)), most, [min(1.0, most)], _WITHIN)  # noqa: B023 - called at once
-            loads[number] = math.inf if edge is None else edge[0]
+            first = [min(1.0, most)]
+            edge = root(lambda load: level(axes.point(angle, load)), first, -1.0, (0.0, most), _WITHIN)  # noqa: B023 - called at once
+            loads[number] = math.inf if edge is None else edge.x
     with np.errstate(invalid="ignore"):  # beside a ray without a limit there is none
         every = np.exp(np.interp(angles, angles[some], np.log(loads)))
     every[~np.isfinite(every)] = math.inf

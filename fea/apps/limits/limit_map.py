@@ -31,7 +31,9 @@ _FACTOR, _OF_DEAR, _STEPS, _ALMOST = 1e-3, 3e-3, 8, 5e-3
 # Relative distance of places from which a slope is taken, at least.
 _APART = 2e-3
 # A step of the search changes the logarithm of a load by so much at most.
-_LEAP = 1.5
+_LEAP = 0.5
+# Of the largest load of a ray that was solved: the largest that is next.
+_NEXT = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
 _NO_STATE = Worst(0.75)
 # Rays of the map, and of the survey.
@@ -130,17 +132,12 @@ def least_of(factors: Mapping[Mode, Floats], points: Floats) -> Floats:
     return np.min(list(factors.values()), axis=0) if factors else np.full(np.shape(points), np.inf)
 
 
-def most_charge(operation: Operation, rpm: float) -> float:
-    """Return the charge at which the largest pressure of any engine is reached."""
-    return operation.scale(rpm, MOST_PEAK)
-
-
 def furthest(operation: Operation, axes: Axes, angle: float) -> float:
     """Return the load on a ray that no engine exceeds by its speed or its pressure."""
     most = min(_FURTHEST, (operation.fastest / axes.rpm) ** 2 / max(math.cos(angle), 1e-9))
     if operation.burns:
         rpm, _ = axes.point(angle, most)
-        most = min(most, most_charge(operation, rpm) / axes.charge / math.sin(angle))
+        most = min(most, operation.scale(rpm, MOST_PEAK) / axes.charge / math.sin(angle))
     return most
 
 
@@ -156,6 +153,7 @@ class Line(NamedTuple):
     """A line of operation."""
 
     name: str
+    operation: Operation
     point: Callable[[float], Point]  #: of a coordinate of the line, such as the speed
     ends: tuple[float, float]  #: of the coordinate
 
@@ -184,13 +182,7 @@ class Explorer:
     """Finds limits. `axes`: those of the rays; `required`: the safety factor; `show` tells of progress."""
 
     def __init__(
-        self,
-        states: States,
-        operation: Operation,
-        axes: Axes,
-        *,
-        required: float,
-        show: Callable[[str], None],
+        self, states: States, operation: Operation, axes: Axes, required: float, show: Callable[[str], None]
     ) -> None:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
@@ -199,12 +191,10 @@ class Explorer:
         self._known: dict[tuple[Operation, Point, bool], State] = {}
         self._rays: dict[float, dict[float, State]] = {}  # by angle and load, those of the survey
         self._edges: list[tuple[str, float, Limit, bool]] = []
-        self._fastest: dict[Operation, float] = {}
         self.rest = {mode: required / worst.factor for mode, worst in states.rest.items()}
 
-    def state(self, point: Point, operation: Operation | None = None) -> State:
+    def state(self, point: Point, operation: Operation) -> State:
         """Return the factors at a point; none where no state of contact carries the load."""
-        operation = operation or self.operation
         key = (operation, point, self.certain)
         if key not in self._known:
             find = self._states.at if self.certain else self._states.estimate
@@ -305,7 +295,7 @@ class Explorer:
                 elif step:
                     break
                 edge = self._on(angle, Mode.YIELD)
-                load = min(math.inf if edge is None else edge.load, _LEAP * max(known), most)
+                load = min(math.inf if edge is None else edge.load, _NEXT * max(known), most)
         return self._mapped(np.array(angles), [dict(self._limits_on(angle)) for angle in angles])
 
     def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
@@ -329,7 +319,7 @@ class Explorer:
             point = axes.point(angle, load)
             if mode is Mode.BUCKLING and load not in known:
                 return self._states.buckling(self.operation.cycle(*point))
-            known[load] = self.state(point)
+            known[load] = self.state(point, self.operation)
             return known[load].get(mode) if known[load] else _NO_STATE
 
         found: dict[Mode, Limit] = {}
@@ -337,103 +327,76 @@ class Explorer:
         while not (worst(Mode.YIELD, start) and known[start]) and start > _LEAST_LOAD:
             start *= _LESS  # no state of contact carries so much
         for mode in known[start]:  # yield comes first
-            edge = root(lambda load: self._level(worst(mode, load)), most, known)  # noqa: B023 - called at once
-            if edge is None:
+            edge = root(lambda load: self._level(worst(mode, load)), list(known), -1.0, (0.0, most))  # noqa: B023 - called at once
+            if edge is None or edge.left > _ALMOST:
                 continue
-            load, slope = edge
-            point = axes.point(angle, load)
-            if (there := worst(mode, load)) is not None:
-                found[mode] = Limit(mode, *point, self.operation.peak(*point), there, slope)
+            point = axes.point(angle, edge.x)
+            if (there := worst(mode, edge.x)) is not None:
+                found[mode] = Limit(mode, *point, self.operation.peak(*point), there, edge.slope)
             if mode is Mode.YIELD:
-                most = min(most, ELASTIC * load)
+                most = min(most, ELASTIC * edge.x)
         return found
 
     def _level(self, worst: Worst | None) -> float:
         return math.inf if worst is None else math.log(worst.factor / self._required)
 
-    def edges(self, of_rays: LimitMap, line: Line) -> tuple[list[Limit], list[tuple[float, float]]]:
-        """Find where the least factor passes the required one along a line of operation.
+    def safe(self, of_rays: LimitMap, line: Line) -> list[tuple[float, float, Limit | None]]:
+        """Return the intervals of a line of operation on which the least factor is above the required one.
 
-        Returns one limit per edge of the intervals (low, high) of the coordinate that are safe, and these.
+        Each by its coordinates (low, high) and the limit that ends it; None at the end of the line.
         """
         x = np.linspace(*line.ends, _POINTS)
         level = np.log(of_rays.least(*np.array([line.point(float(each)) for each in x]).T))
-        above = level > 0
-        limits, bounds = list[Limit](), [line.ends[0]] if above[0] else []
-        for number in np.flatnonzero(np.diff(above)):
+        bounds: list[tuple[float, Limit | None]] = [(line.ends[0], None)] if level[0] > 0 else []
+        for number in np.flatnonzero(np.diff(level > 0)):
             low, high = x[number : number + 2].tolist()
             slope = math.log(high / low) / float(level[number + 1] - level[number])
-            limit, at = self._refined(line, low * math.exp(-slope * float(level[number])), slope)
-            limits.append(limit)
-            bounds.append(at)
-        if above[-1]:
-            bounds.append(line.ends[1])
+            bounds.append(self._refined(line, low * math.exp(-slope * float(level[number])), slope))
+        if level[-1] > 0:
+            bounds.append((line.ends[1], None))
         between = zip(bounds[::2], bounds[1::2], strict=True)
-        return limits, [(low, high) for low, high in between if low < high]
+        return [(low, high, limit) for (low, _), (high, limit) in between if low < high]
 
-    def _refined(self, line: Line, start: float, slope: float) -> tuple[Limit, float]:
-        """Find the edge near a coordinate, d ln x/d level there; every place is looked at."""
+    def _refined(self, line: Line, start: float, slope: float) -> tuple[float, Limit | None]:
+        """Find the edge near a coordinate, d ln x/d level there; every place is looked at.
+
+        Returns its coordinate and the limit; without one, the end of the line towards which it would lie.
+        """
         for name, x, limit, certain in self._edges:
             if name == line.name and abs(x / start - 1) < _SAME:
                 if certain or not self.certain:
-                    return limit, x
+                    return x, limit
                 start, slope = x, limit.slope
+
+        def level(at: float) -> float:
+            return self._least(line, at)[0]
+
         while True:
-            level = lambda at: self._least(line.point(at))[0]  # noqa: E731
-            x, slope = _secant(level, start, slope, line.ends, self._within)
-            point = line.point(x)
-            if self._states.certify(self.operation.cycle(*point), self.state(point)):
-                limit = self._limit(point, slope)
-                self._edges.insert(0, (line.name, x, limit, self.certain))
-                return limit, x
+            edge = root(level, [start], slope, line.ends, self._within)
+            if edge is None:
+                return line.ends[(level(start) > 0) is (slope < 0)], None
+            point = line.point(edge.x)
+            if self._states.certify(line.operation.cycle(*point), self.state(point, line.operation)):
+                _, mode, worst = self._least(line, edge.x)
+                limit = Limit(mode, *point, line.operation.peak(*point), worst, edge.slope)
+                self._edges.insert(0, (line.name, edge.x, limit, self.certain))
+                return edge.x, limit
+            start, slope = edge.x, edge.slope
             self._known.clear()
 
-    def _least(self, point: Point, operation: Operation | None = None) -> tuple[float, Mode, Worst]:
-        state = self.state(point, operation) or {Mode.YIELD: _NO_STATE}
+    def _least(self, line: Line, at: float) -> tuple[float, Mode, Worst]:
+        state = self.state(line.point(at), line.operation) or {Mode.YIELD: _NO_STATE}
         return min((self._level(worst), mode, worst) for mode, worst in ending(state).items())
-
-    def _limit(self, point: Point, slope: float, operation: Operation | None = None) -> Limit:
-        of, (_, mode, worst) = operation or self.operation, self._least(point, operation)
-        return Limit(mode, *point, of.peak(*point), worst, slope)
 
     def fastest(self, of_rays: LimitMap, operation: Operation) -> Limit | None:
         """Find the highest speed of another engine, whose gas hardly counts; None if any is safe."""
-        most, rpm = self.operation.fastest, self._axes.rpm
+        most, rpm = operation.fastest, self._axes.rpm
         least = float(of_rays.least(np.array(rpm), np.array(0.0)))
-        known = [self._fastest.get(operation, min(rpm * math.sqrt(least), most))]
-        edge = root(lambda at: self._least((at, 1.0), operation)[0], most, known, self._within)
-        if edge is None:
-            return None
-        self._fastest[operation] = edge[0]
-        return self._limit((edge[0], 1.0), edge[1], operation)
+        line = Line("closed throttle", operation, lambda at: (at, 1.0), (operation.idle, most))
+        return self._refined(line, min(rpm * math.sqrt(least), most), -0.5)[1]
 
 
-def _secant(
-    level: Callable[[float], float], start: float, slope: float, ends: tuple[float, float], within: float
-) -> Point:
-    """Find where a level passes 0 near a place, by secants; the place x and d ln x/d level there."""
-    values = {start: level(start)}
-    before = slope
-    for _ in range(_STEPS):
-        x = min(values, key=lambda at: abs(values[at]))
-        if abs(values[x]) < within:
-            break
-        step = x * math.exp(min(max(-slope * values[x], -_LEAP / 3), _LEAP / 3))
-        step = min(max(step, ends[0]), ends[1])
-        above, below = ([at for at, value in values.items() if (value > 0) is side] for side in (True, False))
-        if above and below:
-            near = min(((p, q) for p in above for q in below), key=lambda pair: abs(pair[0] - pair[1]))
-            if not min(near) < step < max(near):
-                step = math.sqrt(near[0] * near[1])
-        if step in values:
-            break
-        values[step] = level(step)
-        slope = math.log(step / x) / ((values[step] - values[x]) or 1e-12)
-    x = min(values, key=lambda at: abs(values[at]))
-    return x, _slope(values, x, before)
-
-
-def _slope(values: Mapping[float, float], x: float, otherwise: float = -1.0) -> float:
+def _slope(values: Mapping[float, float], x: float, otherwise: float) -> float:
     """D ln x/d level at a place, from the nearest other one that is not so near that rounding counts."""
     others = [at for at in values if abs(math.log(at / x)) >= _APART and math.isfinite(values[at])]
     if not others:
@@ -443,35 +406,50 @@ def _slope(values: Mapping[float, float], x: float, otherwise: float = -1.0) -> 
     return math.log(other / x) / change if change else otherwise
 
 
+class Root(NamedTuple):
+    """Where a level passes 0: the place x, d ln x/d level there, and what is left of the level."""
+
+    x: float
+    slope: float
+    left: float
+
+
 def root(
     level: Callable[[float], float],
-    most: float,
-    known: Mapping[float, object] | list[float],
+    known: Iterable[float],
+    slope: float,
+    ends: tuple[float, float],
     within: float = _FACTOR,
-) -> Point | None:
-    """Find where a level that falls passes 0, by secants in ln x within a bracket.
+) -> Root | None:
+    """Find where a level passes 0, by secants in ln x within a bracket; None where it does not in the range.
 
-    `known`: places whose level is at hand. Returns the place and d ln x/d level there; None where the level
-    is above 0 up to `most`, or the place is not found.
+    `known`: places near it, or whose level is at hand; `slope`: an estimate, whose sign says which way the
+    level passes.
     """
-    values = {x: level(x) for x in list(known)}
-    slope = -1.0
+    values, before = {x: level(x) for x in known}, slope
     for _ in range(_STEPS):
         x = min(values, key=lambda at: abs(values[at]))
         if abs(values[x]) < within:
             break
-        above = max((at for at, value in values.items() if value > 0), default=0.0)
-        below = min((at for at, value in values.items() if value <= 0), default=math.inf)
-        if above >= most or not math.isfinite(values[x]):
-            return None
+        above, below = ([at for at, value in values.items() if (value > 0) is side] for side in (True, False))
+        between = bool(above and below)
+        if not between:  # an edge of this kind lies on one side, whatever the slope here
+            upwards = (values[x] > 0) is (before < 0)
+            x = max(values) if upwards else min(values)
+            slope = slope if slope * before > 0 else before
+            if x == ends[upwards] or not math.isfinite(values[x]):
+                return None
         step = x * math.exp(min(max(-slope * values[x], -_LEAP), _LEAP))
-        if not above < step < below and above and math.isfinite(below):
-            step = math.sqrt(above * below)
-        step = min(step, most)
+        step = min(max(step, ends[0]), ends[1])
+        if between:
+            near = min(((p, q) for p in above for q in below), key=lambda pair: abs(pair[0] - pair[1]))
+            if not min(near) < step < max(near):
+                step = math.sqrt(near[0] * near[1])
         if step in values:
-            return None
+            break
         values[step] = level(step)
         change = values[step] - values[x]
-        slope = math.log(step / x) / change if change and math.isfinite(change) else -1.0
+        slope = math.log(step / x) / change if change and math.isfinite(change) else before
     x = min(values, key=lambda at: abs(values[at]))
-    return (x, _slope(values, x)) if x <= most and abs(values[x]) < max(_ALMOST, within) else None
+    passed = abs(values[x]) < max(_ALMOST, within) or len({value > 0 for value in values.values()}) > 1
+    return Root(x, _slope(values, x, before), abs(values[x])) if passed else None
