@@ -245,13 +245,14 @@ class _Course:
         if len(states) > 1:  # as a cycle before, or as in the last step
             like = (states[0], states[1]) if len(states) == states.maxlen else (states[-2], last)
             guesses = [last.ahead(*like), last]
-        before = (self.oil + last.volume / 2) / step
+        oil = self.oil + last.volume / 2
+        kept = np.maximum(oil, 0.0)  # of a cell that drains, differences would leave less; it owes that
         for guess in guesses:
             try:
-                states.append(self.acting.solve(self.bearing, guess, self.place, 1.5 / step, before))
+                states.append(self.acting.solve(self.bearing, guess, self.place, 1.5 / step, kept / step))
             except FilmError:
                 continue
-            self.oil = 1.5 * states[-1].volume - last.volume / 2
+            self.oil = 1.5 * states[-1].volume - last.volume / 2 + oil - kept
             return
         states.append(self._in_parts(last, 1))
         self.oil = self.oil + states[-1].volume - last.volume
@@ -268,9 +269,9 @@ class _Course:
                 return self._in_parts(last, 2 * parts)
             grid, gap, most = self.bearing.reynolds.grid, states[-1].thinnest / UM, states[-1].pressure.max()
             specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
-            text = f"under up to {specific:.3g} MPa of specific load: {gap:.2g} µm at {most:.3g} MPa"
+            text = f"{gap:.2g} µm at {most:.3g} MPa under up to {specific:.3g} MPa of specific load"
             remedy = "Reduce the load, or check film.roughness_um and the clearance"
-            raise FilmError(f"the oil film was not solved {text} are beyond the model. {remedy}") from error
+            raise FilmError(f"the oil film was not solved beyond {text}. {remedy}") from error
         return replace(states[-1], parts=states[1:-1])
 
 
@@ -348,8 +349,8 @@ def integrate(
             if unchanged < count or left % math.ceil(_PART * count):
                 continue
             of_0, (first, *states) = count - 1 - course.place % count, course.states
-            unrepeated = states[-1].unlike(first)
-            cycle = FilmCycle(course.bearing, acting, states[of_0:] + states[:of_0], unrepeated)
+            ordered, unrepeated = states[of_0:] + states[:of_0], states[-1].unlike(first)
+            cycle = FilmCycle(course.bearing, acting, ordered, unrepeated)
             if warming is not None:
                 cycle = warming.judged(cycle)
             off, starves = abs(cycle.unbalanced), cycle.filled.mean() < _STARVED

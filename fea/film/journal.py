@@ -320,7 +320,9 @@ class Bearing:
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
         part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar)
-        film = at.film.changed(part * change.reshape(grid.shape), self.reynolds.oil.piezoviscosity)
+        thinner = np.where(at.film.full, 1.0, gap / self.space(planes)[0])  # what changes is θh, not θ
+        by = part * thinner * change.reshape(grid.shape)
+        film = at.film.changed(by, self.reynolds.oil.piezoviscosity)
         position = at.position + part * moved[count:] if load is not None else at.position
         bulge = at.bulge + part * moved[:count]
         return _Iterate(film, planes, position, bulge, response), part < 1 or held

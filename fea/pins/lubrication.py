@@ -105,9 +105,8 @@ class Lubrication:
         clearance = table.radial_clearance_um
         if clearance is None and fit is not None:
             clearance = fit / 2 / UM
-        default = BIG_CLEARANCE * radius / UM
         text = "radial clearance {:.3g} µm (film.radial_clearance_um)"
-        clearance = said.or_else(clearance, default, text)
+        clearance = said.or_else(clearance, BIG_CLEARANCE * radius / UM, text)
         remedy = "Check its unit; where it is left out, it is half of contact.big_end_clearance_mm."
         _require_film("film.radial_clearance_um", clearance, "µm", radius / UM, remedy)
         oil, warm, heat = _oil(table, said), 0.0, 0.0
@@ -150,8 +149,9 @@ class Lubrication:
         _require_film(key, 2 * fits.small_clearance, "mm", diameter, remedy)
         oil, warm = _oil(table, Assumed()), None  # what that assumes is said of the big end
         if isinstance(oil, WarmOil):
-            text = "film at {:.3g} °C (film.small_end_C)"
-            warm = said.or_else(table.small_end_C, assumed.SMALL_END_C, text)
+            warm = said.or_else(
+                table.small_end_C, assumed.SMALL_END_C, "film at {:.3g} °C (film.small_end_C)"
+            )
         text = "its sides in oil of {:.3g} bar above that of a ruptured film (film.small_end_inlet_bar)"
         around = said.or_else(table.small_end_inlet_bar, assumed.SMALL_END_BAR, text)
         diameter = table.small_end_hole_diameter_mm or 0.0
@@ -261,8 +261,7 @@ class Films:
 
     def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle]:
         """The film of a cycle, and a coarser one. Raises `InvalidValue` (unsuitable [film]), `FilmError`."""
-        rule = "must be above 0: motion carries an oil film"
-        require(cycle.speed > 0, "speed.rpm", cycle.speed, rule)
+        require(cycle.speed > 0, "speed.rpm", cycle.speed, "must be above 0: motion carries an oil film")
         key = cycle.speed, id(cycle.gas)
         if key not in self._pairs:
             bore = self.bore
@@ -282,8 +281,7 @@ class Films:
         self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int, int], before: FilmCycle | None
     ) -> FilmCycle:
         said, (around, along, steps), end = self.lubrication, size, self.end
-        radius, width = end.size(self._structure.bores)
-        halved = bore.functions.mirrored
+        (radius, width), halved = end.size(self._structure.bores), bore.functions.mirrored
         grid = FilmGrid(radius, width, around, along if halved else 2 * along, halved, graded=1.0)
         instants, heat, oil = cycle.at(crank_angles(steps)), None, said.oil
         if isinstance(oil, WarmOil) and said.temperature is not None:
