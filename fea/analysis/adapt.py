@@ -40,6 +40,9 @@ MOST_SPEEDS = 5
 MAX_PASSES = 4
 # About ten gigabytes and some minutes with a direct solver on a quarter of the rod.
 MAX_ELEMENTS = 600_000
+# What a coarse mesh asks for is vague: a mesh of more elements than this that has so many times those of the
+# last one is approached by one with half the change of size (by its logarithm).
+_MANY, _LEAP = 200_000, 6.0
 # Over all speeds, nodes whose fields stay in memory until they are asked for, at about a kilobyte each; the
 # last mesh is solved once more for further speeds.
 MAX_KEPT_NODES = 1_000_000
@@ -103,6 +106,8 @@ def adapt_mesh(
         growth = Sizing(rod.mesh.meshing.size).growth
         further = wanted is not None and not met and not rod.options.draft and len(passes) < MAX_PASSES
         elements = predicted_elements(rod.mesh, wanted, growth) if wanted and further else 0.0
+        if elements > max(_MANY, _LEAP * len(whole.tets)) and (wanted := wanted_sizes(rod.mesh, ratio**0.5)):
+            elements = predicted_elements(rod.mesh, wanted, growth)
         obstacle = "" if met else _obstacle(rod, elements, len(passes))
         if listener:
             listener(passes[-1].text(len(passes)))
@@ -121,8 +126,7 @@ def adapt_mesh(
             break
         del rod, results  # their memory is that of the next ones
     unmet = f"the tolerance of {tolerance:g} % is not met ({widest.text}): {obstacle}"
-    shortfall = doubt(unmet) if obstacle else None
-    return Adapted(rod, tuple(passes), shortfall, results)
+    return Adapted(rod, tuple(passes), doubt(unmet) if obstacle else None, results)
 
 
 class _Widest(NamedTuple):

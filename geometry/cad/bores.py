@@ -153,7 +153,7 @@ def _is_hollow(wall: CadHole, interior: Interior) -> bool:
     if gmsh.model.getAdjacencies(2, wall.faces[0])[0].size == 1:  # its normal points out of its only volume
         if out @ np.array(gmsh.model.getNormal(wall.faces[0], middle)) > 0:
             return False
-        if interior.single:
+        if len(interior.volumes) == 1:
             return True
     return not interior.contains(point - 2e-3 * out) and interior.contains(point + 2e-3 * out)
 

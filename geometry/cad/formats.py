@@ -288,8 +288,7 @@ def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[N
     target, scale = "", factor / DECLARED[declared]
     if kind is CadFormat.STEP:  # reading another format, the kernel does not know this option
         wanted = DECLARED[declared] / factor
-        fitting = (name for name, length in _TARGETS.items() if math.isclose(length, wanted, rel_tol=1e-9))
-        exact = next(fitting, None)
+        exact = next((name for name, length in _TARGETS.items() if math.isclose(length, wanted)), None)
         target, scale = exact or "MM", scale if exact is None else 1.0
     gmsh.option.setString("Geometry.OCCTargetUnit", target)
     gmsh.option.setNumber("Geometry.OCCScaling", scale)

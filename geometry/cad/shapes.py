@@ -17,19 +17,14 @@ class Interior:
     """The inside of volumes; the kernel is asked only for those whose bounding box holds the point."""
 
     def __init__(self, volumes: Sequence[int]) -> None:
-        self._volumes = tuple(volumes)
-        boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 2, 3))
-        self._low, self._high = boxes[:, 0], boxes[:, 1]
-
-    @property
-    def single(self) -> bool:
-        """Whether it is that of one volume."""
-        return len(self._volumes) == 1
+        self.volumes = tuple(volumes)
+        boxes = np.reshape([gmsh.model.getBoundingBox(3, volume) for volume in volumes], (-1, 6))
+        self._low, self._high = np.hsplit(boxes, 2)
 
     def contains(self, point: Floats) -> bool:
         """Whether a point lies in any of the volumes."""
         near = ((self._low <= point) & (point <= self._high)).all(axis=1)
-        return any(gmsh.model.isInside(3, self._volumes[at], list(point)) for at in np.flatnonzero(near))
+        return any(gmsh.model.isInside(3, self.volumes[at], list(point)) for at in np.flatnonzero(near))
 
 
 # Largest deviation of a face from its cylinder, relative to the radius.

@@ -91,6 +91,15 @@ def test_it_refines_where_the_peaks_are(within_six):
     assert np.median(length[vertices & (heat > 0.9)]) < 0.4 * np.median(length[vertices & (heat < 0.5)])
 
 
+def test_a_leap_to_many_elements_is_approached_by_a_mesh_between(within_six, monkeypatch):
+    monkeypatch.setattr(adapt, "_MANY", 0)
+    monkeypatch.setattr(adapt, "_LEAP", 1.0)
+    between = adapt_mesh(study(6.0, all_cases=True), (6000.0,), Clock()).passes
+    at_once = within_six[0].passes
+    assert at_once[0].elements == between[0].elements < between[1].elements < at_once[1].elements
+    assert between[-1].error_percent < 6
+
+
 def test_each_pass_is_told(within_six):
     adapted, said = within_six
     draft, passes = said.pop(1), said
