@@ -15,11 +15,11 @@ from geometry.system import memory_limit, usable_processors
 Item = TypeVar("Item")
 Found = TypeVar("Found")
 
-_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def limit_threads(threads: int | None) -> None:
-    """Limit OpenMP, MKL and OpenBLAS, unless None. Raises `InvalidValue`: not a positive number."""
+    """Limit OpenMP and MKL, unless None. Raises `InvalidValue`: not a positive number."""
     if threads is None:
         return
     require(threads >= 1, "--threads", threads, "must be at least 1")
