@@ -246,8 +246,8 @@ class _Course:
             like = (states[0], states[1]) if len(states) == states.maxlen else (states[-2], last)
             guesses = [last.ahead(*like), last]
         oil = self.oil + last.volume / 2
-        kept = np.maximum(oil, 0.0)  # of a cell that drains, differences would leave less; it owes that
-        for guess in guesses:
+        # Differences leave less than nothing in a cell that drains fast; or it is empty, and owes that.
+        for guess, kept in [(guess, kept) for kept in (oil, np.maximum(oil, 0.0)) for guess in guesses]:
             try:
                 states.append(self.acting.solve(self.bearing, guess, self.place, 1.5 / step, kept / step))
             except FilmError:

@@ -151,10 +151,19 @@ def test_a_step_in_parts_keeps_the_oil():
     assert cycle.supplied == pytest.approx(cycle.leaked, rel=1e-3)
 
 
-def test_a_cell_that_drains_is_empty_at_worst_and_owes_the_rest():
+class Filled(JournalLoads):
+    """Loads whose film is not solved where a cell would have less than no oil."""
+
+    def solve(self, bearing, guess, place, rate, before):
+        if (before < 0).any():
+            raise FilmError("refused")
+        return super().solve(bearing, guess, place, rate, before)
+
+
+def test_a_cell_that_drains_is_empty_where_less_is_not_solved_and_owes_the_rest():
     """What backward differences would take beyond all of its oil is taken where it fills again."""
     film, count = bearing(24, 3), 24
-    acting = JournalLoads(
+    acting = Filled(
         period=0.02,
         load=np.tile([3000.0, 0.0], (count, 1)),
         speed=np.full(count, SPEED),
