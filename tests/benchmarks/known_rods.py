@@ -4,7 +4,8 @@
 
 The computed mass is that of the solid with a bronze bushing and both bolts: a shank as long as the boss and a
 head of 1.5 d and 0.9 d high each. `--answers` runs `fea run` on each rod whose engine is known, and on the
-H-beam of an engine's bores; `--limits` takes the answer of `fea limits --size 10`, as it is before the map.
+H-beam of an engine's bores; `--limits` takes the answer of `fea limits --size 10`,
+without its map.
 """
 
 import argparse
