@@ -69,8 +69,9 @@ class Bores:
 
 
 # Parts of gmsh's warnings that need not concern a reader: distorted elements are repaired afterwards, and the
-# mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane.
-_HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges")
+# mesh quality measures what remains; edges that no face needs are left where holes lie on a mirror plane, and
+# edges shorter than the kernel's tolerance cannot be divided.
+_HARMLESS = ("worst distortion", "BOPAlgo_AlertFaceBuilderUnusedEdges", "BOPAlgo_AlertNotSplittableEdge")
 
 
 @dataclass(frozen=True)
