@@ -16,7 +16,6 @@ from fea.apps.studio.anchors import UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
 from fea.machine.clock import Clock
-from fea.machine.threads import one_blas_thread
 from fea.output.report.surface import Surface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
@@ -149,7 +148,6 @@ class LiveRod:
                         yield done / len(pairs)
                     break
 
-    @one_blas_thread()
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
         """Return what is interpolated; no figures beyond the anchors or in another elasticity."""
         design = self._full(design)
