@@ -1,8 +1,6 @@
 """Solve every speed of a study and write each run complete into its directory."""
 
-import csv
 import dataclasses
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +16,7 @@ from fea.apps.run_study import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
-from fea.output.text import write_columns, write_text
+from fea.output.text import csv_text, write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
 
@@ -71,9 +69,7 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     else:
         reports = [_write_one(study, prepared, critical, place, clock)[0] for place in places]
     above, summaries = places[0].folder.parent, [report.summary for report in reports]
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(case_rows(summaries))
-    write_text(above / CASE_MAP, text.getvalue())
+    write_text(above / CASE_MAP, csv_text(case_rows(summaries)))
     found = speed_map(summaries)
     if found is not None:
         from fea.output.plots.forces import plot_speed_map  # noqa: PLC0415 - only a sweep

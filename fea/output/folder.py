@@ -80,6 +80,18 @@ def take(path: Path, *, wait: bool = False) -> PathLock | None:
     return lock if lock.take(wait=wait) else None
 
 
+@contextmanager
+def owned(path: Path, where: Path, command: str, remedy: str) -> Iterator[None]:
+    """Hold the lock of a file or directory, `where` in messages; `OccupiedError`: another command has it."""
+    lock = take(path)
+    if lock is None:
+        raise OccupiedError(f"{near(where)} is in use by another {command}: {remedy}.")
+    try:
+        yield
+    finally:
+        lock.release()
+
+
 PART, BACKUP = "part", "backup"
 ANOTHER_OUT = "Choose another directory with --out."
 LONGEST_NAME = 255  # bytes, on every file system in use

@@ -5,7 +5,7 @@ import json
 import math
 import types
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from functools import cache
 from os import PathLike, fspath
@@ -73,6 +73,17 @@ def _told(value: Any) -> JsonObject | str:
     known = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
     optional = {name for name in known if ONLY_WHERE_KNOWN in getattr(hints[name], "__metadata__", ())}
     return {name: item for name, item in known.items() if item is not None or name not in optional}
+
+
+def json_lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
+    """Yield the objects of a journal, one a line, and where each ends; without one that was not completed."""
+    end = 0
+    for line in content.splitlines(keepends=True):
+        end += len(line)
+        try:
+            yield json.loads(line), end
+        except ValueError:  # the program ended while it was written
+            return
 
 
 def as_dict(value: Any) -> Any:

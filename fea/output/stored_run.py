@@ -1,7 +1,7 @@
-"""A run on disk: what `fea run` has written, read when it is asked for."""
+"""A run on disk: what `fea run` has written."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -32,30 +32,9 @@ class FileFields(NamedTuple):
     cell: Mapping[str, Array]
 
 
-class ResultFiles(Mapping[str, FileFields]):
-    """The result files in a folder by the names of their load cases, read when they are asked for."""
-
-    def __init__(self, folder: Path, names: Iterable[str]) -> None:
-        self._folder, self._names = folder, tuple(names)
-        self._read: dict[str, FileFields] = {}
-
-    def __getitem__(self, name: str) -> FileFields:
-        if name not in self._names:
-            raise KeyError(name)
-        if name not in self._read:
-            self._read[name] = read_vtu(self._folder / f"{name}.vtu")
-        return self._read[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __len__(self) -> int:
-        return len(self._names)
-
-
 @dataclass(frozen=True)
 class StoredRun:
-    """A stored run with the names of `RunResult`; late reading of damaged files raises `InvalidValue`."""
+    """A stored run with the names of `RunResult`; what is read late and damaged raises `InvalidValue`."""
 
     folder: Path
     study: Study
@@ -119,8 +98,9 @@ def read_run(folder: Path) -> StoredRun:
         summary = read_summary(folder)
     except (OSError, ValueError) as error:
         raise InvalidValue("RUN", str(folder), f"cannot be read ({error})", _AGAIN) from error
-    complete = all((folder / f"{name}.vtu").is_file() for name in summary.results)
-    files = ResultFiles(folder, summary.results if complete else ())
+    paths = {name: folder / f"{name}.vtu" for name in summary.results}
+    complete = all(path.is_file() for path in paths.values())
+    files = {name: read_vtu(path) for name, path in paths.items()} if complete else {}
     return StoredRun(folder, replace(load_study(folder / STUDY), name=summary.study), summary, files)
 
 

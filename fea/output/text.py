@@ -1,5 +1,7 @@
 """Write small text files, and create directories for them."""
 
+import csv
+import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -65,6 +67,13 @@ def some_speeds(rpm: Sequence[str]) -> str:
         return f"{', '.join(rpm)} rpm"
     rising = sorted(rpm, key=float)
     return f"{len(rpm)} speeds from {rising[0]} to {rising[-1]} rpm"
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as CSV; what is None stays blank."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def write_columns(path: Path, columns: Mapping[str, npt.ArrayLike]) -> None:

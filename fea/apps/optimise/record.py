@@ -9,9 +9,9 @@ from pathlib import Path
 
 from fea.apps.sweep.base import digest, files_of
 from fea.base.version import __version__
-from fea.output.folder import ANOTHER_OUT, take
-from fea.output.json_file import JsonObject
-from fea.output.target import OccupiedError, near, reported
+from fea.output.folder import ANOTHER_OUT, owned
+from fea.output.json_file import JsonObject, json_lines
+from fea.output.target import near, reported
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.system import saying
@@ -29,7 +29,7 @@ class Record:
     def __init__(self, path: Path, identity: str) -> None:
         self.path = path
         self._file = path.open("r+b") if path.exists() else path.open("w+b")
-        lines = list(_lines(self._file.read()))
+        lines = list(json_lines(self._file.read()))
         ours = bool(lines) and lines[0][0] == {"search": identity}
         self._known, self._end = lines[1:] if ours else [], lines[0][1] if ours else 0
         self.count = len(self._known)
@@ -73,34 +73,23 @@ def record(folder: Path, study: Study) -> Iterator[Record]:
     with reported(path, ANOTHER_OUT):
         place.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-        owned = take(path)
-        if owned is None:
-            raise OccupiedError(
-                f"{near(folder)} is in use by another fea optimise: wait for it, or choose --out."
-            )
-        table = study.optimise
-        same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
-        files = [digest(path) for path in files_of(same.as_dict())]
-        identity = hashlib.sha256(json.dumps([__version__, same.text(), files]).encode()).hexdigest()
-        kept = Record(path, identity)
-    done = False
-    try:
-        with saying(f"interrupted; the same command resumes from the designs in {near(path)}"):
-            yield kept
-        done = True
-    finally:
-        kept.close()
-        if done or kept.empty:
-            with suppress(OSError):
-                path.unlink()
-        owned.release()
-
-
-def _lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
-    end = 0
-    for line in content.splitlines(keepends=True):
-        end += len(line)
+    with owned(path, folder, "fea optimise", "wait for it, or choose --out"):
+        with reported(path, ANOTHER_OUT):
+            kept = Record(path, _identity(study))
+        done = False
         try:
-            yield json.loads(line), end
-        except ValueError:  # the program ended while it was written
-            return
+            with saying(f"interrupted; the same command resumes from the designs in {near(path)}"):
+                yield kept
+            done = True
+        finally:
+            kept.close()
+            if done or kept.empty:
+                with suppress(OSError):
+                    path.unlink()
+
+
+def _identity(study: Study) -> str:
+    table = study.optimise
+    same = replace(study, optimise=None if table is None else replace(table, evaluations=None))
+    files = [digest(path) for path in files_of(same.as_dict())]
+    return hashlib.sha256(json.dumps([__version__, same.text(), files]).encode()).hexdigest()

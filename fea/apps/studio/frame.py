@@ -97,15 +97,9 @@ class Frame:
 
 def triangles(surface: Surface) -> npt.NDArray[np.int32]:
     """Triangles (t, 3) of a surface by the numbers of its nodes: a facet of second order is four."""
-    corners = surface.facets
-    if surface.order == 1:
-        return corners.astype(np.int32)
-    first, count = int(corners.max()) + 1, len(surface.nodes)
-    keys = np.sort(surface.parents[first:], axis=1) @ [count, 1]
-    order = np.argsort(keys)
-    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2) @ [count, 1]
-    a, b, c = corners.T
-    ab, bc, ca = (first + order[np.searchsorted(keys, side, sorter=order)] for side in sides.T)
+    if surface.middles is None:
+        return surface.facets.astype(np.int32)
+    (a, b, c), (ab, bc, ca) = surface.facets.T, surface.middles.T
     every = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
     return np.concatenate([np.stack(each, axis=1) for each in every]).astype(np.int32)
 

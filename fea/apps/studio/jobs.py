@@ -1,8 +1,6 @@
 """What the two processes of `fea studio` do for its server: each function is a job of one of them."""
 
 import asyncio
-import csv
-import io
 import json
 import re
 import zlib
@@ -23,7 +21,7 @@ from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
 from fea.output.json_file import JsonObject
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.scene import case_fields
-from fea.output.text import write_text
+from fea.output.text import csv_text, write_text
 from fea.study.study import Study
 
 MODEL = "fea.apps.studio.live_rod"
@@ -184,10 +182,7 @@ def _table(variants: Mapping[str, Any]) -> str:
                 row |= {mode: factor.get("factor"), f"{mode}_bar_percent": factor.get("bar_percent")}
         rows.append(row)
     columns = dict.fromkeys(key for row in rows for key in row)
-    text = io.StringIO()
-    cells = ([row.get(key) for key in columns] for row in rows)
-    csv.writer(text, lineterminator="\n").writerows([columns, *cells])
-    return text.getvalue()
+    return csv_text([columns, *([row.get(key) for key in columns] for row in rows)])
 
 
 def lighten(state: State) -> JsonObject:

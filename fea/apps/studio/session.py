@@ -3,15 +3,15 @@
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from fea.base.version import __version__
-from fea.output.folder import take
-from fea.output.json_file import JsonObject
-from fea.output.target import OccupiedError, near, reported
+from fea.output.folder import owned
+from fea.output.json_file import JsonObject, json_lines
+from fea.output.target import reported
 from fea.study.study import Study
 
 # Designs that can be undone.
@@ -69,17 +69,6 @@ class Session:
             self.change("keep", name=name, state=state, answer=answer)
         return bool(better)
 
-    def replay(self, journal: bytes) -> int:
-        """Make the changes of a journal; return where its last complete line ends."""
-        end = 0
-        for line in journal.splitlines(keepends=True):
-            try:
-                self.change(**json.loads(line))
-            except ValueError:  # the program ended while it was written
-                break
-            end += len(line)
-        return end
-
     def told(self) -> JsonObject:
         """What the page shows of the session."""
         undo, redo = self.at > 0, self.at < len(self.states) - 1
@@ -95,16 +84,14 @@ def session(study: Study, first: State, folder: Path) -> Iterator[Session]:
     """
     identity = hashlib.sha256((__version__ + study.text()).encode()).hexdigest()[:12]
     path = folder / f"session-{identity}.jsonl"
-    with ExitStack() as stack:
-        with reported(path, "Start fea studio in a folder that can be written."):
-            folder.mkdir(parents=True, exist_ok=True)
-            journal = stack.enter_context(path.open("a+b"))
-        owned = take(path)
-        if owned is None:
-            raise OccupiedError(f"{near(path)} is in use by another fea studio: use that one, or end it.")
-        stack.callback(owned.release)
+    with reported(path, "Start fea studio in a folder that can be written."):
+        folder.mkdir(parents=True, exist_ok=True)
+        journal = path.open("a+b")
+    with journal, owned(path, path, "fea studio", "use that one, or end it"):
         journal.seek(0)
-        found = Session([first])
-        journal.truncate(found.replay(journal.read()))
+        found, changes = Session([first]), list(json_lines(journal.read()))
+        for change, _ in changes:
+            found.change(**change)
+        journal.truncate(changes[-1][1] if changes else 0)
         found.journal = journal
         yield found

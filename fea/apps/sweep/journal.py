@@ -4,8 +4,6 @@ Each change is one transaction in a write-ahead log. A process that dies, at wha
 was not committed and nothing else.
 """
 
-import csv
-import io
 import json
 import re
 import sqlite3
@@ -22,7 +20,7 @@ from fea.apps.sweep.sweep_file import PlannedRow
 from fea.machine.clock import duration
 from fea.output.json_file import JsonObject
 from fea.output.target import StorageError
-from fea.output.text import stored, write_text
+from fea.output.text import csv_text, stored, write_text
 from geometry.errors import InvalidValue
 
 SCHEMA = "fea/sweep/1"
@@ -223,13 +221,9 @@ def table(entries: Iterable[Entry]) -> tuple[list[str], list[JsonObject]]:
 def write_tables(folder: Path, entries: Iterable[Entry]) -> None:
     """Write the table into a folder, each file completely or not at all. Raises `StorageError`."""
     names, rows = table(entries)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, names, restval="", lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        words = {name: str(value).lower() for name, value in row.items() if isinstance(value, bool)}
-        writer.writerow(row | words)
-    write_text(folder / CSV, text.getvalue())
+    cells = ([row.get(name) for name in names] for row in rows)
+    words = ([str(cell).lower() if isinstance(cell, bool) else cell for cell in row] for row in cells)
+    write_text(folder / CSV, csv_text([names, *words]))
     import pyarrow as pa  # noqa: PLC0415 - comes with the extra
     from pyarrow import parquet  # noqa: PLC0415 - comes with the extra
 

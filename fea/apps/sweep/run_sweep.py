@@ -1,7 +1,7 @@
 """The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line
-from fea.output.folder import take
+from fea.output.folder import owned
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
 from geometry.errors import require
@@ -109,18 +109,12 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
     # What is wrong with the rows is told before anything is written.
     new = None if (folder / JOURNAL).exists() else rows(sweep)
     make_directory(folder)
-    owned = take(folder)
-    if owned is None:
-        raise OccupiedError(f"{near(folder)} is in use by another fea sweep: wait for it, or choose --out.")
-    try:
-        journal = Journal(folder / JOURNAL)
-        try:
-            _settle(sweep, folder, journal, new)
-            yield journal
-        finally:
-            journal.close()
-    finally:
-        owned.release()
+    with (
+        owned(folder, folder, "fea sweep", "wait for it, or choose --out"),
+        closing(Journal(folder / JOURNAL)) as journal,
+    ):
+        _settle(sweep, folder, journal, new)
+        yield journal
 
 
 def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] | None) -> None:

@@ -26,7 +26,9 @@ class Surface:
     nodes: Ints  #: (n,) node of the mesh of each node of the surface: vertices first
     facets: Ints  #: (n_facets, 3) vertices as numbers of `nodes`, outward orientation
     parents: Ints  #: (n, 2) two earlier nodes beside each; −1 where there is none
-    order: int  #: 2 where nodes between vertices follow the vertices, otherwise 1
+    middles: Ints | None = (
+        None  #: (n_facets, 3) nodes between these, as numbers of `nodes`, where it has them
+    )
 
     @classmethod
     def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
@@ -45,13 +47,19 @@ class Surface:
         vertices, corners = _by_appearance(facets[:, :3])
         parents = _vertex_parents(corners, len(vertices))
         if not quadratic:
-            return cls(vertices, corners, parents, 1)
+            return cls(vertices, corners, parents)
         middles, _ = _by_appearance(facets[:, 3:])
         number = np.zeros(int(facets.max()) + 1, np.int64)
         number[middles] = np.arange(len(middles))
         ends = np.empty((len(middles), 2), np.int64)
         ends[number[facets[:, 3:].ravel()]] = corners[:, _SIDES].reshape(-1, 2)
-        return cls(np.concatenate([vertices, middles]), corners, np.concatenate([parents, ends]), 2)
+        nodes, parents = np.concatenate([vertices, middles]), np.concatenate([parents, ends])
+        return cls(nodes, corners, parents, len(vertices) + number[facets[:, 3:]])
+
+    @property
+    def order(self) -> int:
+        """2 where nodes between vertices follow the vertices, otherwise 1."""
+        return 1 if self.middles is None else 2
 
     def rows(self, row: Ints) -> tuple[Ints, Ints]:
         """Number rows of a table that several nodes may share, in the order in which nodes mention them.
