@@ -1,7 +1,8 @@
 """Stress analysis of connecting rods, from a study to stresses and safety factors.
 
 `analyse` computes and returns a `Result`; `run` does what ``fea run`` does in the shell and leaves files.
-Importing this package loads nothing else: a name is loaded when it is first used.
+Importing this package loads nothing else: a name is loaded when it is first used. It keeps OpenBLAS in one
+thread, unless ``OPENBLAS_NUM_THREADS`` says otherwise.
 
 >>> import fea
 >>> result = fea.analyse(fea.load_study("leon-2001"), rpm=6000, size=14)
@@ -9,6 +10,8 @@ Importing this package loads nothing else: a name is loaded when it is first use
 True
 """
 
+import os
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +36,13 @@ __all__ = [
     "stiffness_coo",
     "to_skfem",
 ]
+
+# Over small matrices, more threads are several times slower, and beside other work they wait for each other.
+# OpenBLAS reads this as it is loaded; where NumPy has been loaded before, it is told.
+if os.environ.setdefault("OPENBLAS_NUM_THREADS", "1") == "1" and "numpy" in sys.modules:
+    from threadpoolctl import ThreadpoolController
+
+    ThreadpoolController().select(internal_api="openblas").limit(limits=1)
 
 # Where each public name is defined.
 _HOMES = {

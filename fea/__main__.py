@@ -21,7 +21,6 @@ _LONGEST_MESSAGE = 1500
 def main() -> None:
     """Run the program and leave with its exit code."""
     _end_quietly()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its idle threads cost more than they save
     try:
         from fea.machine.guard import guarded  # an interrupt of the import has its exit code too
         from fea.machine.streams import settle_streams

@@ -3,6 +3,7 @@
 import dataclasses
 import doctest
 import json
+import os
 import subprocess
 import sys
 from importlib import import_module
@@ -131,6 +132,20 @@ def test_importing_the_package_loads_nothing_else():
     code = "import sys, fea; print([m for m in ('numpy', 'gmsh', 'skfem', 'pyvista') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("said", "threads"), [(None, {1}), ("2", {2})])
+def test_openblas_has_one_thread_even_where_numpy_was_loaded_before(said, threads):
+    code = (
+        "import numpy, fea, scipy.linalg, threadpoolctl as t; "
+        "print({info['num_threads'] for info in t.threadpool_info() if info['internal_api'] == 'openblas'})"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment |= {"OMP_NUM_THREADS": "2"} | ({} if said is None else {"OPENBLAS_NUM_THREADS": said})
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment
+    )
+    assert done.stdout.strip() in (str(threads), "set()")  # none where NumPy has another library
 
 
 def test_every_public_name_is_there():

@@ -14,7 +14,7 @@ from fea.analysis.speed_map import first_below, opening_speeds
 from fea.analysis.summary import endurance_figures, load_figures, summary_of
 from fea.base.note import omission
 from fea.base.units import DEG
-from fea.machine.threads import one_blas_thread, side_by_side
+from fea.machine.threads import side_by_side
 from loads.slider_crank import cycle_angles
 
 # With more speeds than this the fields are written at the worst ones only.
@@ -49,10 +49,9 @@ class SpeedSweep:
         # A speed at which nothing loads the rod is refused.
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
         analysis, rising = rod.full_cycle, sorted(speeds)
-        with one_blas_thread():  # the speeds have a thread each
-            self._search = SpeedSearch(analysis, rod.crank_cycle, rising)
-            self._found = dict(zip(rising, side_by_side(self._search.at, rising), strict=True))
-            self.critical = dict(zip(_MODES, side_by_side(self._critical, _MODES.values()), strict=True))
+        self._search = SpeedSearch(analysis, rod.crank_cycle, rising)
+        self._found = dict(zip(rising, side_by_side(self._search.at, rising), strict=True))
+        self.critical = dict(zip(_MODES, side_by_side(self._critical, _MODES.values()), strict=True))
         self.critical |= opening_speeds(rod, speeds)
 
     @property

@@ -18,7 +18,6 @@ from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
 from fea.contact.problem import ContactProblem
 from fea.contact.trial import EXACT, Exact
-from fea.machine.threads import one_blas_thread
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
 
@@ -108,16 +107,14 @@ class Assembled:
             for _ in range(of_part.shape[1])
         ]
         self._made = problem.initial.copy()
-        # Beside other work, threads that wait for each other take several times as long.
-        with one_blas_thread():
-            self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
-            self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
-            self.tightened = self.start = self._tightened()
-            if warming is not None:
-                self._made = self._made + self._expansion(warming)
-                warm = self.step(self._idle, self.tightened)
-                absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
-                self.start = replace(warm, guess=replace(warm.guess, touching=absent))
+        self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
+        self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
+        self.tightened = self.start = self._tightened()
+        if warming is not None:
+            self._made = self._made + self._expansion(warming)
+            warm = self.step(self._idle, self.tightened)
+            absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
+            self.start = replace(warm, guess=replace(warm.guess, touching=absent))
 
     def _numbers(self, items: Iterable[int]) -> Ints:
         """Unknowns of bores, faces and bolts, by their place among all of these."""

@@ -14,7 +14,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from skfem import Basis, ElementQuad2, MeshQuad
 
-from fea.machine.threads import one_blas_thread
 from geometry.arrays import Floats, Ints, Mask
 
 # Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
@@ -76,8 +75,7 @@ def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
         return 0.0
     half = ElasticPin(pin, highest=ORDERS[-1])
     along = 1.0 if evenly else 1.5 * (1 - (half.stations / half.stations[-1]) ** 2)
-    with one_blas_thread():
-        return half.bending(force, along, *pin.carried)
+    return half.bending(force, along, *pin.carried)
 
 
 class ElasticPin:

@@ -14,7 +14,7 @@ import numpy as np
 from fea.contact.assembled import Assembled
 from fea.contact.friction_system import ContactState, Load, Steps
 from fea.contact.trial import Exact
-from fea.machine.threads import one_blas_thread, threads
+from fea.machine.threads import threads
 from geometry.arrays import Floats, Ints
 
 # Cycles after which a course ends at the latest; over as many increments on end, bolt forces and the pressure
@@ -42,7 +42,7 @@ class FrictionCycle:
         Raises `ContactError`: no state of contact between the parts carries a load.
         """
         instants = _Instants(loads, places)
-        with one_blas_thread(), ThreadPoolExecutor(threads()) as pool:
+        with ThreadPoolExecutor(threads()) as pool:
             try:
                 begun = [pool.submit(end.go_through, instants, pool) for end in self._ends]
                 states = [dict(chain(*(part.result().items() for part in end.result()))) for end in begun]

@@ -14,7 +14,6 @@ from scipy import sparse
 
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.contact.multipliers import Direction, Multipliers, uniform
-from fea.machine.threads import one_blas_thread
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -166,16 +165,15 @@ class Deflection:
         z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
         highest = bore.harmonics or bore.resolved()
         share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
-        with one_blas_thread():
-            for mirrored in (True,) if bore.cut_z else (True, False):
-                stations, answers = harmonics(pin, highest, mirrored=mirrored)
-                along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
-                for answer in answers:
-                    for parity, moments in bore.harmonic(answer.order, along).items():
-                        compliance[parity] += share * moments @ answer.compliance @ moments.T
-                        if mirrored and answer.order in ORDERS:
-                            column = list(ORDERS).index(answer.order)
-                            carried[parity][:, column] = moments @ answer.carried
+        for mirrored in (True,) if bore.cut_z else (True, False):
+            stations, answers = harmonics(pin, highest, mirrored=mirrored)
+            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+            for answer in answers:
+                for parity, moments in bore.harmonic(answer.order, along).items():
+                    compliance[parity] += share * moments @ answer.compliance @ moments.T
+                    if mirrored and answer.order in ORDERS:
+                        column = list(ORDERS).index(answer.order)
+                        carried[parity][:, column] = moments @ answer.carried
         if not bore.cut_y:
             compliance = {Parity.SYMMETRIC: sum(compliance.values(), np.zeros((size, size)))}
         return cls(compliance, carried)

@@ -13,7 +13,6 @@ from fea.base.units import UM
 from fea.film.journal import Bearing, JournalState
 from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Supply
-from fea.machine.threads import one_blas_thread
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
 
@@ -340,23 +339,22 @@ def integrate(
         guess = None if before is None else before.temperature
         warming = _Warming(heat, heat.inlet + _WARMER if guess is None else guess)
         bearing = bearing.with_oil(warming.oil)
-    with one_blas_thread():
-        course = _Course.begun(bearing, acting, before)
-        unchanged, left = 0, most * count
-        while True:
-            course.advance()
-            unchanged, left = unchanged + 1, left - 1
-            if unchanged < count or left % math.ceil(_PART * count):
-                continue
-            of_0, (first, *states) = count - 1 - course.place % count, course.states
-            ordered, unrepeated = states[of_0:] + states[:of_0], states[-1].unlike(first)
-            cycle = FilmCycle(course.bearing, acting, ordered, unrepeated)
-            if warming is not None:
-                cycle = warming.judged(cycle)
-            off, starves = abs(cycle.unbalanced), cycle.filled.mean() < _STARVED
-            if left <= 0 or (starves and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
-                return cycle
-            known = unchanged >= (1 + _RAMP) * count or off > _FAR_OFF
-            if warming is not None and left >= count and off > settled and known:
-                warming.change(cycle.unbalanced)
-                course.bearing, unchanged = bearing.with_oil(warming.oil), 0
+    course = _Course.begun(bearing, acting, before)
+    unchanged, left = 0, most * count
+    while True:
+        course.advance()
+        unchanged, left = unchanged + 1, left - 1
+        if unchanged < count or left % math.ceil(_PART * count):
+            continue
+        of_0, (first, *states) = count - 1 - course.place % count, course.states
+        ordered, unrepeated = states[of_0:] + states[:of_0], states[-1].unlike(first)
+        cycle = FilmCycle(course.bearing, acting, ordered, unrepeated)
+        if warming is not None:
+            cycle = warming.judged(cycle)
+        off, starves = abs(cycle.unbalanced), cycle.filled.mean() < _STARVED
+        if left <= 0 or (starves and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
+            return cycle
+        known = unchanged >= (1 + _RAMP) * count or off > _FAR_OFF
+        if warming is not None and left >= count and off > settled and known:
+            warming.change(cycle.unbalanced)
+            course.bearing, unchanged = bearing.with_oil(warming.oil), 0

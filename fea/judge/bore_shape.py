@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.machine.threads import one_blas_thread
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -50,8 +49,7 @@ def bore_shape(mesh: TetMesh, surface: Surface, center_x: float, displacement: F
     x, y = mesh.points[nodes, 0] - center_x, mesh.points[nodes, 1]
     angle = np.arctan2(y, x)
     outwards = displacement[nodes, 0] * np.cos(angle) + displacement[nodes, 1] * np.sin(angle)
-    with one_blas_thread():
-        amplitudes = np.linalg.lstsq(_waves(angle, _ORDERS), outwards, rcond=None)[0]
+    amplitudes = np.linalg.lstsq(_waves(angle, _ORDERS), outwards, rcond=None)[0]
     even = np.concatenate([_ORDERS, _ORDERS[1:]]) % 2 == 0
     return BoreShape(_DIRECTIONS, 2 * _waves(_DIRECTIONS, _ORDERS)[:, even] @ amplitudes[even])
 

@@ -5,9 +5,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from functools import cache
 from importlib import import_module
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from geometry.errors import require
 from geometry.system import memory_limit, usable_processors
@@ -33,20 +32,6 @@ def threads() -> int:
     if said.isdecimal() and int(said) >= 1:
         return int(said)
     return usable_processors()
-
-
-@contextmanager
-def one_blas_thread() -> Iterator[None]:
-    """Let BLAS run in one thread meanwhile: over small matrices, more threads are several times slower."""
-    with _controller().limit(limits=1, user_api="blas"):
-        yield
-
-
-@cache
-def _controller() -> Any:
-    from threadpoolctl import ThreadpoolController  # noqa: PLC0415 - it looks at every library that is loaded
-
-    return ThreadpoolController()
 
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:

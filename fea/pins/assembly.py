@@ -20,7 +20,6 @@ from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial, uniform
-from fea.machine.threads import one_blas_thread
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
 from fea.pins.fits import Fits
@@ -173,8 +172,7 @@ class AssemblyPins(ContactPins):
             (load,) = self.assembly.loads(instant[None])
             like = _alike(load, self._from_rest.values())
             try:
-                with one_blas_thread():
-                    self._from_rest[key] = parts.steps().step(load, parts.start, like)
+                self._from_rest[key] = parts.steps().step(load, parts.start, like)
             except ContactError as error:
                 raise type(error)(f"{instant.name}: {error}" if instant.name else str(error)) from error
         return self._from_rest[key]
@@ -292,8 +290,7 @@ class AssemblyUnits(ContactUnits):
         rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
         parts = self._unfolding.parts(np.hstack(rests))
-        with one_blas_thread():
-            self._patterns, self._weighing = self._spanning(parts, largest)
+        self._patterns, self._weighing = self._spanning(parts, largest)
         self._inertial, self._start = map(self._unfolding.parts, self._sticking)
         count = {parity: own.shape[1] for parity, own in self._patterns.items()}
         self.joint = JointBounds(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))

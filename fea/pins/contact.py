@@ -22,7 +22,6 @@ from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
-from fea.machine.threads import one_blas_thread
 from fea.pins.fits import Fits, led_in_notes
 from fea.pins.model import (
     SMOOTH,
@@ -300,8 +299,7 @@ class ContactPins(PinModel):
         """Solve instants one after another; parameters and errors as for `PinModel.respond`."""
         system = self.contact.problem.system
         gaps, forces = self.contact.acting(instants)
-        with one_blas_thread():
-            return [system.solve(*each) for each in zip(gaps.T.copy(), forces.T.copy(), strict=True)]
+        return [system.solve(*each) for each in zip(gaps.T.copy(), forces.T.copy(), strict=True)]
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return patterns of pressure, and inertia: they span any instant."""
@@ -439,10 +437,9 @@ class EstimatedWeights(SampledWeights):
         self._pressure = np.zeros_like(gaps)
         knots = np.unique(np.append(np.arange(0, count, KNOTS), count - 1))
         self._solve_pressures(knots)
-        with one_blas_thread():
-            left = np.setdiff1d(np.arange(count), knots)
-            guess = interpolated(self._pressure[:, knots], knots, left)
-            pressure, error = problem.estimator.estimate(guess, gaps[:, left], forces[:, left])
+        left = np.setdiff1d(np.arange(count), knots)
+        guess = interpolated(self._pressure[:, knots], knots, left)
+        pressure, error = problem.estimator.estimate(guess, gaps[:, left], forces[:, left])
         self._pressure[:, left] = pressure
         super().__init__(units.of_pressures(self._pressure, instants))
         self.error[left] = error / np.sqrt(problem.unfolding.images)
@@ -465,7 +462,6 @@ class EstimatedWeights(SampledWeights):
 
 def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:
     """Eigenvectors (n, n) of a compliance of unit work, softest first, and what weighs values by them."""
-    with one_blas_thread():
-        work, vectors = np.linalg.eigh(compliance)
+    work, vectors = np.linalg.eigh(compliance)
     scale = np.sqrt(work[::-1])
     return vectors[:, ::-1] / scale, vectors[:, ::-1] * scale

@@ -12,7 +12,6 @@ from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import ElasticBore
-from fea.machine.threads import one_blas_thread
 from fea.pins.bonded import BondedBore
 from fea.pins.fits import Fits
 from fea.pins.held_parts import HeldParts
@@ -201,8 +200,7 @@ class YieldingPin:
         """Add the answers to pressures of the functions that are even about z = 0, or of the odd ones."""
         n, orders = functions.terms[:, 0], self.orders
         every = np.concatenate([functions.terms[:, 1], functions.terms[n > 0, 1]]) % 2 == 1 - mirrored
-        with one_blas_thread():
-            stations, answers = harmonics(pin, max(int(n.max()), ORDERS[-1]), mirrored=mirrored)
+        stations, answers = harmonics(pin, max(int(n.max()), ORDERS[-1]), mirrored=mirrored)
         along = np.zeros(len(stations))  # ∫ R dz of the stations' quadratic functions
         for start in range(0, len(stations) - 2, 2):
             along[start : start + 3] += pin.radius * (stations[start + 2] - stations[start]) / 6 * _SIMPSON

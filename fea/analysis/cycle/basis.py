@@ -22,7 +22,6 @@ import numpy as np
 
 from fea.analysis.cycle.unit_solutions import UnitSolutions
 from fea.judge.history import deviator_norm
-from fea.machine.threads import one_blas_thread
 from fea.pins.model import SMOOTH, Contacts, Fields, JointBounds, UnitLoads, Weights
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
@@ -149,8 +148,7 @@ class SmallBasis(Basis):
         self._columns = [self._exact(parity) for parity in Parity]
         states = [self._states(cycle) for cycle in cycles]
         every = joined(*(state.every for state in states))
-        with one_blas_thread():
-            first = [_leading(rest, _FIRST, self._nothing(every)) for rest in self.left(every)]
+        first = [_leading(rest, _FIRST, self._nothing(every)) for rest in self.left(every)]
         self._columns = [np.hstack(pair) for pair in zip(self._columns, first, strict=True)]
         self.units = solve(self.fields())
         self.sensitivity = [np.zeros((2, len(self.units.sides), len(of.nodes))) for of in self.units.parts]
@@ -256,14 +254,13 @@ class SmallBasis(Basis):
     def _grown(self, full: Weights, allowed: float) -> tuple[list[Floats], Weights]:
         """Patterns with which no more than a pressure is left out, and what is left out then."""
         left, grown, nothing = self.left(full), [c[:, :0] for c in self._columns], self._nothing(full)
-        with one_blas_thread():
-            while (pressure := self.pressure(left)).max() > allowed:
-                worse = (pressure / pressure.max()) ** 3  # of the powers tried, it needs the fewest
-                more = [_leading(part * worse, _MORE, nothing) for part in left]
-                if not any(columns.shape[1] for columns in more):
-                    break
-                grown = [np.hstack(pair) for pair in zip(grown, more, strict=True)]
-                left = Weights(*(w - c @ (c.T @ w) for c, w in zip(more, left, strict=True)))
+        while (pressure := self.pressure(left)).max() > allowed:
+            worse = (pressure / pressure.max()) ** 3  # of the powers tried, it needs the fewest
+            more = [_leading(part * worse, _MORE, nothing) for part in left]
+            if not any(columns.shape[1] for columns in more):
+                break
+            grown = [np.hstack(pair) for pair in zip(grown, more, strict=True)]
+            left = Weights(*(w - c @ (c.T @ w) for c, w in zip(more, left, strict=True)))
         return grown, left
 
     def _extend(self, grown: list[Floats], left: Weights, nothing: float) -> None:

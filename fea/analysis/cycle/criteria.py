@@ -23,7 +23,6 @@ from fea.analysis.cycle.envelope import Envelope
 from fea.analysis.cycle.rows import PartRows, SpannedRod
 from fea.judge.fatigue import crossland_bound, enclosing_balls
 from fea.judge.history import NO_SIGN, deviator_norm
-from fea.machine.threads import one_blas_thread
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints, Mask
 from mesh.mirror import MirroredMesh
@@ -159,16 +158,15 @@ def make_exact(rod: SpannedRod, basis: SmallBasis, full: Weights, places: Mappin
     for attempt in range(_ROUNDS):
         pressure = basis.pressure(basis.left(full))
         wanted = np.zeros(len(pressure), dtype=bool)
-        with one_blas_thread():
-            for judge, nodes in places.items():
-                every, best = list(_known(rod, basis, full, nodes, judge)), np.inf
-                for known in every:
-                    best, _ = known.doubtful(best)
-                for known in every:
-                    wanted[known.needed[known.doubtful(best)[1]].any(axis=0)] = True
-                if attempt == 0:
-                    least = min(every, key=lambda known: float(known.least.min()))
-                    wanted[least.making[least.least.argmin()]] = True
+        for judge, nodes in places.items():
+            every, best = list(_known(rod, basis, full, nodes, judge)), np.inf
+            for known in every:
+                best, _ = known.doubtful(best)
+            for known in every:
+                wanted[known.needed[known.doubtful(best)[1]].any(axis=0)] = True
+            if attempt == 0:
+                least = min(every, key=lambda known: float(known.least.min()))
+                wanted[least.making[least.least.argmin()]] = True
         chosen = np.flatnonzero(wanted & (pressure > 0))
         if not chosen.size:
             return True
