@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fea.analysis.assembling import Assembling
 from fea.analysis.cycle.superposition import CycleResult
@@ -29,17 +29,12 @@ from fea.judge.bolt import BoltResult
 from fea.judge.bolt_choice import BOLTS
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
+from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
 from loads.instants import Instants
-
-if TYPE_CHECKING:
-    from fea.pins.assembly import AssemblyPins
-
-
-from scipy.optimize import brentq
 
 States = Mapping[str, AssemblyState]  #: by load case, `ASSEMBLY` among them
 # Unknowns of the contact problem above which a dozen further states cost more than the rest of a run.
@@ -81,7 +76,7 @@ _APART = 1e-3
 class Onsets:
     """Follows the worst load cases as all loads grow, until parts separate; None where none do."""
 
-    def __init__(self, pins: "AssemblyPins", cases: Mapping[str, Instants], states: States) -> None:
+    def __init__(self, pins: AssemblyPins, cases: Mapping[str, Instants], states: States) -> None:
         self._pins, self._cases, self._assembled = pins, cases, states[ASSEMBLY]
         self._states = {(name, 1.0): state for name, state in states.items() if name != ASSEMBLY}
 

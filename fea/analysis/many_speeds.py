@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fea.analysis.buckling import column_figures
 from fea.analysis.cycle.search import SpeedSearch, Worst
@@ -64,8 +65,6 @@ class SpeedSweep:
         first = first_below(np.array([mode(worst) for worst in self._found.values()]))
         if first is None or first == 0:
             return None if first is None else float(rpm[0])
-
-        from scipy.optimize import brentq  # noqa: PLC0415 - only a sweep over speeds needs it
 
         def above(speed: float) -> float:
             """Return the logarithm of the factor: nearly linear where inertia dominates (stress ∝ speed²)."""

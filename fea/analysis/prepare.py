@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from fea.analysis.cycle.rows import counting
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
+from fea.analysis.life import Life, life_of
 from fea.analysis.meshing import mesh_loaded
 from fea.base.checks import LIMITS
 from fea.base.choices import CycleAccuracy, Support
@@ -23,6 +23,7 @@ from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
+from fea.pins.assembly import AssemblyPins
 from fea.pins.film_pins import FilmPins
 from fea.pins.lubrication import Films
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
@@ -37,6 +38,7 @@ from fea.solid.recovery import PartRecovery
 from fea.solid.section_balance import SectionBalance
 from fea.solid.sharp_edges import SharpEdges
 from fea.solvers.buckling import Buckling
+from fea.solvers.mixed import MixedModel
 from fea.solvers.static import Model, Symbolic
 from fea.study.option_tables import AnalysisTable
 from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
@@ -49,10 +51,6 @@ from geometry.surfaces import INTERFACES, Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh import slices
-
-if TYPE_CHECKING:
-    from fea.analysis.life import Life
-    from fea.pins.assembly import AssemblyPins
 
 # Speeds whose cycles, with what opens and slips in them, the unit loads span.
 MOST_SPANNED = 5
@@ -133,9 +131,9 @@ class PreparedRod:
         return self.engine.crank_cycle(self.mass, rpm)
 
     @property
-    def assembly_contact(self) -> "AssemblyPins | None":
+    def assembly_contact(self) -> AssemblyPins | None:
         """The pins and parts of an assembly; None for a rod of one piece."""
-        return None if self.structure.assembly is None else cast("AssemblyPins", self.pins)
+        return self.pins if isinstance(self.pins, AssemblyPins) else None
 
     @cached_property
     def films(self) -> Films:
@@ -242,12 +240,10 @@ class PreparedRod:
         )
 
     @cached_property
-    def life(self) -> "Life | None":
+    def life(self) -> Life | None:
         """Life over the duty, worked out when first asked for; None where the study has none."""
         if self.duty is None:
             return None
-        from fea.analysis.life import life_of  # noqa: PLC0415 - only a duty needs it
-
         cycle = self.cycle  # timed by itself
         with self.clock("life"):
             return life_of(cycle, self.mass, self.duty)
@@ -372,8 +368,6 @@ def _structure(
     with clock("loads"):
         body = inertia(cell, elastic.density, assembly)
     if soft:
-        from fea.solvers.mixed import MixedModel  # noqa: PLC0415 - metal rods do without
-
         model: Model = MixedModel(
             cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly
         )

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -10,11 +9,9 @@ from scipy.optimize import brentq
 from fea.analysis.assembly_report import MOST_UNKNOWNS
 from fea.analysis.figures import Summary
 from fea.analysis.prepare import PreparedRod
+from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
-
-if TYPE_CHECKING:
-    from fea.pins.assembly import AssemblyPins
 
 MODES = {
     "yield": "yield_safety_factor",
@@ -141,7 +138,7 @@ def opening_speeds(rod: PreparedRod, speeds: Sequence[float]) -> dict[str, float
     return {JOINT_OPENING: rpm}
 
 
-def _edge(rod: PreparedRod, pins: "AssemblyPins", rpm: float) -> float:
+def _edge(rod: PreparedRod, pins: AssemblyPins, rpm: float) -> float:
     """Least pressure, MPa, at the edge of the bore over the load cases; negative where the joint opens."""
     least = []
     for case in rod.loading.at(rod.mass, rpm).cases:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import Known, agreeing, motion
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.base.choices import UnitSystem
@@ -65,8 +66,6 @@ def _part_names(study: Study, count: int) -> Sequence[str]:
         return [next(iter(sorted(study.part_material.keys() - PINS)), PART)]
     if study.rod.cad is None:
         return ["rod", "bushing"]
-    from fea.analysis.forces import drawn_solid  # noqa: PLC0415 - only several parts need their solid
-
     return [part.name for part in drawn_solid(study.rod).parts]
 
 

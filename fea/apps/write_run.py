@@ -16,6 +16,7 @@ from fea.apps.run_study import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
+from fea.output.plots.forces import plot_speed_map
 from fea.output.text import csv_text, write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
@@ -72,8 +73,6 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
     write_text(above / CASE_MAP, csv_text(case_rows(summaries)))
     found = speed_map(summaries)
     if found is not None:
-        from fea.output.plots.forces import plot_speed_map  # noqa: PLC0415 - only a sweep
-
         with clock("plot"):
             table, plot = CYCLE_MAP
             write_columns(above / table, found.columns)

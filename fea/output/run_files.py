@@ -16,6 +16,7 @@ from fea.film.cycle import FilmCycle
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT
+from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
@@ -156,8 +157,6 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
     joined = any(case.assembly for case in run.cases.values())
     if not films and not touched and not joined:
         return
-    from fea.output.plots import joint  # noqa: PLC0415 - likewise
-
     for film in films:
         yield _one(f"{film.name}.png", partial(joint.plot_film, film=film, title=title))
     if touched:

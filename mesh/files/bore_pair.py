@@ -7,6 +7,8 @@ from itertools import islice
 from typing import TypeVar
 
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, Mask
 from geometry.holes import (
@@ -55,8 +57,6 @@ class Axes:
 
 def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
     """Least-squares cylinders through clouds of points (n, 3), with a common direction near a guess (3,)."""
-    from scipy.optimize import least_squares  # noqa: PLC0415 - only meshes from files need it
-
     across = basis_across(direction)
     middles = [cloud.mean(axis=0) for cloud in clouds]
     placed = list(zip(clouds, middles, strict=True))
@@ -204,8 +204,6 @@ def _of_samples(flat: _Plan, patch: Ints, tolerance: float, largest: float) -> C
     if len(places) < 3:
         return None
     random = np.random.default_rng(0)
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only meshes from files need it
-
     first = random.integers(len(places), size=_SAMPLES)
     near = KDTree(places).query(places[first], k=min(24, len(places)))[1]
     picks = random.integers(near.shape[1], size=(_SAMPLES, 2))

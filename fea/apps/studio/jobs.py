@@ -14,6 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fea.apps.optimise.designs import Design, Designs
+from fea.apps.optimise.search import USUAL, search
+from fea.apps.optimise.variables import variables
+from fea.apps.run_study import run_study
 from fea.apps.studio.frame import MODES, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
@@ -23,6 +27,8 @@ from fea.output.pictures.shown import VON_MISES
 from fea.output.report.scene import case_fields
 from fea.output.text import csv_text, write_text
 from fea.study.study import Study
+from geometry.cad.formats import export_step
+from geometry.session import session
 
 MODEL = "fea.apps.studio.live_rod"
 # What can be written at once, and what takes a process of its own.
@@ -156,14 +162,9 @@ def export(what: str, state: State, variants: Mapping[str, Any], folder: str, na
         write_text(path, text)
         return {"path": str(path), "text": text}
     if what == "step":
-        from geometry.cad.formats import export_step  # noqa: PLC0415 - gmsh is loaded for it
-        from geometry.session import session  # noqa: PLC0415
-
         with session():
             export_step(study.rod.solid(), path)
         return {"path": str(path)}
-    from fea.apps.run_study import run_study  # noqa: PLC0415 - what solves and draws
-
     output = replace(study.output, directory=str(path.resolve()), report=True, screenshot=False)
     run_study(replace(study, output=output))
     return {"path": str(path / "report.html")}
@@ -187,10 +188,7 @@ def _table(variants: Mapping[str, Any]) -> str:
 
 def lighten(state: State) -> JsonObject:
     """Search the lightest rod from a design; the designs that are tried are said as they come."""
-    from fea.apps.optimise.designs import Design, Designs  # noqa: PLC0415 - what solves
     from fea.apps.optimise.run_optimise import search_study  # noqa: PLC0415
-    from fea.apps.optimise.search import USUAL, search  # noqa: PLC0415
-    from fea.apps.optimise.variables import variables  # noqa: PLC0415
 
     free = variables(search_study(_applied(state)))
 

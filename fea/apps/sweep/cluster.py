@@ -1,6 +1,7 @@
 """Compute the rods of a journal in processes of this machine, or by the workers of a Dask scheduler."""
 
 import json
+import logging
 import math
 import queue
 import signal
@@ -119,8 +120,6 @@ def _address(asked: str) -> str:
 
 
 def _quiet() -> None:
-    import logging  # noqa: PLC0415 - only here
-
     for name in list(logging.root.manager.loggerDict):  # some have levels of their own
         if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL)

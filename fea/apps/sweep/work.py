@@ -10,6 +10,7 @@ from fea.apps.sweep.base import Base, Extras
 from fea.apps.sweep.journal import Done
 from fea.base.version import __version__
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
+from fea.study.study import parse_study
 
 _LONGEST_REASON = 600
 # Longest time of a rod: the largest shipped study takes some minutes on one core.
@@ -98,8 +99,6 @@ def _unpacked(order: bytes) -> Any:
 
 def attempt(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     """Compute a rod of a task in this process; arguments as `work`."""
-    from fea.study.study import parse_study  # noqa: PLC0415 - a scheduler imports this module, too
-
     start = time.perf_counter()
     try:
         asked = task.base.study(rod.design, rod.speeds)

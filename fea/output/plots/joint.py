@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.film import FilmResult
@@ -173,8 +174,6 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
 
 def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[Floats, Floats]:
     """Angles all the way round, and pressures (n, n_z, n_cases) there at places along the bore."""
-    from scipy.spatial import cKDTree  # noqa: PLC0415 - only this plot needs it
-
     mesh = next(iter(cases)).mesh
     pressure = np.stack([case.seats[surface].pressure for case in cases], axis=1)
     own = mesh.points[np.unique(mesh.facets[surface])] - [x, 0.0, 0.0]
