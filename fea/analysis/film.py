@@ -1,7 +1,7 @@
 """The oil films of the bearings at one speed: how thin, at what pressure and cost, how certain."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -15,7 +15,17 @@ from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
 from fea.film.cycle import HOTTEST, FilmCycle
-from fea.pins.lubrication import COARSE, CYCLES, FINE, MPAS, TOPIC, TOPICS, Films, Lubrication, crank_angles
+from fea.pins.lubrication import (
+    COARSE,
+    CYCLES,
+    FINE,
+    MPAS,
+    TOPIC,
+    TOPICS,
+    Films,
+    Lubrication,
+    crank_angles,
+)
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
@@ -25,8 +35,6 @@ _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 _CARRIED = 0.1
 # Tilt over the clearance above which it is told.
 _TILTED = 1e-3
-# Share of the joint's area that may open before the film is computed with the joint open, too.
-_OPENED = 0.01
 
 
 class Regime(StrEnum):
@@ -51,33 +59,6 @@ class Regime(StrEnum):
 
 
 @dataclass(frozen=True)
-class JointHeld:
-    """The joint of a rod in parts, which the film of its big end holds as it is without loads."""
-
-    case: str  #: the load case in which it is open the most
-    shares: tuple[float, float]  #: of its area that are open without loads, and in that case
-    opened: FilmCycle | None  #: the coarse film with the joint open as in that case; None where that is alike
-
-    def note(self, coarse: FilmCycle, found: FilmFigures) -> Note:
-        """What a reader must know; `coarse`: the coarse film with the joint as it is without loads."""
-        before, after = (100 * share for share in self.shares)
-        held = "the bore yields with the parts held together as without loads"
-        if self.opened is None:
-            return remark(f"{held}, {before:.2g} % of the joint open: loads open it no further", TOPIC)
-        (gap, pressure), (open_gap, open_pressure) = (
-            (float(film.thinnest.min()) / UM, float(film.highest.max())) for film in (coarse, self.opened)
-        )
-        text = (
-            f"{held}, but {after:.2g} % of the joint, not {before:.2g} %, are open in {self.case}; open like "
-            f"that all the time, the smallest gap of the coarser film is {open_gap:.2f}, not {gap:.2f} µm, "
-            f"and its highest pressure {open_pressure:.0f}, not {pressure:.0f} MPa"
-        )
-        changes = 100 * abs(open_gap / gap - 1), 100 * abs(open_pressure / pressure - 1)
-        within = changes[0] <= found.h_min_error_percent and changes[1] <= found.p_max_error_percent
-        return (remark if within else doubt)(text, TOPIC)
-
-
-@dataclass(frozen=True)
 class FilmResult:
     """The film of one end at one speed, and a coarser one of the same bearing."""
 
@@ -85,7 +66,8 @@ class FilmResult:
     coarse: FilmCycle
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
-    joint: JointHeld | None = None  #: None for a rod of one piece
+    #: Share of the joint of a rod in parts that opens in load cases, at the big end; None for one piece
+    joint: Mapping[str, float] | None = None
 
     @property
     def end(self) -> End:
@@ -192,7 +174,7 @@ class FilmResult:
             text = f"{self.end.pin} and bore tilt by up to {self.cycle.tilted / UM:.2g} µm over the width"
             notes.append(remark(text, topic))
         if self.joint is not None:
-            notes.append(self.joint.note(self.coarse, found))
+            notes.append(self._of_joint(self.joint))
         if self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, topic))
@@ -204,6 +186,17 @@ class FilmResult:
             )
             notes.append(remark(text, topic))
         return tuple(notes)
+
+    @staticmethod
+    def _of_joint(joint: Mapping[str, float]) -> Note:
+        if not joint:
+            return remark("loads do not open the joint: the bore yields with the parts held together", TOPIC)
+        case = max(joint, key=lambda name: joint[name])
+        text = (
+            f"the joint opens, {100 * joint[case]:.2g} % of it in {case}: at each crank angle the bore "
+            "yields with the parts as open as under contact, and what is closed sticks"
+        )
+        return remark(text, TOPIC)
 
     def _doubts(self, found: FilmFigures) -> Iterator[str]:
         if self.verdict == Regime.STARVED:
@@ -260,22 +253,8 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     fine, coarse = films.at(cycle)
     engine = cycle.engine
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
-    joint = None if films.end is End.SMALL else _joint(rod, rpm, films)
+    joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
     return FilmResult(fine, coarse, films.lubrication, displacement, joint)
-
-
-def _joint(rod: PreparedRod, rpm: float, films: Films) -> JointHeld | None:
-    pins = rod.assembly_contact
-    if pins is None:
-        return None
-    cases, sums = rod.loading.at(rod.mass, rpm).cases, pins.assembly.sums
-    states = pins.states(cases)
-    shares = [sums(state).joint.open_share for state in states]
-    most, before = int(np.argmax(shares)), sums(pins.assembly.assembled.start).joint.open_share
-    opened = None
-    if shares[most] > before + _OPENED:
-        opened = films.coarse(rod.crank_cycle(rpm), states[most])
-    return JointHeld(cases[most].name, (before, shares[most]), opened)
 
 
 def film_error(fine: float, coarse: float) -> float:

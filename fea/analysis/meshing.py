@@ -38,7 +38,7 @@ def mesh_study(
         symmetry=study.analysis.symmetry,
         wanted=wanted,
         coarser=coarser,
-        touched=study.analysis.in_contact,
+        touched=study.in_contact,
         assembly=drawn_assembly(study),
         movable=movable,
     )

@@ -24,7 +24,7 @@ from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
 from fea.pins.assembly import AssemblyPins
-from fea.pins.film_pins import FilmPins
+from fea.pins.film_pins import FilmPartsPins, FilmPins
 from fea.pins.lubrication import Films
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
 from fea.pins.yielding import End
@@ -138,7 +138,7 @@ class PreparedRod:
     @cached_property
     def films(self) -> Films:
         """The oil films of the big end's bearing."""
-        if isinstance(self.pins, FilmPins):
+        if isinstance(self.pins, FilmPins | FilmPartsPins):
             return self.pins.films
         return Films(self.structure, End.BIG, self.assembly_contact)
 
@@ -201,7 +201,7 @@ class PreparedRod:
     @cached_property
     def certified_cycle(self) -> CycleAnalysis:
         """A small basis where pins are in contact, else all unit solutions."""
-        if not self.options.in_contact:
+        if not self.study.in_contact:
             return self.full_cycle
         counts, solve = counting(self.fields.errors.masked), partial(self.solved_units, single=True)
         return self._cycle(lambda loads, cycles: spanned(loads, solve, counts, cycles))

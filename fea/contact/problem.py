@@ -96,12 +96,13 @@ class ContactProblem:
 
     def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
-        n_cell, (rows, count) = self.forces.shape[1], loads.shape
-        # With all their zeros, so that the loads of both parities have the same sparsity.
-        indices = np.tile(np.arange(rows, dtype=np.int32), count)
-        starts = rows * np.arange(count + 1, dtype=np.int32)
-        dense = sparse.csc_array((loads.T.ravel(), indices, starts), shape=loads.shape)
-        work = body.compliance(parity, sparse.hstack([self.forces, dense], format="csc"))
+        n_cell = self.forces.shape[1]
+        # With the zeros that the other parity has, so that the loads of both have the same sparsity.
+        acting = np.logical_or.reduce([own != 0 for own in self.cell_loads.values()])
+        column, row = np.nonzero(acting.T)
+        starts = np.append(0, np.cumsum(acting.sum(axis=0))).astype(np.int32)
+        others = sparse.csc_array((loads[row, column], row.astype(np.int32), starts), shape=loads.shape)
+        work = body.compliance(parity, sparse.hstack([self.forces, others], format="csc"))
         compliance = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
         for number, interface in enumerate(self._interfaces):
             compliance[self.own(number), self.own(number)] += interface.flexibility(parity)

@@ -53,6 +53,8 @@ class JournalLoads:
     turning: Callable[[float], Floats] | None = None
     flooded: bool = False  #: whether the ends of the bearing stand in oil of the inlet's pressure
     loaded: Floats | None = None  #: (n, n_functions) g of `fea.film.journal.ElasticBore`
+    #: (n, n_functions, n_functions) C of it where that changes; otherwise it is the bearing's
+    compliance: Floats | None = None
 
     @property
     def count(self) -> int:
@@ -84,6 +86,8 @@ class JournalLoads:
         """Solve at a place; `rate` and `before` as of `Conditions`. Raises `FilmError`: no convergence."""
         brought_up = min(1.0, 1 + place / (_RAMP * self.count))
         speed, supply = float(self._at(self.speed, place)), self.supply(bearing, place)
+        if self.compliance is not None:
+            bearing = bearing.yielding_by(self._at(self.compliance, place))
         return bearing.solve(
             guess,
             Conditions(speed, supply, rate, before),

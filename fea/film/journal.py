@@ -192,6 +192,10 @@ class Bearing:
         """The same with another oil."""
         return replace(self, reynolds=replace(self.reynolds, oil=oil))
 
+    def yielding_by(self, compliance: Floats) -> "Bearing":
+        """The same with another compliance of its elastic bore."""
+        return replace(self, bore=self.bore and replace(self.bore, compliance=compliance))
+
     def friction(self, state: "JournalState", speed: float) -> tuple[float, float]:
         """Force against the journal's motion, N, and the power of shear and rubbing, N·mm/s."""
         grid, (force, power) = self.reynolds.grid, self.reynolds.friction(state.film, state.gap, speed)

@@ -9,7 +9,7 @@ Sirovich 1987, Q. Appl. Math. 45, 561).
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from fea.pins.model import (
     Structure,
     UnitLoads,
     Weights,
+    total,
 )
 from fea.rod.meshed_rod import Bores
 from fea.solid.errors import ContactError
@@ -44,6 +45,9 @@ from loads.cases import assembled, peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from fea.pins.film_pins import FilmLoad
 
 # Distance of the forces of the pins, over their size, within which the state of another instant, also solved
 # from rest, makes a good first guess.
@@ -60,7 +64,10 @@ class AssemblyContact(BoreContact):
     forces.
     """
 
-    def __init__(self, structure: Structure, fits: Fits, specification: AssemblySpecification) -> None:
+    def __init__(self, structure: Structure, fits: Fits, film: "FilmLoad | None" = None) -> None:
+        if structure.assembly is None:
+            raise ValueError("a rod of one piece is not an assembly")
+        specification = structure.assembly
         mesh, bores, friction = structure.mesh, structure.bores, specification.friction
         faces = []
         for first, second in mesh.interfaces:
@@ -75,7 +82,7 @@ class AssemblyContact(BoreContact):
             name, seats, share = f"bolt {count}", dict(ends.seats), ends.share
             along, point = np.array(bolt.direction), np.array(bolt.point)
             pulls.append(BoltPull.of(mesh, name, seats, along, stiffness, share=share, point=point))
-        super().__init__(structure, fits, faces=faces, bolts=pulls)
+        super().__init__(structure, fits, faces=faces, bolts=pulls, film=film)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
         parts = [np.flatnonzero(body == number) for number in np.unique(body) if number != held]
@@ -91,10 +98,15 @@ class AssemblyContact(BoreContact):
         bending = BoltBending(structure.model, self.assembled, seated, specification.beam, growth)
         self.sums = AssemblyStates(self.assembled, friction, at, bending, bores.big_radius)
 
-    def loads(self, instants: Instants) -> list[Load]:
-        """What acts between the parts at instants."""
-        load = self.assembled.load
-        return [load((pin, crank), motion, self.tilted(motion)) for pin, crank, motion in acting(instants)]
+    def loads(self, instants: Instants, film: Floats | None = None) -> list[Load]:
+        """What acts between the parts at instants; `film`: its weights (n_functions, n); 0: the pin acts."""
+        pressed = np.zeros((len(self.unit_loads) - 4, len(instants))) if film is None else film
+        loads = []
+        for (pin, crank, motion), own in zip(acting(instants), pressed.T, strict=True):
+            weights = np.append(motion, own)
+            forces = pin, np.where(own.any(), 0.0, crank)
+            loads.append(self.assembled.load(forces, weights, self.tilted(weights)))
+        return loads
 
     def respond(self, instant: Instants, state: ContactState) -> Response:
         """Return what a state and the inertia of its instant do to the rod."""
@@ -103,6 +115,20 @@ class AssemblyContact(BoreContact):
         moved, values = self.assembled.displacement(state), state.values.copy()
         normal = self.assembled.vertices.normal
         values[normal] = pressure  # exactly zero where parts have parted
+        pressures = self.pressure(values)
+        if self.film is not None:
+            first = len(instant.motions)
+            weights = state.load.motion[first:]
+            nodal = [own[:, first:] @ weights for own in self.problem.cell_loads.values()]
+            pressed = Split(*(each.reshape(-1, 3) for each in nodal), *[None] * (2 - len(nodal)))
+            bore, traction, (pulls, presses) = (
+                Surface.BIG_END_BORE,
+                dict(forces.traction),
+                self.film.pressed(weights),
+            )
+            traction[bore] = total([traction[bore], pulls])
+            pressures[bore] = total([pressures[bore], presses])
+            forces = replace(forces, forces=total([forces.forces, pressed]), traction=traction)
         return replace(
             forces,
             touch=forces.touch if instant.pin.any() or instant.crank.any() else {},
@@ -110,7 +136,7 @@ class AssemblyContact(BoreContact):
             growth=self.growth,
             largest=max(forces.largest, summed.bolt_force),
             assembly=summed,
-            pressure=self.pressure(values),
+            pressure=pressures,
             gap=gap_at_nodes(self.problem, normal, gap),
         )
 
@@ -132,9 +158,7 @@ class AssemblyPins(ContactPins):
         return cast("AssemblyContact", self.contact)
 
     def _problem(self) -> AssemblyContact:
-        if self.structure.assembly is None:
-            raise ValueError("a rod of one piece is not an assembly")
-        return AssemblyContact(self.structure, self.fits, self.structure.assembly)
+        return AssemblyContact(self.structure, self.fits)
 
     def datum(self) -> Response:
         """The state in which the bores were made round: bolts tightened, everything as warm as the room."""
@@ -159,9 +183,13 @@ class AssemblyPins(ContactPins):
         left = [number for number, key in enumerate(keys) if key not in known]
         if left:
             some = instants[np.array(left)]
-            states = history.at(self.assembly.loads(some), cycle.places(some.crank_angle))
+            states = history.at(self.loads(some, cycle), cycle.places(some.crank_angle))
             known.update(zip([keys[number] for number in left], states, strict=True))
         return [known[key] for key in keys]
+
+    def loads(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Load]:  # noqa: ARG002
+        """What acts between the parts at instants of a cycle, or each from the assembled state."""
+        return self.assembly.loads(instants)
 
     def _state(self, instant: Instants) -> ContactState:
         parts = self.assembly.assembled
@@ -169,7 +197,7 @@ class AssemblyPins(ContactPins):
         if not any(key):  # nothing acts
             return parts.start
         if key not in self._from_rest:
-            (load,) = self.assembly.loads(instant[None])
+            (load,) = self.loads(instant[None])
             like = _alike(load, self._from_rest.values())
             try:
                 self._from_rest[key] = parts.steps().step(load, parts.start, like)
@@ -182,7 +210,7 @@ class AssemblyPins(ContactPins):
         key = _cycle_key(cycle)
         if key not in self._cycles:
             kept = {other: known for other, known in self._cycles.items() if other in self._spanned}
-            steps = self.assembly.loads(cycle.increments)
+            steps = self.loads(cycle.increments, cycle)
             self._cycles = kept | {key: (FrictionCycle(self.assembly.assembled, steps), {})}
         return self._cycles[key]
 
@@ -278,27 +306,27 @@ _Parts = dict[Parity, Floats]
 class AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
-    path_dependent, kept = True, 3
+    path_dependent = True
 
     def __init__(self, pins: AssemblyPins, cycles: Sequence[CrankCycle]) -> None:
-        super().__init__(pins)
+        super().__init__(pins, of_assembly=1)
         self._pins, self._assembled = pins, pins.assembly.assembled
         self._unfolding = self.contact.problem.unfolding
         self._sticking = self._assembled.sticking_loads(), self._assembled.sticking_start[:, None]
-        over_cycles = [(pins.states(cycle.degrees, cycle), cycle.degrees.motions) for cycle in cycles]
-        of_cases = [(pins.states(each), each.motions) for each in (peak_cases(own).cases for own in cycles)]
-        rests = [self._rest(*own) for own in over_cycles] + [_OF_CASES * self._rest(*own) for own in of_cases]
-        largest = np.max([np.abs(state.values) for states, _ in over_cycles for state in states], axis=0)
+        over_cycles = [pins.states(cycle.degrees, cycle) for cycle in cycles]
+        of_cases = [pins.states(peak_cases(own).cases) for own in cycles]
+        rests = [self._rest(own) for own in over_cycles] + [_OF_CASES * self._rest(own) for own in of_cases]
+        largest = np.max([np.abs(state.values) for states in over_cycles for state in states], axis=0)
         parts = self._unfolding.parts(np.hstack(rests))
         self._patterns, self._weighing = self._spanning(parts, largest)
-        self._inertial, self._start = map(self._unfolding.parts, self._sticking)
+        self._joined, self._start = map(self._unfolding.parts, self._sticking)
         count = {parity: own.shape[1] for parity, own in self._patterns.items()}
         self.joint = JointBounds(*(slice(SMOOTH, count.get(parity, 0)) for parity in Parity))
 
-    def _rest(self, states: Sequence[ContactState], motions: Floats) -> Floats:
-        """Unknowns (n, n_instants) less those of the parts put together and of inertia in the joined rod."""
-        inertial, start = self._sticking
-        return np.asarray(_values(states) - start - inertial @ motions)
+    def _rest(self, states: Sequence[ContactState]) -> Floats:
+        """Unknowns (n, n_instants) less those of the parts put together and of loads on the joined rod."""
+        loaded, start = self._sticking
+        return np.asarray(_values(states) - start - loaded @ _loads(states))
 
     def _spanning(self, parts: _Parts, largest: Floats) -> tuple[_Parts, _Parts]:
         """Patterns (n_cell, k) of unit work, and weights (k, n_cell) of what they span, per parity.
@@ -323,21 +351,21 @@ class AssemblyUnits(ContactUnits):
         return patterns, weights
 
     def patterns(self, parity: Parity) -> Floats:
-        """Unknowns in each unit load: pins, opening and slip; the parts put together; inertia."""
-        motions = slice(0, 2) if parity is Parity.SYMMETRIC else slice(2, 4)
+        """Unknowns in each unit load: pins, opening and slip; the parts put together; inertia and film."""
+        numbers = self.contact.of_parity[list(Parity).index(parity)]
         if parity not in self._patterns:  # a cell that is not cut at y = 0 has everything in its even part
-            return self._inertial[Parity.SYMMETRIC][:, motions]
-        return np.hstack([self._patterns[parity], self._start[parity], self._inertial[parity][:, motions]])
+            return self._joined[Parity.SYMMETRIC][:, numbers]
+        return np.hstack([self._patterns[parity], self._start[parity], self._joined[parity][:, numbers]])
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
-        motions = instants.motions
-        rest = self._unfolding.parts(self._rest(self._pins.states(instants, cycle), motions))
-        one = np.ones((1, motions.shape[1]))
+        states = self._pins.states(instants, cycle)
+        rest, loads = self._unfolding.parts(self._rest(states)), _loads(states)
+        one = np.ones((1, loads.shape[1]))
         weights = []
-        for parity, moved in zip(Parity, (motions[:2], motions[2:]), strict=True):
+        for parity, numbers in zip(Parity, self.contact.of_parity, strict=True):
             known = [self._weighing[parity] @ rest[parity], one] if parity in self._weighing else []
-            weights.append(np.concatenate([*known, moved]))
+            weights.append(np.concatenate([*known, loads[numbers]]))
         return Weights(*weights)
 
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
@@ -349,6 +377,10 @@ class AssemblyUnits(ContactUnits):
 
 def _values(states: Sequence[ContactState]) -> Floats:
     return np.stack([state.values for state in states], axis=1)
+
+
+def _loads(states: Sequence[ContactState]) -> Floats:
+    return np.stack([state.load.motion for state in states], axis=1)
 
 
 def _principal(parts: _Parts, error: float) -> _Parts:

@@ -32,7 +32,13 @@ class AssemblyStates:
         away = np.hypot(*assembled.vertices.place[:, :2].T)
         joint = self._names.index(Surface.JOINT) if Surface.JOINT in self._names else -1
         near = np.abs(away - big_radius) < _ON_EDGE * big_radius
-        self._edge = (assembled.vertices.face == joint) & near
+        self._joint = assembled.vertices.face == joint
+        self._edge = self._joint & near
+
+    def open_share(self, state: ContactState) -> float:
+        """Share of the joint's area that is open."""
+        opened = state.guess.opened[: len(self._joint)]
+        return _share(self._assembled.vertices.area[self._joint], opened[self._joint])
 
     def __call__(self, state: ContactState, *known: Floats) -> AssemblyState:
         """Sum up one state; `known`: what `vertices` says of it, if that is at hand."""

@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -45,6 +45,9 @@ from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
+if TYPE_CHECKING:
+    from fea.pins.film_pins import FilmLoad
+
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 # Every so many instants of a sampled cycle are solved at first.
 KNOTS = 10
@@ -62,7 +65,10 @@ class BoreContact:
     """The contact problem of a meshed rod and its pins, whose compliance is computed once.
 
     `faces`, `bolts`: where separate parts of the rod touch, and what holds them together
-    (`fea.pins.assembly`).
+    (`fea.pins.assembly`); `film`: what may press on the big end in place of its pin.
+
+    Attributes: `unit_loads`: nodal forces (n_nodes, 3) of what acts beside the unknowns, unit motions and
+    functions of the film; `of_parity`: which of them each parity has.
     """
 
     def __init__(
@@ -72,6 +78,7 @@ class BoreContact:
         *,
         faces: Sequence[MatingFaces] = (),
         bolts: Sequence[BoltPull] = (),
+        film: "FilmLoad | None" = None,
     ) -> None:
         model, bores, inertia = structure.model, structure.bores, structure.inertia
         mesh = model.mesh
@@ -91,9 +98,16 @@ class BoreContact:
                 bore = replace(bore, relief=fits.relief, as_drawn=fits.drawn_relief)
             pins.append(bore)
         unit = [inertia.forces(motion) for motion in _MOTIONS]
+        self.film, self.unit_loads = film, [field for own in inertial_fields(inertia) for field in own]
+        self.of_parity = [np.arange(2), np.arange(2, 4)]
+        for number, fields in enumerate(film.forces if film is not None else ()):
+            self.of_parity[number] = np.append(self.of_parity[number], len(unit) + np.arange(len(fields)))
+            odd = cut_y and number == 1
+            unit += [Split(0 * field, field) if odd else Split(field, None) for field in fields]
+            self.unit_loads += list(fields)
         parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
         loads = {parity: np.stack([one.part(parity).ravel() for one in unit], axis=1) for parity in parities}
-        # Moments about x and y of the unit motions, on a rod that may tilt.
+        # Moments about x and y of the unit loads, on a rod that may tilt.
         tilting = (resultants(mesh.points, forces.symmetric)[3:5] for forces in unit)
         self._tilting = None if cut_z else np.stack(list(tilting), axis=1)
         self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
@@ -115,9 +129,9 @@ class BoreContact:
             pressing[problem.own(number)] = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
         return np.asarray(pressing)
 
-    def tilted(self, motion: Floats) -> Floats | None:
-        """Moments (2, …) that the pins must have on a rod that may tilt."""
-        return None if self._tilting is None else -self._tilting @ motion
+    def tilted(self, weights: Floats) -> Floats | None:
+        """Moments (2, …) that the pins must have on a rod that may tilt, under unit loads."""
+        return None if self._tilting is None else -self._tilting @ weights
 
     def acting(self, instants: Instants) -> tuple[Floats, Floats]:
         """Gaps (n, n_instants) and resultants (m, n_instants) of the contact problems of instants."""
@@ -312,8 +326,7 @@ class ContactFields:
 
     contact: BoreContact
     patterns: Floats  #: (n_cell, n) unknowns of the contact problem on the cell in each unit load
-    motions: Floats  #: (4, n) how much of each inertia field there is in each unit load
-    inertial: Sequence[Floats]  #: nodal forces (n_nodes, 3) of the inertia fields
+    others: Floats  #: (k, n) how much of each `BoreContact.unit_loads` there is in each unit load
 
     @property
     def count(self) -> int:
@@ -324,35 +337,37 @@ class ContactFields:
         """Nodal forces (n_nodes, 3) of some of them."""
         pressed = (self.contact.problem.forces @ self.patterns[:, units]).T
         nodal = [column.reshape(-1, 3) for column in pressed]
-        for field, weights in zip(self.inertial, self.motions[:, units], strict=True):
+        for field, weights in zip(self.contact.unit_loads, self.others[:, units], strict=True):
             for number in np.flatnonzero(weights):
                 nodal[number] = nodal[number] + weights[number] * field
         return nodal
 
     def sums(self, units: slice) -> Floats:
-        """Columns (n_cell + 4, n) of which some of them are sums of the forces that are condensed."""
-        return np.concatenate([self.patterns[:, units], self.motions[:, units]])
+        """Columns (n_cell + k, n) of which some of them are sums of the forces that are condensed."""
+        return np.concatenate([self.patterns[:, units], self.others[:, units]])
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""
-        return self.contact.traction(self.patterns[:, units])
+        traction = self.contact.traction(self.patterns[:, units])
+        if self.contact.film is not None:
+            traction[Surface.BIG_END_BORE] += self.contact.film.traction(self.others[len(_MOTIONS) :, units])
+        return traction
 
     def combined(self, columns: Floats) -> "ContactFields":
         """Return sums of the unit loads, whose weights are columns (n, m)."""
-        return replace(self, patterns=self.patterns @ columns, motions=self.motions @ columns)
+        return replace(self, patterns=self.patterns @ columns, others=self.others @ columns)
 
 
 class ContactUnits(UnitLoads):
     """Patterns of the unknowns of the contact problem, and inertia.
 
-    Attributes: `kept`: how many of the unit loads, the last ones, are no patterns of unit work: inertia, and
-    the state in which separate parts were put together.
+    Attributes: `kept`: how many of the unit loads, the last ones, are no patterns of unit work: inertia, the
+    film's functions, and the state in which separate parts were put together.
     """
 
-    kept = 2
-
-    def __init__(self, pins: ContactPins) -> None:
+    def __init__(self, pins: ContactPins, of_assembly: int = 0) -> None:
         self.pins, self.contact = pins, pins.contact
+        self.kept = [len(numbers) + of_assembly for numbers in self.contact.of_parity]
 
     def pin_forces(self, parity: Parity, values: Floats) -> Floats:
         """Resultants (m, k) of the pins in states (n_cell, k) of one parity."""
@@ -362,15 +377,15 @@ class ContactUnits(UnitLoads):
 
     @abstractmethod
     def patterns(self, parity: Parity) -> Floats:
-        """Unknowns (n_cell, n) on the cell in each unit load; inertia alone is the last two."""
+        """Unknowns (n_cell, n) on the cell in each unit load; `BoreContact.unit_loads` are the last."""
 
     def fields(self) -> tuple[ContactFields, ContactFields]:
         """Return the even and the odd unit loads."""
-        fields, (even, odd) = [], inertial_fields(self.pins.structure.inertia)
-        for parity, alone in zip(Parity, np.split(np.eye(len(_MOTIONS)), [len(even)]), strict=True):
+        fields, every = [], np.eye(len(self.contact.unit_loads))
+        for parity, numbers in zip(Parity, self.contact.of_parity, strict=True):
             patterns = self.patterns(parity)
-            motions = np.pad(alone.T, [(0, 0), (patterns.shape[1] - len(alone), 0)])
-            fields.append(ContactFields(self.contact, patterns, motions, [*even, *odd]))
+            others = np.pad(every[:, numbers], [(0, 0), (patterns.shape[1] - len(numbers), 0)])
+            fields.append(ContactFields(self.contact, patterns, others))
         return fields[0], fields[1]
 
 

@@ -12,11 +12,14 @@ from typing import Self
 import numpy as np
 
 from fea.base.note import assumption
+from fea.contact.friction_system import Load
+from fea.pins.assembly import AssemblyContact, AssemblyPins
 from fea.pins.lubrication import TOPIC, Films
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.pins.pressure import Harmonics, PressedBore, PressedPins
-from fea.solid.bore import radial_loads
+from fea.pins.yielding import End
+from fea.solid.bore import radial_loads, radial_traction
 from fea.solid.parity import Split
 from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
@@ -88,54 +91,103 @@ class FilmUnits(Harmonics):
 
     def __init__(self, pins: PressedPins, films: Films, crank_cycle: Callable[[float], CrankCycle]) -> None:
         super().__init__(pins)
-        self._films, self._crank_cycle = films, crank_cycle
         *self.bores, big = self.bores
-        self._facets, self._functions = films.facets, films.bore.functions
-        # Of the functions that are constant over the width, the harmonics.
-        n, m = self._functions.terms.T
-        self._plain = np.flatnonzero(m == 0)
-        self._at_rest = PressedBore(big.bore, big.arcs, n[self._plain])
-        self._number = len(n)
+        self._film = FilmLoad(films, crank_cycle, pins.n_nodes, big)
 
     def _count(self, parity: int) -> int:
-        of_film = self._functions.count - self._number if parity else self._number
-        return super()._count(parity) + of_film
+        return super()._count(parity) + self._film.counts[parity]
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
         yield from super()._harmonics(parity)
-        facets, z = self._facets, self._facets.corners[..., 2]
-        there = self._functions.at(facets.angle, z @ facets.shape_values.T)[parity]
-        nodal = self._functions.at(facets.node_angle, z)[parity]
-        for load in radial_loads(facets, self._pins.n_nodes, there, nodal):
+        for load in self._film.loads(parity):
             yield Surface.BIG_END_BORE, *load
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
         (small,) = self.bores
         pressed = small.weights(small.bore.force(instants))
-        even, odd = np.split(self._of_film(instants, cycle), [self._number])
+        even, odd = np.split(self._film.weights(instants, cycle), self._film.counts[:1])
         return Weights(
             np.concatenate([pressed.even, even, instants.motions[:2]]),
             np.concatenate([pressed.odd, odd, instants.motions[2:]]),
         )
 
-    def _of_film(self, instants: Instants, cycle: CrankCycle | None) -> Floats:
-        """Weights (n_functions, n_instants) of the pressure on the big end, whose resultant is the force."""
+
+class FilmLoad:
+    """What the film presses on the big end's bore, in its smooth functions.
+
+    `at_rest`: what presses on a rod at rest; nothing by default. Attributes: `counts`: how many of the
+    functions are even about y = 0, and odd.
+    """
+
+    def __init__(
+        self,
+        films: Films,
+        crank_cycle: Callable[[float], CrankCycle],
+        n_nodes: int,
+        at_rest: PressedBore | None = None,
+    ) -> None:
+        self._films, self._crank_cycle, self._n_nodes = films, crank_cycle, n_nodes
+        self._facets, self._functions = films.facets, films.functions
+        # Of the functions that are constant over the width, the harmonics.
+        n, m = self._functions.terms.T
+        self._plain = np.flatnonzero(m == 0), len(n) + np.flatnonzero(m[n > 0] == 0)
+        self._at_rest = at_rest and PressedBore(at_rest.bore, at_rest.arcs, n[m == 0])
+        self.counts = len(n), self._functions.count - len(n)
+
+    def loads(self, parity: int) -> Iterator[tuple[Floats, Floats]]:
+        """Forces and traction (n_nodes, 3) on the cell of each even function, or of each odd one."""
+        facets, z = self._facets, self._facets.corners[..., 2]
+        there = self._functions.at(facets.angle, z @ facets.shape_values.T)[parity]
+        return radial_loads(facets, self._n_nodes, there, self._nodal[parity])
+
+    @cached_property
+    def forces(self) -> list[list[Floats]]:
+        """Nodal forces (n_nodes, 3) on the cell of the even functions, and of the odd ones."""
+        return [[forces for forces, _ in self.loads(parity)] for parity in range(2)]
+
+    @cached_property
+    def _nodal(self) -> tuple[Floats, Floats]:
+        return self._functions.at(self._facets.node_angle, self._facets.corners[..., 2])
+
+    def traction(self, weights: Floats) -> Floats:
+        """Traction (n_nodes, 3, k) on the cell of sums of the functions, by weights (n_functions, k)."""
+        pressures = np.tensordot(weights.T, np.concatenate(self._nodal), axes=1)
+        each = [radial_traction(self._facets, self._n_nodes, pressure) for pressure in pressures]
+        return np.stack(each, axis=-1)
+
+    def pressed(self, weights: Floats) -> tuple[Split, Split]:
+        """Traction (n_nodes, 3) and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
+        odd, cut = np.arange(len(weights)) >= self.counts[0], self._facets.cut_y
+        parts = [np.where(odd, 0.0, weights), np.where(odd, weights, 0.0)] if cut else [weights]
+        traction = self.traction(np.stack(parts, axis=1))
+        along, nodes = np.zeros((self._n_nodes, 3)), self._facets.nodes
+        along[nodes, 0], along[nodes, 1] = np.cos(self._facets.node_angle), np.sin(self._facets.node_angle)
+        pressure = np.einsum("nd,ndk->nk", along, traction)
+        none = [None] * (2 - len(parts))
+        return Split(*np.moveaxis(traction, 2, 0), *none), Split(*pressure.T, *none)
+
+    def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Floats:
+        """Weights (n_functions, n_instants) of the pressure, whose resultant is the force of the pin.
+
+        `cycle`: that the instants belong to; by default that of their speed and the study's gas. Of a
+        multiple of what acts at an instant, it is the multiple of that instant's.
+        """
         speeds = np.atleast_1d(instants.speed)
         weights = np.zeros((self._functions.count, len(speeds)))
         for speed in np.unique(speeds[np.isfinite(speeds)]):
             here = speeds == speed
-            fine, _ = self._films.at(cycle or self._crank_cycle(float(speed)))
-            weights[:, here] = _between(fine.weights, instants.crank_angle[here])
+            own, angles = cycle or self._crank_cycle(float(speed)), instants.crank_angle[here]
+            fine, _ = self._films.at(own)
+            forces = own.at(angles).crank
+            factors = (instants.crank[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
+            weights[:, here] = factors * _between(fine.weights, angles)
         rest = ~np.isfinite(speeds)
-        if rest.any():
-            still = self._at_rest.weights(instants.crank[:, rest])
-            scales = self._functions.scales[self._plain]
-            weights[np.ix_(self._plain, rest)] = still.even / scales[:, None]
-            odd = self._number + np.flatnonzero(
-                self._functions.terms[self._functions.terms[:, 0] > 0, 1] == 0
-            )
-            weights[np.ix_(odd, rest)] = still.odd / scales[1:, None]
+        if self._at_rest is not None and rest.any():
+            still, scales = self._at_rest.weights(instants.crank[:, rest]), self._functions.scales
+            of_plain = scales[self._plain[0]][:, None]
+            for plain, own_weights, scale in zip(self._plain, still, (of_plain, of_plain[1:]), strict=True):
+                weights[np.ix_(plain, rest)] = own_weights / scale
         moved = self._functions.translations
         missing = instants.crank.reshape(2, -1) - self._resultants @ weights
         weights[moved] += np.linalg.solve(self._resultants[:, moved], missing)
@@ -156,3 +208,44 @@ def _between(weights: Floats, angles: Floats) -> Floats:
     share = places - first
     one, other = (weights[number % len(weights)].T for number in (first, first + 1))
     return np.asarray(one + share * (other - one))
+
+
+class FilmPartsPins(AssemblyPins):
+    """Pins of a rod in parts, whose film loads the big end while its joint is closed, as under contact.
+
+    Where that opens, the film would follow it, which a pressure that is given cannot; there, and at rest, the
+    crank pin presses by contact.
+    """
+
+    def __init__(self, structure: Structure) -> None:
+        super().__init__(structure)
+        text = "where the joint opens, and on a rod at rest (gas), the crank pin presses by contact"
+        self.notes, self._touched = (*self.notes, assumption(text, TOPIC)), _Touched(self)
+        self.films = Films(structure, End.BIG, self._touched)
+
+    def _problem(self) -> AssemblyContact:
+        film = FilmLoad(self.films, self.structure.crank_cycle, len(self.structure.mesh.points))
+        return AssemblyContact(self.structure, self.fits, film)
+
+    def loads(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Load]:
+        """What acts between the parts: see `AssemblyPins.loads`."""
+        film, moving = self.assembly.film, np.flatnonzero(np.isfinite(instants.speed))
+        states = self._touched.states(instants[moving], cycle)
+        closed = moving[[not self.films.opened(state) for state in states]]
+        weights = np.zeros((self.films.functions.count, len(instants)))
+        if film is not None and closed.size:
+            weights[:, closed] = film.weights(instants[closed], cycle)
+        return self.assembly.loads(instants, weights)
+
+
+class _Touched(AssemblyPins):
+    """The same parts under contact with both pins."""
+
+    def __init__(self, pins: FilmPartsPins) -> None:
+        super().__init__(pins.structure)
+        self._pins = pins
+
+    @property
+    def assembly(self) -> AssemblyContact:
+        """The contact problem, in which the film does not act."""
+        return self._pins.assembly

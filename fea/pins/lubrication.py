@@ -11,13 +11,13 @@ from fea.base.units import BAR, DEG, UM
 from fea.contact.friction_system import ContactState
 from fea.film.asperities import Asperities
 from fea.film.cycle import MOST_CYCLES, FilmCycle, HeatBalance, JournalLoads, integrate
+from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing
 from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Reynolds
 from fea.pins.contact import ContactPins
 from fea.pins.fits import BIG_CLEARANCE, STEEL, Fits
-from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure
 from fea.pins.yielding import End, YieldingBore
 from fea.solid.bore import BoreFacets
@@ -27,8 +27,10 @@ from fea.study.option_tables import CRANK_PIN, PISTON_PIN
 from geometry.arrays import Floats
 from geometry.errors import require
 from geometry.surfaces import Surface
+from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.gas import CYCLE
+from loads.instants import Instants
 
 if TYPE_CHECKING:
     from fea.pins.assembly import AssemblyPins
@@ -224,25 +226,26 @@ def _asperities(structure: Structure, end: End, said: Assumed) -> Asperities | N
     return Asperities.of(rough * UM, _CROWDING, _SLOPE, 1 / yields, friction)
 
 
+# Share of the joint's area that may open under loads before the film follows it.
+_OPENED = 0.01
+
+
 class Films:
     """The films of one end of a rod, each computed once; `parts`: those of a rod in parts, and its pins."""
 
     def __init__(self, structure: Structure, end: End = End.BIG, parts: "AssemblyPins | None" = None) -> None:
-        self._structure, self.end, self._parts = structure, end, parts
+        self._structure, self.end, self.parts = structure, end, parts
         # By the speed and the gas, which is kept so that its number stays its own.
         self._pairs: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, object]] = {}
 
     @cached_property
     def _fits(self) -> Fits:
-        return (self._parts or ContactPins(self._structure)).fits.in_film
+        return (self.parts or ContactPins(self._structure)).fits.in_film
 
     @cached_property
     def bore(self) -> YieldingBore:
         """How the bore yields to the pressure of a film, and the piston pin with it."""
-        return self._bore(None)
-
-    def _bore(self, state: ContactState | None) -> YieldingBore:
-        parts = None if self._parts is None else HeldParts(self._parts.assembly.assembled, state)
+        parts = None if self.parts is None else self.parts.assembly.assembled
         with self._structure.clock("film"):
             bore = YieldingBore.of(self._structure, self.end, parts)
             return bore if self.end is End.BIG else bore.with_fits(self._fits)
@@ -251,6 +254,11 @@ class Films:
     def facets(self) -> BoreFacets:
         """The bore in the mesh."""
         return self.end.facets(self._structure)
+
+    @property
+    def functions(self) -> BoreFunctions:
+        """Those in which the bore yields."""
+        return self.end.functions(self._structure)
 
     @cached_property
     def lubrication(self) -> Lubrication:
@@ -273,9 +281,35 @@ class Films:
             self._pairs[key] = fine, coarse, cycle.gas
         return self._pairs[key][:2]
 
-    def coarse(self, cycle: CrankCycle, state: ContactState | None = None) -> FilmCycle:
-        """The coarse one alone, with parts that hold together as in a state: `HeldParts`; errors as `at`."""
-        return self._integrated(cycle, self.bore if state is None else self._bore(state), COARSE, None)
+    def coarse(self, cycle: CrankCycle) -> FilmCycle:
+        """The coarse one alone; errors as of `at`."""
+        return self._integrated(cycle, self.bore, COARSE, None)
+
+    def opened(self, state: ContactState) -> float:
+        """Share of the joint of a rod in parts that loads open: 0 where that is next to nothing."""
+        if self.parts is None:
+            return 0.0
+        share, parts = self.parts.assembly.sums.open_share, self.parts.assembly.assembled
+        more = share(state) - share(parts.start)
+        return more if more > _OPENED else 0.0
+
+    def openings(self, cycle: CrankCycle) -> dict[str, float]:
+        """That of the load cases of a cycle in which the joint opens; none of a rod of one piece."""
+        cases = peak_cases(cycle).cases
+        states = () if self.parts is None else self.parts.states(cases)
+        opened = {case.name: self.opened(state) for case, state in zip(cases, states, strict=False)}
+        return {name: share for name, share in opened.items() if share}
+
+    def _bores(self, cycle: CrankCycle, instants: Instants, bore: YieldingBore) -> list[YieldingBore]:
+        """The bore at each instant, where the joint opens in the cycle; none where it does not."""
+        if self.parts is None or not self.openings(cycle):
+            return []
+        states, known = self.parts.states(instants, cycle), dict[bytes, YieldingBore]()
+        keys = [state.guess.opened.tobytes() for state in states]
+        for key, state in zip(keys, states, strict=True):
+            if key not in known:
+                known[key] = bore.with_joint(state)
+        return [known[key] for key in keys]
 
     def _integrated(
         self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int, int], before: FilmCycle | None
@@ -289,13 +323,16 @@ class Films:
         elif isinstance(oil, WarmOil):
             heat, oil = HeatBalance(oil, said.inlet_temperature, said.heat), oil.at(said.inlet_temperature)
         bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities)
+        bores = self._bores(cycle, instants, bore)
+        caused = [each.caused(instant[None])[0] for each, instant in zip(bores, instants, strict=False)]
         acting = JournalLoads(
             period=CYCLE / cycle.speed,
             load=bore.carried(instants),
             speed=((cycle.speed if end is End.BIG else 0.0) - said.swing * instants.angular_velocity)
             * radius,
             inlet=said.inlet,
-            loaded=bore.caused(instants),
+            loaded=np.stack(caused) if bores else bore.caused(instants),
+            compliance=np.stack([each.with_pin for each in bores]) if bores else None,
         )
         if end is End.SMALL:
             hole = grid.hole(said.hole, said.hole_diameter) if said.hole_diameter else None

@@ -89,8 +89,8 @@ class Structure:
     def pins(self, pressure: str = "") -> "PinModel":
         """Return the model of the pins, by default the study's. Raises `InvalidValue`: unknown, or no fit."""
         asked = replace(self, pressure=pressure or self.pressure)
-        in_parts = self.assembly is not None and pin_model(asked.pressure).in_contact
-        model: PinModel = pin_model(asked.pressure, in_parts=in_parts).load().of(asked)
+        entry = pin_model(asked.pressure, in_parts=self.assembly is not None)
+        model: PinModel = entry.load().of(asked)
         return model
 
 

@@ -3,12 +3,15 @@
 import math
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from fea.base.material import Material
+from fea.contact.assembled import Assembled
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
+from fea.contact.friction_system import ContactState
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import ElasticBore
@@ -76,14 +79,46 @@ class End(StrEnum):
             return bores.big_radius, bores.big_width
         return bores.small_radius, bores.small_width
 
-    def grown(self, parts: HeldParts | None) -> float:
+    def functions(self, structure: Structure) -> BoreFunctions:
+        """Smooth functions on its bore."""
+        mirrored = Surface.SYMMETRY_Z in structure.mesh.facets
+        return BoreFunctions(*self.size(structure.bores), mirrored=mirrored)
+
+    def grown(self, parts: Assembled | None) -> float:
         """Radial expansion of its pin up to the engine's temperature, mm."""
-        warming = None if parts is None else parts.assembled.warming
+        warming = None if parts is None else parts.warming
         return 0.0 if warming is None else warming.pins[0 if self is End.SMALL else 1]
 
     def force(self, instants: Instants) -> Floats:
         """Force (2, n) of its pin on the rod, N."""
         return instants.crank if self is End.BIG else instants.pin
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """What unit pressures on a bore, forces of the other pin and unit motions do to the bore."""
+
+    work: Floats  #: (k, k) of all of these, in each part by itself
+    held: HeldParts | None  #: how parts hold together
+    own: Ints  #: (n,) the pressures among them
+    rest: Ints  #: (6,) the others
+    rigid: Ints  #: of the pressures, those that move the bore as a whole
+    grown: Floats  #: (n,) weights of the expansion of the pin
+
+    def at(self, state: ContactState | None = None) -> tuple[Floats, Floats, Floats]:
+        """Compliance, `loaded` and `relief` of `YieldingBore`, with parts as open as in a state."""
+        work, made = (0.0, np.zeros(len(self.work))) if self.held is None else self.held.adding(state)
+        work = self.work + work
+        compliance, loaded = work[np.ix_(self.own, self.own)], work[np.ix_(self.own, self.rest)]
+        found = (compliance + compliance.T) / 2, loaded, made[self.own] - self.grown
+        for of_rigid in found:
+            of_rigid[self.rigid] = 0.0
+        return found
+
+    @cached_property
+    def relief(self) -> Floats:
+        """That without loads."""
+        return self.at()[2]
 
 
 @dataclass(frozen=True)
@@ -105,17 +140,18 @@ class YieldingBore:
     #: (2, 6) moments of these, by their forces along x and along y, about the middle of the bore, over half
     #: its width, N; without meaning where z = 0 is a mirror plane
     turning: Floats
+    answers: _Answers
     pin: "YieldingPin | None" = None  #: None for a rigid one
 
     @classmethod
-    def of(cls, structure: Structure, end: End = End.BIG, parts: HeldParts | None = None) -> "YieldingBore":
+    def of(cls, structure: Structure, end: End = End.BIG, parts: Assembled | None = None) -> "YieldingBore":
         """Solve for unit pressures on the bore, unit forces of the other pin and unit motions.
 
         The sum of what acts at an instant balances; each unit alone does not, and is held by the restraints.
-        `parts`: how those of a rod in parts hold together; errors as of `HeldParts.adding`.
+        `parts`: those of a rod in parts, which hold together as without loads; errors as of
+        `HeldParts.under`.
         """
-        n_nodes, cut_z = len(structure.mesh.points), Surface.SYMMETRY_Z in structure.mesh.facets
-        functions = BoreFunctions(*end.size(structure.bores), mirrored=cut_z)
+        n_nodes, functions = len(structure.mesh.points), end.functions(structure)
         facets, pin = end.facets(structure), BondedBore.of(end.other.facets(structure), n_nodes)
         even, odd = (
             np.stack([*pressed, force, *motions])
@@ -130,23 +166,29 @@ class YieldingBore:
         about = [facets.images * np.tensordot(each, z, axes=((1,), (0,)))[:, :2] for each in (even, odd)]
         if facets.cut_y:  # components that the images across y = 0 cancel
             about[0][:, 1] = about[1][:, 0] = 0.0
-        moments, made = works(structure.model, facets, even, odd, parts)
+        work, held = works(structure.model, facets, even, odd, parts)
         # Of each parity, the last three are the force of the other pin and the two motions.
         rest = np.concatenate([len(even) - 3 + np.arange(3), len(even) + len(odd) - 3 + np.arange(3)])
-        rest, own = rest[[0, 3, 1, 2, 4, 5]], np.setdiff1d(np.arange(len(moments)), rest)
-        compliance, loaded = moments[np.ix_(own, own)], moments[np.ix_(own, rest)]
-        compliance = (compliance + compliance.T) / 2
-        relief = made[own] - end.grown(parts) * functions.widening
-        for of_rigid in (compliance, loaded, relief):
-            of_rigid[functions.rigid] = 0.0
-        turning = np.concatenate(about)[rest].T
-        return cls(end, functions, compliance, loaded, relief, turning)
+        rest, own = rest[[0, 3, 1, 2, 4, 5]], np.setdiff1d(np.arange(len(work)), rest)
+        grown = end.grown(parts) * functions.widening
+        answers = _Answers(work, held, own, rest, functions.rigid, grown)
+        return cls(end, functions, *answers.at(), np.concatenate(about)[rest].T, answers)
+
+    def with_joint(self, state: ContactState) -> "YieldingBore":
+        """The same of a rod in parts that are as open as in a state."""
+        compliance, loaded, relief = self.answers.at(state)
+        relief += self.relief - self.answers.relief
+        return replace(self, compliance=compliance, loaded=loaded, relief=relief)
+
+    @property
+    def with_pin(self) -> Floats:
+        """Compliance (n, n) of the bore and its pin together."""
+        return self.compliance if self.pin is None else self.compliance + self.pin.compliance
 
     def on(self, grid: FilmGrid) -> ElasticBore:
         """The bore for a film on a grid."""
-        both = self.compliance if self.pin is None else self.compliance + self.pin.compliance
         ends = np.concatenate(self.functions.at(grid.angle[:, None], grid.ends[None]))
-        return ElasticBore(self.functions.means(grid), np.moveaxis(ends, 0, -1), both)
+        return ElasticBore(self.functions.means(grid), np.moveaxis(ends, 0, -1), self.with_pin)
 
     def carried(self, instants: Instants) -> Floats:
         """What the film must carry (n_instants, 2 or 4): `load` of `fea.film.cycle.JournalLoads`."""
@@ -235,11 +277,11 @@ def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> t
 
 
 def works(
-    model: Model, facets: BoreFacets, even: Floats, odd: Floats, parts: HeldParts | None = None
-) -> tuple[Floats, Floats]:
+    model: Model, facets: BoreFacets, even: Floats, odd: Floats, parts: Assembled | None = None
+) -> tuple[Floats, HeldParts | None]:
     """Work (n, n) in the body of forces of both parities, (n_own, n_nodes, 3); even ones are not fewer.
 
-    And (n,) their work on what the parts of a rod in parts move without loads: see `HeldParts.adding`.
+    Of a rod in parts, that is the work in each part by itself; and how these hold together.
     """
     forces = {Parity.SYMMETRIC: np.concatenate([even, odd])}
     loads = [Split(each, None) for each in forces[Parity.SYMMETRIC]]
@@ -250,7 +292,4 @@ def works(
     solved = model.solve(loads).displacement
     u = {parity: solved[parity][..., : len(own)] for parity, own in forces.items()}
     work = facets.images * block_diag(*(np.tensordot(forces[p], u[p], axes=2) for p in forces))
-    if parts is None:
-        return np.asarray(work), np.zeros(len(work))
-    held, made = parts.adding(forces, u)
-    return work + held, made
+    return np.asarray(work), None if parts is None else HeldParts.under(parts, forces, u)

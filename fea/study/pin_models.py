@@ -52,19 +52,31 @@ _FILM = (
     "The pressure on the big end's bore comes from its oil film over the crank cycle, as [film] says; the "
     "piston pin presses on the small end with half a cosine."
 )
+_FILM_IN_PARTS = (
+    "The pressure on the big end's bore comes from its oil film over the crank cycle, as [film] says, while "
+    "the joint is closed, and otherwise from frictionless contact, as that of the piston pin does."
+)
 PIN_MODELS: tuple[PinModelEntry, ...] = (
     PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", parse=BorePressure.parse, shown=_SHOWN),
     PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
     PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
     PinModelEntry(FILM, "fea.pins.film_pins:FilmPins", assumption=_FILM),
     PinModelEntry(CONTACT, "fea.pins.assembly:AssemblyPins", in_contact=True, in_parts=True),
+    PinModelEntry(
+        FILM, "fea.pins.film_pins:FilmPartsPins", in_contact=True, in_parts=True, assumption=_FILM_IN_PARTS
+    ),
 )
+# Those of rods in parts.
+PARTS = tuple(entry.pattern for entry in PIN_MODELS if entry.in_parts)
 
 
 def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
-    """Return the model that a value of `pressure` asks for; raises `InvalidValue`: there is none."""
-    for entry in PIN_MODELS:
-        if entry.in_parts == in_parts and re.fullmatch(entry.pattern, pressure):
+    """Return the model that a value of `pressure` asks for, for rods in parts their own if there is one.
+
+    Raises `InvalidValue`: there is none.
+    """
+    for entry in sorted(PIN_MODELS, key=lambda entry: entry.in_parts != in_parts):
+        if re.fullmatch(entry.pattern, pressure):
             entry.parse(pressure)
             return entry
     *others, last = dict.fromkeys(entry.names for entry in PIN_MODELS)

@@ -27,7 +27,7 @@ from fea.study.option_tables import (
     SpeedTable,
 )
 from fea.study.paths import is_file, located, require_text
-from fea.study.pin_models import FILM
+from fea.study.pin_models import PARTS
 from fea.study.plausibility import Finding, findings, magnitudes
 from fea.study.presets import engine_preset, with_preset
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
@@ -141,10 +141,8 @@ class Study:
         path = None if self.rod.mesh is None else str(self.rod.mesh.path)
         require(self.rod.mesh is None, "rod.mesh", path, rule, remedy)
         pressure, remedy = self.analysis.pressure, f'Leave it out, or use pressure = "{choices.CONTACT}".'
-        if pressure == FILM:
-            remedy = "Use --film, or film = true: the films then take the loads of the run in contact."
         rule = "cannot be combined with [assembly], whose parts and pins press on each other by contact"
-        require(pressure in (None, choices.CONTACT), "analysis.pressure", pressure, rule, remedy)
+        require(pressure in (None, *PARTS), "analysis.pressure", pressure, rule, remedy)
         if self.rod.dimensions is not None:
             assembly.require_dimensions(self.rod.dimensions)
 
@@ -302,11 +300,16 @@ class Study:
         return tables
 
     @property
+    def in_contact(self) -> bool:
+        """Whether a pin touches its bore, or parts touch each other."""
+        return self.analysis.in_contact or self.assembly is not None
+
+    @property
     def _unused(self) -> list[str]:
         speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
         used = {
             "speed": speeds,
-            "contact": self.analysis.in_contact,
+            "contact": self.in_contact,
             "film": self.analysis.needs_film,
             "mesh": self.rod.mesh is None,
         }

@@ -22,6 +22,7 @@ from fea.study.flags import Flags
 from fea.study.option_tables import MeshTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
+from geometry.surfaces import Surface
 
 ROD = replace(SIMPLE, bushing=0.0, oil_hole=0.0)
 BARE = replace(EVERY, bushing_interference_mm=None, shell_thickness_mm=None, shell_interference_mm=None)
@@ -46,7 +47,7 @@ def parts(rod):
 
 @pytest.fixture(scope="module")
 def clamped(rod, parts):
-    return YieldingBore.of(rod.structure, End.BIG, HeldParts(parts))
+    return YieldingBore.of(rod.structure, End.BIG, parts)
 
 
 def kept(bore):
@@ -124,7 +125,7 @@ def test_a_joint_that_is_open_lets_the_bore_yield_more(rod, parts, clamped):
     (tension,) = (case for case in cases if case.name == "tension")
     (state,) = rod.pins.states(tension[None])
     assert state.guess.opened.any()
-    open_joint = YieldingBore.of(rod.structure, End.BIG, HeldParts(parts, state))
+    open_joint = clamped.with_joint(state)
     softer = (open_joint.compliance - clamped.compliance)[np.ix_(kept(clamped), kept(clamped))]
     values = np.linalg.eigvalsh(softer)
     assert values[0] > -1e-3 * values[-1]
@@ -137,7 +138,7 @@ def test_a_warm_rod_widens_with_its_pin(rod):
     warm = made(rod.mesh, temperature_C=120.0)
     parts = warm.assembly_contact.assembly.assembled
     _, growth = parts.warming.pins
-    bore = YieldingBore.of(warm.structure, End.BIG, HeldParts(parts))
+    bore = YieldingBore.of(warm.structure, End.BIG, parts)
     pin = bore.functions.radius - warm.pins.fits.big_clearance
     wider = growth / pin * warm.pins.fits.big_clearance
     assert bore.relief == pytest.approx(
@@ -152,4 +153,62 @@ def test_a_joint_without_friction_holds_no_cap(parts):
         problem, system = parts.problem, SimpleNamespace(loose=np.ones((1, 3)))
 
     with pytest.raises(InvalidValue, match=r"joint_friction = 0: leaves a part that nothing but the pins"):
-        HeldParts(Sliding).adding({}, {})
+        HeldParts.under(Sliding, {}, {})
+
+
+@pytest.fixture(scope="module")
+def on_film(rod):
+    """The same rod, whose stress comes from the film of its big end."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(lubrication, "FINE", (24, 4, 48))
+        patch.setattr(lubrication, "COARSE", (16, 4, 36))
+        loaded_by = Flags(pressure="oil-film").applied(replace(rod.study, film=FilmTable(viscosity_mPas=8.0)))
+        film = prepare(loaded_by, mesh=rod.mesh)
+        _ = film.films.at(film.crank_cycle(6000.0))
+        yield film
+
+
+def test_film_loads_the_parts_while_the_joint_is_closed(rod, on_film):
+    """The joint opens under tension alone, where the pin presses as under contact."""
+    cycle = on_film.crank_cycle(6000.0)
+    cases = {case.name: case for case in on_film.loading.at(on_film.mass, 6000.0).cases}
+    assert list(on_film.films.openings(cycle)) == ["tension"]
+    for name, case in cases.items():
+        (under_film,), (touched,) = (each.pins.respond(case[None]) for each in (on_film, rod))
+        films, contacts = (
+            each.pressure[Surface.BIG_END_BORE].symmetric.max() for each in (under_film, touched)
+        )
+        total = under_film.forces.symmetric.sum(axis=0)[0]
+        assert abs(total) < 1e-6 * touched.largest
+        assert (films == pytest.approx(contacts, rel=1e-6)) == (name in ("tension", "gas"))
+        clamp, clamped = (each.assembly.joint.force for each in (under_film, touched))
+        assert clamp == pytest.approx(clamped, rel=0.06)
+
+
+def test_its_bore_follows_the_joint(on_film):
+    """A film that held it closed all the time would be thinner than the joint's bending allows."""
+    cycle = on_film.crank_cycle(6000.0)
+    _, coarse = on_film.films.at(cycle)
+    assert coarse.acting.compliance.shape == (36, *on_film.films.bore.compliance.shape)
+    softness = np.trace(coarse.acting.compliance, axis1=1, axis2=2)
+    softer = softness > 1.05 * np.trace(on_film.films.bore.compliance)
+    assert 0 < softer.sum() < 12
+    assert softness.argmax() in (0, 1, 35)  # about the top dead centre of gas exchange
+    assert abs(coarse.driven / coarse.dissipated - 1) < 0.02
+
+
+def test_superposed_film_is_that_of_a_direct_solution(on_film):
+    cycle = on_film.crank_cycle(6000.0)
+    instants = cycle.at(np.radians([0.0, 60.0, 370.0, 480.0]))
+    loads = on_film.pins.span([cycle])
+    weights = loads.weights(instants, cycle)
+    even, odd = loads.fields()
+    for number, found in enumerate(on_film.pins.respond(instants, cycle)):
+        for fields, own, parity in ((even, weights.even, 0), (odd, weights.odd, 1)):
+            every = slice(0, fields.count)
+            forces = np.tensordot(own[:, number], np.stack(fields.forces(every)), axes=1)
+            traction = fields.traction(every)[Surface.BIG_END_BORE] @ own[:, number]
+            direct = found.forces, found.traction[Surface.BIG_END_BORE]
+            for summed, split in zip((forces, traction), direct, strict=True):
+                one = (split.symmetric, split.antisymmetric)[parity]
+                assert summed == pytest.approx(one, abs=5e-3 * np.abs(split.symmetric).max())

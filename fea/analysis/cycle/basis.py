@@ -142,7 +142,7 @@ class SmallBasis(Basis):
         self.loads, self._solve, self._counts = loads, solve, counts
         self._full = loads.fields()
         self._pressing = [loads.contact.pressing(counts)[:, None] * fields.patterns for fields in self._full]
-        self._kept = [min(loads.kept, fields.count) for fields in self._full]
+        self._kept = [min(kept, of.count) for kept, of in zip(loads.kept, self._full, strict=True)]
         self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
         self._remembered: dict[bytes, _States] = {}
         self._columns = [self._exact(parity) for parity in Parity]

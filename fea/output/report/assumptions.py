@@ -95,7 +95,7 @@ def _gas(engine: EngineTable) -> str:
 
 def _pins(run: Run) -> str:
     name = run.summary.model.pressure
-    entry = pin_model(name)
+    entry = pin_model(name, in_parts=run.summary.assembly is not None)
     load = entry.parse(name)
     if not isinstance(load, BorePressure):
         return entry.assumption
