@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask
-from geometry.surfaces import INTERFACES, Surface
+from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
 EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
@@ -36,6 +36,11 @@ class TetMesh:
     facets: dict[Surface, Ints] = field(default_factory=dict)
     #: (n_elements,) number of the part each element belongs to, or None if there is only one part
     part: Ints | None = None
+
+    @property
+    def planes(self) -> tuple[Surface, ...]:
+        """The mirror planes at which it is cut."""
+        return tuple(plane for plane in PLANE_AXIS if plane in self.facets)
 
     @property
     def interfaces(self) -> tuple[tuple[Surface, Surface], ...]:

@@ -429,7 +429,7 @@ def _recovery(
         return FieldRecovery(
             mirrored=mesh.mirrored,
             materials=structure.materials,
-            recovery=PartRecovery(mesh.cell, mesh.symmetry.planes, known),
+            recovery=PartRecovery(mesh.cell, known),
             errors=CaseErrors(mesh, structure.materials, held or pins.singular_surfaces),
             rod_length=None if held else mesh.bores.rod_length,
         )

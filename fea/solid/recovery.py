@@ -360,14 +360,13 @@ class _Piece:
 class PartRecovery:
     """Recovers each part's stress from its own elements; interfaces are no surfaces of known traction."""
 
-    def __init__(self, mesh: TetMesh, planes: tuple[Surface, ...], surfaces: tuple[Surface, ...]) -> None:
+    def __init__(self, mesh: TetMesh, surfaces: tuple[Surface, ...]) -> None:
         self._n_points = len(mesh.points)
         self._pieces: list[_Piece] = []
         for number in [0] if mesh.part is None else np.unique(mesh.part).tolist():
             piece, nodes = (mesh, np.arange(self._n_points)) if mesh.part is None else submesh(mesh, number)
             known = tuple(surface for surface in surfaces if surface in piece.facets)
-            cuts = tuple(plane for plane in planes if plane in piece.facets)
-            self._pieces.append(_Piece(nodes, known, Recovery(piece, cuts, known)))
+            self._pieces.append(_Piece(nodes, known, Recovery(piece, piece.planes, known)))
 
     @property
     def nodes(self) -> list[Ints]:

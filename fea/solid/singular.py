@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from fea.solid.boundary import BoundarySurface
 from geometry.arrays import Ints, Mask
-from geometry.surfaces import PLANE_AXIS, Surface
+from geometry.surfaces import Surface
 from mesh.creases import Creases, rims
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, FACET_EDGES, TetMesh
@@ -79,11 +79,10 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
     Creases are where the surface of the solid turns; without them, where the facets do. The body continues
     across its mirror planes.
     """
-    planes = tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
-    surfaces = [surface for surface in mesh.facets if surface not in planes]
+    surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
     pairs = product(held, [surface for surface in surfaces if surface not in held])
     border = [np.intersect1d(mesh.facets[one], mesh.facets[other]) for one, other in pairs]
-    body = BoundarySurface.of(mesh, surfaces, planes)
+    body = BoundarySurface.of(mesh, surfaces, mesh.planes)
     edges = body.edges
     facet, place = edges.facet[:, 0], edges.place[:, 0]
     ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
-from geometry.surfaces import PLANE_AXIS, Surface
+from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh, element_faces, face_keys
 
 # An eigenvalue below this fraction of the largest belongs to a free motion.
@@ -122,7 +122,7 @@ def _on_axis(mesh: TetMesh) -> Ints:
     axial = np.flatnonzero(np.hypot(np.abs(y), np.abs(z)) <= np.hypot(y, z).min() + 1e-9)
     if np.ptp(x[axial]) > np.ptp(x) / 2:
         return axial
-    planes = [np.unique(mesh.facets[plane]) for plane in PLANE_AXIS if plane in mesh.facets]
+    planes = [np.unique(mesh.facets[plane]) for plane in mesh.planes]
     return reduce(np.intersect1d, planes, np.arange(len(y)))
 
 

@@ -16,7 +16,7 @@ from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress, PartRecovery
 from fea.solvers.static import Model
-from fea.verify.body import half_ring, mirror_planes, rectangle
+from fea.verify.body import half_ring, rectangle
 from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, SideBySide
 from geometry.surfaces import Surface
@@ -181,8 +181,8 @@ class AssembledBody:
 
     @cached_property
     def _recovery(self) -> PartRecovery:
-        planes = mirror_planes(self.mesh)
-        return PartRecovery(self.mesh, planes, tuple(s for s in self.mesh.facets if s not in planes))
+        planes = self.mesh.planes
+        return PartRecovery(self.mesh, tuple(s for s in self.mesh.facets if s not in planes))
 
 
 def pulled(mesh: TetMesh, stiffness: float, *, share: float) -> BoltPull:

@@ -70,15 +70,10 @@ def pressure(size: float) -> Callable[[Floats, Floats], Floats]:
     return lambda _, normals: -size * normals
 
 
-def mirror_planes(mesh: TetMesh) -> tuple[Surface, ...]:
-    """Mirror planes at which the mesh is cut."""
-    return tuple(plane for plane in PLANE_AXIS if plane in mesh.facets)
-
-
 def held(mesh: TetMesh, supports: Mapping[Surface, tuple[int, ...]]) -> Mask:
     """Degrees of freedom (n_nodes, 3) fixed by the mirror planes and, by axes, on other surfaces."""
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
-    planes = {plane: (PLANE_AXIS[plane],) for plane in mirror_planes(mesh)}
+    planes = {plane: (PLANE_AXIS[plane],) for plane in mesh.planes}
     for surface, axes in (planes | dict(supports)).items():
         for axis in axes:
             fixed[mesh.facets[surface].ravel(), axis] = True
@@ -143,7 +138,7 @@ class SolvedBody:
     @cached_property
     def stress(self) -> Floats:
         """Stress, recovered as in a run: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ."""
-        recovery = Recovery(self.mesh, mirror_planes(self.mesh), self.known)
+        recovery = Recovery(self.mesh, self.mesh.planes, self.known)
         nodal = recovery.nodal_stress(self.displacement, self.material, self.parity, self.traction)
         return np.asarray(nodal[:, :, 0])
 
@@ -201,7 +196,7 @@ class TouchedBody:
 
     @cached_property
     def _recovery(self) -> Recovery:
-        return Recovery(self.mesh, mirror_planes(self.mesh), (self._pin.multipliers.surface,))
+        return Recovery(self.mesh, self.mesh.planes, (self._pin.multipliers.surface,))
 
 
 def contact_end(place: Floats, p: Floats) -> float:

@@ -15,7 +15,7 @@ from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
 from fea.solvers.constrained import displacement
 from fea.study.study import load_study
-from fea.verify.body import STEEL, held, mirror_planes
+from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
@@ -97,7 +97,7 @@ def judged(fillet: float, order: int, size: float = 2.5):
         mesh, Surface.LOADED, lambda places, _: np.tile([0.0, -1.0, 0.0], (len(places), 1))
     )
     u = displacement(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
-    stress = Recovery(mesh, mirror_planes(mesh), (Surface.FREE,)).nodal_stress(u, STEEL)
+    stress = Recovery(mesh, mesh.planes, (Surface.FREE,)).nodal_stress(u, STEEL)
     error = ErrorEstimator(mesh, (STEEL,))(u, [stress]).stress[0][:, 0]
     masked = masked_nodes(mesh, singular_nodes(mesh, (Surface.CLAMPED,)))
     return mesh, peak(von_mises(stress[..., 0]), error, masked)

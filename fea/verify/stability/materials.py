@@ -9,7 +9,7 @@ import numpy as np
 from fea.base.material import Materials
 from fea.solid.recovery import Recovery
 from fea.solid.traction import traction_forces
-from fea.verify.body import STEEL, held, mirror_planes, pressure, rectangle, uniform
+from fea.verify.body import STEEL, held, pressure, rectangle, uniform
 from fea.verify.cases.elasticity import HOOP, lame_body, lame_exact
 from fea.verify.cases.nafems import COOK_INCOMPRESSIBLE, NEARLY_INCOMPRESSIBLE, cook_body, cook_mesh, cook_tip
 from fea.verify.stability.outcome import ExtremeRow, Place, Solved, beyond, percent, solved, solved_by
@@ -127,7 +127,7 @@ def incompressible() -> Iterator[ExtremeRow]:
             material = replace(STEEL, poissons_ratio=ratio)
             result = solved_by(method, body, material)
             u, p = result.displacement, result.pressure
-            recovery = Recovery(body.mesh, mirror_planes(body.mesh), body.known)
+            recovery = Recovery(body.mesh, body.mesh.planes, body.known)
             stress = recovery.nodal_stress(u[:, :, None], material, traction=body.traction, pressure=p)
             exact_u, exact_stress = lame_exact(body.mesh.points, material)
             errors = (
