@@ -24,7 +24,7 @@ from fea.analysis.figures import (
 from fea.analysis.prepare import PreparedRod
 from fea.base.note import Note, omission, remark, warning
 from fea.base.units import DEG, UM
-from fea.contact.assembly_state import FITS, AssemblyState, FaceState
+from fea.contact.assembly_state import FITS, AssemblyState
 from fea.judge.bolt import BoltResult
 from fea.judge.bolt_choice import BOLTS
 from fea.judge.bore_shape import bore_shape
@@ -92,8 +92,8 @@ class Onsets:
     def lifts_off(self, seat: Surface) -> OnsetFigures | None:
         """When a part begins to lift off its seat, in the case that relieves the seat most."""
         return self._of(
-            lambda state: (-state.faces[seat].least, state.faces[seat].open_share),
-            lambda state: 0.0 if state.faces[seat].open_share > 0 else state.faces[seat].least,
+            lambda state: (-state.faces[seat].min_pressure, state.faces[seat].open_share),
+            lambda state: 0.0 if state.faces[seat].open_share > 0 else state.faces[seat].min_pressure,
         )
 
     def _separating(self, state: AssemblyState) -> tuple[float]:
@@ -266,7 +266,7 @@ def assembly_figures(
             name: FitFigures(
                 interference_mm=2 * specification.interference.get(seat, 0.0),
                 lifts_off=onsets.lifts_off(seat),
-                by_case={case: _face(state.faces[seat]) for case, state in states.items()},
+                by_case={case: figures(FaceCaseFigures, state.faces[seat]) for case, state in states.items()},
             )
             for seat, name in FITS.items()
             if seat in states[ASSEMBLY].faces
@@ -284,10 +284,8 @@ def _joint(friction: float, states: States, onsets: Onsets, cycle: CycleResult |
         name: figures(
             JointCaseFigures,
             state.joint,
-            **vars(_face(state.joint)),
             clamp_force_N=state.joint.force,
             separating_N=state.separating(assembled),
-            slip_reserve=state.joint.slip_safety,
         )
         for name, state in states.items()
     }
@@ -304,7 +302,7 @@ def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
     joint, angle = [state.joint for state in cycle.states], cycle.angles / DEG
     clamp, opening = np.array([state.force for state in joint]), np.array([state.opening for state in joint])
     least, widest = int(clamp.argmin()), int(opening.argmax())
-    reserves = [state.slip_safety for state in joint if state.slip_safety is not None]
+    reserves = [state.slip_reserve for state in joint if state.slip_reserve is not None]
     return JointCycleFigures(
         min_clamp_force_N=float(clamp[least]),
         min_clamp_crank_deg=float(angle[least]),
@@ -312,18 +310,6 @@ def _joint_cycle(cycle: CycleResult) -> JointCycleFigures:
         max_opening_crank_deg=float(angle[widest]),
         open_percent=100 * float(np.mean([state.edge_pressure == 0 for state in joint])),
         min_slip_reserve=min(reserves, default=None),
-    )
-
-
-def _face(face: FaceState) -> FaceCaseFigures:
-    return figures(
-        FaceCaseFigures,
-        face,
-        mean_pressure_MPa=face.mean,
-        min_pressure_MPa=face.least,
-        max_pressure_MPa=face.largest,
-        open_percent=100 * face.open_share,
-        slipping_percent=100 * face.slipping_share,
     )
 
 

@@ -19,7 +19,7 @@ WhereKnown = Annotated[Known | None, ONLY_WHERE_KNOWN]
 
 # Units at the end of a name, longer ones first, in the units of the program.
 _UNITS = {
-    "_kg_m2": KG_M2, "_deg": DEG, "_kg": KG, "_um": UM, "_Nm": N_M, "_percent": 0.01, "_mm": 1.0, "_mm2": 1.0,
+    "_kg_m2": KG_M2, "_deg": DEG, "_kg": KG, "_um": UM, "_Nm": N_M, "_mm": 1.0, "_mm2": 1.0,
     "_mm4": 1.0, "_MPa": 1.0, "_N": 1.0,
 }  # fmt: skip
 
@@ -38,7 +38,8 @@ Kind = TypeVar("Kind", bound=Figures)
 def figures(kind: type[Kind], source: object, **given: Any) -> Kind:
     """Fill fields from the attributes of `source`, but for those that are given or have a default.
 
-    The units are those of the names: ``length_mm`` is `length`, and ``opening_deg`` is `opening`, rad.
+    The units are those of the names: ``length_mm`` is `length`, ``opening_deg`` is `opening`, rad, and
+    ``open_percent`` is `open_share`.
     """
     required = [field.name for field in fields(kind) if field.default is MISSING]  # type: ignore[arg-type]
     return kind(**{name: _read(source, name) for name in required if name not in given}, **given)
@@ -47,8 +48,10 @@ def figures(kind: type[Kind], source: object, **given: Any) -> Kind:
 def _read(source: object, name: str) -> Any:
     if hasattr(source, name):
         return plain(getattr(source, name))
-    suffix = next(suffix for suffix in _UNITS if name.endswith(suffix))
-    value, unit = plain(getattr(source, name.removesuffix(suffix))), _UNITS[suffix]
+    if name.endswith("_percent"):
+        return 100 * plain(getattr(source, f"{name.removesuffix('_percent')}_share"))
+    suffix, unit = next(item for item in _UNITS.items() if name.endswith(item[0]))
+    value = plain(getattr(source, name.removesuffix(suffix)))
     return value if value is None or unit == 1 else value / unit
 
 

@@ -115,10 +115,7 @@ def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigur
         SharpEdgeFigures,
         place,
         name=name,
-        structural_stress_MPa=place.stress,
-        structural_von_mises_MPa=place.von_mises,
         notch_intensity=None if notch is None else notch.intensity,
-        notch_exponent=place.exponent,
         required_safety_factor=required,
         fillet_radius_mm=place.fillet(required),
         largest_fillet_mm=None if notch is None else notch.longest,
@@ -309,13 +306,7 @@ def _singular(rod: PreparedRod, case: CaseResult) -> dict[str, float | str | Non
 
 def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     touch, x = case.touch[surface], rod_length if surface is Surface.SMALL_END_BORE else 0.0
-    return BoreFigures(
-        max_pressure_MPa=touch.pressure,
-        at_deg=touch.angle / DEG,
-        at_z_mm=touch.z,
-        arc_deg=touch.arc / DEG,
-        **vars(ovality_figures(case, surface, x)),
-    )
+    return figures(BoreFigures, touch, **vars(ovality_figures(case, surface, x)))
 
 
 def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> EnvelopeFigures:

@@ -36,9 +36,9 @@ class FaceState:
 
     area: float  #: mm²
     force: float  #: sum of pressure times area, N: of a plane joint, the force that clamps it
-    #: least, largest: of the pressures at the vertices, MPa; 0 where the parts have parted
-    least: float
-    largest: float
+    #: min_pressure, max_pressure: of those at the vertices, MPa; 0 where the parts have parted
+    min_pressure: float
+    max_pressure: float
     open_share: float  #: of the area
     opening: float  #: largest gap, mm
     opening_at: Vector | None  #: where that is; None where nothing has opened
@@ -51,12 +51,12 @@ class FaceState:
     edge_pressure: float | None = None
 
     @property
-    def mean(self) -> float:
+    def mean_pressure(self) -> float:
         """Mean pressure, MPa."""
         return self.force / self.area
 
     @property
-    def slip_safety(self) -> float | None:
+    def slip_reserve(self) -> float | None:
         """What friction can carry over the shear; None without either (VDI 2230-1, step R12)."""
         return self.friction / self.shear if self.shear > _ROUNDING * self.friction > 0 else None
 
@@ -101,9 +101,9 @@ class SeatFields:
 class Touch:
     """Contact of a pin with its bore."""
 
-    pressure: float  #: the largest, MPa
-    angle: float  #: where it is, about the bore's axis from rod +x, rad
-    z: float  #: where it is along the bore, mm
+    max_pressure: float  #: MPa
+    at: float  #: where it is, about the bore's axis from rod +x, rad
+    at_z: float  #: where it is along the bore, mm
     arc: float  #: angle around the bore over which they touch anywhere, to the distance of two vertices, rad
 
     @classmethod

@@ -37,9 +37,9 @@ class SharpPlace:
     #: The measure t of the extrapolation, mm: of the material behind the flank with the larger structural
     #: stress, or the length of that flank where it is shorter
     thickness: float
-    stress: float  #: structural stress across the edge, MPa, tension positive
-    #: von_mises, bar: of the structural stress, MPa, and its error bar, from the errors where it is read
-    von_mises: float
+    structural_stress: float  #: across the edge, MPa, tension positive
+    #: structural_von_mises, bar: MPa, and its error bar, from the errors where it is read
+    structural_von_mises: float
     bar: float
     change: float  #: the part of the bar that is the change to the next place, where the flank ends, MPa
     yield_strength: float  #: of the part there, MPa
@@ -51,17 +51,17 @@ class SharpPlace:
     @property
     def safety_factor(self) -> float:
         """Against yielding, by the structural stress."""
-        return min(self.yield_strength / max(self.von_mises, 1e-300), CAP)
+        return min(self.yield_strength / max(self.structural_von_mises, 1e-300), CAP)
 
     @property
-    def exponent(self) -> float:
+    def notch_exponent(self) -> float:
         """1 − λ₁: the elastic stress grows as r^(λ₁ − 1) towards the edge."""
         return 1 - VNotch(self.opening).opens
 
     @property
     def error_percent(self) -> float:
         """The bar relative to the structural stress."""
-        return 100 * self.bar / self.von_mises if self.von_mises > 0 else 0.0
+        return 100 * self.bar / self.structural_von_mises if self.structural_von_mises > 0 else 0.0
 
     @property
     def highest(self) -> float:
@@ -153,8 +153,8 @@ class SharpPlaces:
                     opening=float(edges.opening[row]),
                     length=float(edges.length[row]),
                     thickness=float(measure[at, side]),
-                    stress=float(away @ matrices(spots[at, side]) @ away),
-                    von_mises=float(sizes[at, side]),
+                    structural_stress=float(away @ matrices(spots[at, side]) @ away),
+                    structural_von_mises=float(sizes[at, side]),
                     bar=float(bars[at, side] + changes[at, side]),
                     change=float(changes[at, side]),
                     yield_strength=float(safety_factor[node] * equivalent[node]),

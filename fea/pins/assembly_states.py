@@ -90,8 +90,8 @@ class AssemblyStates:
         return FaceState(
             area=float(area.sum()),
             force=force,
-            least=float(pressure.min()),
-            largest=float(pressure.max()),
+            min_pressure=float(pressure.min()),
+            max_pressure=float(pressure.max()),
             open_share=_share(area, opened),
             opening=float(gap[widest]),
             opening_at=vector(vertices.place[mine[widest]]) if gap[widest] > 0 else None,

@@ -83,7 +83,7 @@ def test_the_shoulder_is_where_and_what_it_is(place):
 
 
 def test_its_structural_stress_is_the_nominal_one(place):
-    assert place.stress == pytest.approx(NOMINAL, rel=0.03)
+    assert place.structural_stress == pytest.approx(NOMINAL, rel=0.03)
 
 
 @pytest.mark.parametrize("radius", [0.3, 0.5, 1.0, 2.0])

@@ -80,9 +80,9 @@ class CycleResult:
         columns = {"crank_deg": self.angles / DEG}
         for surface in self.touches[0]:
             end, touches = surface.value.removesuffix("_bore"), [instant[surface] for instant in self.touches]
-            columns[f"{end}_pressure_MPa"] = np.array([touch.pressure for touch in touches])
-            columns[f"{end}_at_deg"] = np.array([touch.angle for touch in touches]) / DEG
-            columns[f"{end}_z_mm"] = np.array([touch.z for touch in touches])
+            columns[f"{end}_pressure_MPa"] = np.array([touch.max_pressure for touch in touches])
+            columns[f"{end}_at_deg"] = np.array([touch.at for touch in touches]) / DEG
+            columns[f"{end}_z_mm"] = np.array([touch.at_z for touch in touches])
             columns[f"{end}_arc_deg"] = np.array([touch.arc for touch in touches]) / DEG
         if not self.states:  # a rod of one piece
             return columns
@@ -97,8 +97,8 @@ class CycleResult:
         for seat, name in FITS.items():
             if seat in self.states[0].faces:
                 fit = [state.faces[seat] for state in self.states]
-                columns[f"{name}_mean_MPa"] = np.array([state.mean for state in fit])
-                columns[f"{name}_least_MPa"] = np.array([state.least for state in fit])
+                columns[f"{name}_mean_MPa"] = np.array([state.mean_pressure for state in fit])
+                columns[f"{name}_least_MPa"] = np.array([state.min_pressure for state in fit])
                 columns[f"{name}_lifted_percent"] = np.array([100 * state.open_share for state in fit])
         return columns
 

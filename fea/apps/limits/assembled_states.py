@@ -225,15 +225,16 @@ class AssembledStates(States):
             Mode.BOLT_FATIGUE: Worst(bolts[tired].bending_fatigue_safety, places[tired]),
         }
         joint, before = [state.joint for state in states], self._start.joint
-        slip = [state.slip_safety or math.inf for state in joint]
+        slip = [state.slip_reserve or math.inf for state in joint]
         found[Mode.SLIP] = Worst(min(slip), None, angles[int(np.argmin(slip))])
         edge = before.edge_pressure or 0.0
         lost = {Mode.OPENING: [_lost(state.edge_pressure or 0.0, edge, state) for state in joint]}
         for mode, seat in _SEATS.items():
             if seat in self._start.faces:
-                held = self._start.faces[seat].least
+                held = self._start.faces[seat].min_pressure
                 faces = [state.faces[seat] for state in states]
-                lost[mode] = [_lost(fit.least if fit.open_share == 0 else 0.0, held, fit) for fit in faces]
+                least = [fit.min_pressure if fit.open_share == 0 else 0.0 for fit in faces]
+                lost[mode] = [_lost(left, held, fit) for left, fit in zip(least, faces, strict=True)]
         for mode, usage in lost.items():
             if math.isfinite(most := max(usage)):
                 found[mode] = Worst(1 / max(most, _TINY), None, angles[int(np.argmax(usage))])

@@ -39,7 +39,7 @@ def plot_joint(path: Path, cases: Mapping[str, CaseResult], title: str, cycle: C
         [["view", "worst"], ["view", "alone"], ["view", "forces"]], width_ratios=[1.05, 1]
     )
     _draw_view(figure, panels["view"], cases[worst], cases[ASSEMBLY], worst)
-    largest = max(cases[name].assembly.joint.largest for name in (worst, ASSEMBLY))  # type: ignore[union-attr]
+    largest = max(cases[name].assembly.joint.max_pressure for name in (worst, ASSEMBLY))  # type: ignore[union-attr]
     for panel, name in (("worst", worst), ("alone", ASSEMBLY)):
         _draw_pressure(figure, panels[panel], cases[name], largest, name)
     _draw_forces(panels["forces"], states, cycle)
