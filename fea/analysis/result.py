@@ -21,9 +21,7 @@ from fea.analysis.summary import speed_summary
 from fea.base.checks import Check
 from fea.base.material import Material
 from fea.base.units import DEG
-from fea.judge.case_result import CaseResult
-from fea.judge.verdict import safety_factor
-from fea.pins.model import Weights
+from fea.judge.case_result import CaseResult, nodal_arrays, of_weakest
 from fea.rod.loading import EngineLoading, Loading
 from fea.solid.stress import principal, von_mises
 from fea.study.study import Study
@@ -58,49 +56,28 @@ class InstantFields:
 
     def fields(self) -> Iterator[dict[str, Array]]:
         """Yield the nodal arrays of each instant, named as in a load case, in single precision."""
-        for instant in self.solved():
-            yield _arrays(*instant)
+        for moved, stress, equivalent, factor in self.solved():
+            arrays = nodal_arrays(moved, stress, equivalent, principal(stress), factor)
+            yield {name: np.ascontiguousarray(values, np.float32) for name, values in arrays.items()}
 
-    def solved(self) -> Iterator[tuple[Floats, Floats, Floats]]:
-        """Yield displacement (n_nodes, 3), stress (n_nodes, 6) and safety factor (n_nodes,) of each instant.
+    def solved(self) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
+        """Yield displacement (n_nodes, 3), stress (n_nodes, 6), its von Mises stress and the safety factor.
 
-        Displacement is solved for, stress is superposed; where parts meet, it is that of the part that is
-        closer to yielding.
+        The last two are (n_nodes,). Displacement is solved for, stress is superposed; where parts meet, it is
+        that of the part that is closer to yielding.
         """
         angles = np.array(self.degrees) * DEG
         weights = self.rod.cycle.weights(self.rod.crank_cycle(self.rpm), angles)
         for start in range(0, len(angles), _BLOCK):
             block = slice(start, start + _BLOCK)
             moved = self.rod.displacement(self.rpm, angles[block])
-            stress, factor = self._stress(weights.at(block))
+            at, whole = weights.at(block), self.rod.mesh.mirrored
+            tensors = [self.rod.cycle.units.tensor(n, at, whole) for n in range(len(self.rod.materials))]
             for k in range(moved.shape[-1]):
-                yield moved[..., k], stress[..., k], factor[..., k]
-
-    def _stress(self, weights: Weights) -> tuple[Floats, Floats]:
-        """Stress (n_nodes, 6, n_instants) and safety factor (n_nodes, n_instants)."""
-        units, whole = self.rod.cycle.units, self.rod.mesh.mirrored
-        count = weights.even.shape[1]
-        stress = np.full((len(whole.source), 6, count), np.nan)
-        factor = np.full((len(whole.source), count), np.inf)
-        for number, material in enumerate(self.rod.materials):
-            own = units.tensor(number, weights, whole)
-            its = safety_factor(von_mises(np.moveaxis(own, 1, -1)), material.yield_strength)
-            worse = its < factor
-            stress = np.where(worse[:, None], own, stress)
-            factor = np.where(worse, its, factor)
-        return stress, factor
-
-
-def _arrays(moved: Floats, stress: Floats, factor: Floats) -> dict[str, Array]:
-    principals = principal(stress)
-    found = {
-        "displacement": moved,
-        "stress": stress,
-        "von_mises": von_mises(stress),
-        **{f"principal_{k + 1}": principals[:, k] for k in range(3)},
-        "safety_factor": factor,
-    }
-    return {name: np.ascontiguousarray(values, np.float32) for name, values in found.items()}
+                stresses = [tensor[..., k] for tensor in tensors]
+                equivalents = [von_mises(stress) for stress in stresses]
+                factor, equivalent, stress = of_weakest(self.rod.materials, equivalents, stresses)
+                yield moved[..., k], stress, equivalent, factor
 
 
 class DrawnBore(NamedTuple):

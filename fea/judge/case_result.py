@@ -136,17 +136,11 @@ class CaseResult(CaseFields):
 
     def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
         """Arrays at the nodes, by their names in the VTU file."""
-        arrays = {
-            "displacement": self.displacement,
-            "stress": self.stress,
-            "von_mises": self.von_mises,
-            "principal_1": self.principal[:, 0],
-            "principal_2": self.principal[:, 1],
-            "principal_3": self.principal[:, 2],
-            "safety_factor": self.safety_factor,
-        }
+        fields = self.displacement, self.stress, self.von_mises, self.principal, self.safety_factor
         contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
-        return arrays | {name: values for name, values in contact.items() if values is not None}
+        return nodal_arrays(*fields) | {
+            name: values for name, values in contact.items() if values is not None
+        }
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
@@ -207,16 +201,7 @@ def case_result(
     """
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
-    both = zip(equivalents, materials, strict=True)
-    factors = [safety_factor(equivalent, material.yield_strength) for equivalent, material in both]
-    stress, equivalent, factor, off = stresses[0], equivalents[0], factors[0], error.part_von_mises[0]
-    others = zip(stresses[1:], equivalents[1:], factors[1:], error.part_von_mises[1:], strict=True)
-    for its_stress, its_equivalent, its_factor, its_error in others:
-        worse = np.isnan(factor) | (its_factor < factor)
-        stress = np.where(worse[:, None], its_stress, stress)
-        equivalent = np.where(worse, its_equivalent, equivalent)
-        off = np.where(worse, its_error, off)
-        factor = np.where(worse, its_factor, factor)
+    factor, equivalent, stress, off = of_weakest(materials, equivalents, stresses, error.part_von_mises)
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
     if from_file:
         off = widened(equivalent, off, error.masked)
@@ -235,6 +220,32 @@ def case_result(
     if sharp is None:
         return result
     return replace(result, sharp=sharp(stress, off, factor, result.min_safety_factor))
+
+
+def of_weakest(
+    materials: Sequence[Material], equivalents: Sequence[Floats], *fields: Sequence[Floats]
+) -> list[Floats]:
+    """Safety factor (n_nodes,) of the part that is closest to yielding at each node, and its fields there.
+
+    Von Mises stress (n_nodes,) and the fields (n_nodes, …) are given for each part, NaN outside it. Behind
+    the factor come the von Mises stress and the fields.
+    """
+    both = zip(equivalents, materials, strict=True)
+    factors = [safety_factor(equivalent, material.yield_strength) for equivalent, material in both]
+    every = (factors, equivalents, *fields)
+    if len(factors) == 1:
+        return [np.asarray(field[0]) for field in every]
+    weakest = np.nan_to_num(np.stack(factors), nan=np.inf).argmin(axis=0)
+    return [np.stack(field)[weakest, np.arange(len(weakest))] for field in every]
+
+
+def nodal_arrays(
+    displacement: Floats, stress: Floats, equivalent: Floats, principals: Floats, factor: Floats
+) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the arrays that every instant has, by their names in a VTU file."""
+    of_axes = {f"principal_{k + 1}": principals[:, k] for k in range(3)}
+    first = {"displacement": displacement, "stress": stress, "von_mises": equivalent}
+    return {**first, **of_axes, "safety_factor": factor}
 
 
 def bore_ends(mesh: TetMesh) -> Mask:

@@ -17,7 +17,6 @@ from fea.output.pictures.surface import DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.output.units import scale, unit
-from fea.solid.stress import von_mises
 
 SUFFIXES = (".gif", ".mp4")
 TIMEOUT = 600.0  # seconds; 72 frames take about ten
@@ -69,9 +68,9 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
     nodes, facets = np.unique(outer.facets, return_inverse=True)
     displacement = np.empty((COUNT, len(nodes), 3), np.float32)
     stress = np.empty((COUNT, len(nodes)), np.float32)
-    for k, (moved, tensor, _) in enumerate(instants.solved()):
+    for k, (moved, _, equivalent, _) in enumerate(instants.solved()):
         displacement[k] = moved[nodes]
-        stress[k] = scale("MPa") * von_mises(tensor[nodes])
+        stress[k] = scale("MPa") * equivalent[nodes]
     return Film(
         skin=DrawnSurface(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
