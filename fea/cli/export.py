@@ -6,10 +6,10 @@ from pathlib import Path
 from rich.console import Console
 
 from fea.base.choices import UnitSystem
-from fea.cli.options import Json, Quiet, Threads, print_json, print_written
+from fea.cli.options import USUAL, Printing, Threads, print_written
 
 
-def export(run: Path, file: Path, *, json: Json = False, quiet: Quiet = False) -> None:
+def export(run: Path, file: Path, *, printing: Printing = USUAL) -> None:
     """Write a run for another program: a CalculiX deck with its loads, or its mesh with the results.
 
     Parameters
@@ -23,21 +23,17 @@ def export(run: Path, file: Path, *, json: Json = False, quiet: Quiet = False) -
     from fea.apps.export_run import export_run
 
     made = export_run(run, file)
-    if json:
-        print_json(made)
-    elif not quiet:
+
+    def table() -> None:
         print_written(made.files)
         for note in made.notes:
             sys.stdout.write(f"Note: {note}.\n")
 
+    printing.show(made, table)
+
 
 def report(
-    run: Path,
-    *,
-    units: UnitSystem | None = None,
-    threads: Threads = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    run: Path, *, units: UnitSystem | None = None, threads: Threads = None, printing: Printing = USUAL
 ) -> None:
     """Write the report of an earlier run: the whole analysis in one file, with the rod in 3-D.
 
@@ -57,12 +53,9 @@ def report(
     from fea.machine.clock import stages
     from fea.output.target import near
 
-    with stages(silent=quiet or json) as listener:
+    with stages(silent=printing.silent) as listener:
         reports = report_run(run, listener, units)
-    if json:
-        print_json({"files": reports})
-    elif not quiet:
-        print_written(near(path) for path in reports)
+    printing.show({"files": reports}, lambda: None, written=map(near, reports))
 
 
 def view(

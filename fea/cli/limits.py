@@ -4,10 +4,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, Threads, print_json, takes
+from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, Threads, asked_for, takes
 from fea.machine.exit_codes import CHECK_FAILED, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
-from fea.study.study import DEFAULT_STUDY, load_study
+from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require_number, require_positive
 
 if TYPE_CHECKING:
@@ -35,8 +35,7 @@ def limits(
     duty: bool = False,
     out: Path | None = None,
     threads: Threads = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> int:
     """Find the highest speed and peak pressure that a rod survives, and how it fails beyond.
 
@@ -51,28 +50,21 @@ def limits(
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
-    from fea.machine.threads import limit_threads
-
-    limit_threads(threads)
+    asked = asked_for(study, flags, threads)
     if min_rpm is not None:
         require_positive("--min-rpm", min_rpm)
     if min_boost is not None:
         require_number("--min-boost", min_boost)
-    asked = flags.applied(load_study(study))
 
     from fea.apps.limits.run_limits import limits as found
     from fea.machine.clock import stages
     from fea.output.units import shown_in
 
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
-    with shown_in(asked.output.units), stages(silent=quiet or json) as listener:
+    with shown_in(asked.output.units), stages(silent=printing.silent) as listener:
         figures = found(asked, folder, listener, at_rpm=min_rpm, duty=duty)
     reached = figures.reaches(min_rpm, min_boost)
-    if json:
-        print_json(figures)
-    elif not quiet:
-        with shown_in(asked.output.units):
-            _print(figures, folder, reached=reached)
+    printing.show(figures, lambda: _print(figures, folder, reached=reached), asked)
     if not figures.trusted:
         return CHECK_FAILED
     return 0 if reached else UNSAFE

@@ -5,11 +5,11 @@ from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
-from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, Threads, print_json, takes
+from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, Threads, asked_for, takes
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.option_tables import OptimiseTable, parse_free
-from fea.study.study import DEFAULT_STUDY, load_study
+from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require
 
 
@@ -33,8 +33,7 @@ def optimise(
     min_film_um: float | None = None,
     out: Path | None = None,
     threads: Threads = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> int:
     """Find the lightest rod that meets the required safety factors, its dimensions free between bounds.
 
@@ -51,10 +50,7 @@ def optimise(
     out
         Directory of the results; default: results/STUDY-optimised. Only an earlier search is ever replaced.
     """
-    from fea.machine.threads import limit_threads
-
-    limit_threads(threads)
-    asked = flags.applied(load_study(study))
+    asked = asked_for(study, flags, threads)
     table = asked.optimise or OptimiseTable()
     if free:
         table = replace(table, free=parse_free(free))
@@ -64,21 +60,16 @@ def optimise(
         table = replace(table, min_film_um=min_film_um)
     asked = replace(asked, optimise=table)
 
+    from fea.apps.optimise.figures import print_table
     from fea.apps.optimise.run_optimise import optimise as optimised
     from fea.machine.clock import progress_line
     from fea.output.units import shown_in
 
     folder = Path("results") / f"{asked.name}-optimised" if out is None else out
-    units = asked.output.units
-    with shown_in(units), progress_line("meshing the first rod", silent=quiet or json) as show:
+    silent, first = printing.silent, "meshing the first rod"
+    with shown_in(asked.output.units), progress_line(first, silent=silent) as show:
         figures, complaint = optimised(asked, folder, show)
-    if json:
-        print_json(figures)
-    elif not quiet:
-        from fea.apps.optimise.figures import print_table
-
-        with shown_in(units):
-            print_table(figures, folder)
+    printing.show(figures, lambda: print_table(figures, folder), asked)
     if complaint:
         sys.stderr.write(f"fea: {complaint}\n")
     if not figures.trusted:
@@ -109,11 +100,8 @@ def studio(
     no_browser
         Print the address of the page, but do not open it.
     """
-    from fea.machine.threads import limit_threads
-
-    limit_threads(threads)
     require(0 <= port <= _LARGEST_PORT, "--port", port, f"must lie between 0 and {_LARGEST_PORT}")
-    asked = flags.applied(load_study(study))
+    asked = asked_for(study, flags, threads)
     asked.require_loading()
 
     if find_spec("websockets") is None:

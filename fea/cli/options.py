@@ -1,12 +1,16 @@
-"""What several commands share: the flags of a study, other options, and what is printed."""
+"""What several commands share: a study with its flags, other options, and what is printed."""
 
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import field, make_dataclass
+from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from fea.study.flags import Flags
+    from fea.study.study import Study
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -23,6 +27,40 @@ Markdown = Annotated[
     Path | None, Parameter(help="Write a Markdown report to this file (.md), with its plots next to it.")
 ]
 
+
+@dataclass(frozen=True)
+class Printed:
+    """How figures are printed."""
+
+    json: Json = False
+    quiet: Quiet = False
+
+    @property
+    def silent(self) -> bool:
+        """Whether no progress is shown."""
+        return self.json or self.quiet
+
+    def show(
+        self,
+        figures: object,
+        table: Callable[[], object],
+        study: "Study | None" = None,
+        written: Iterable[Path | None] = (),
+    ) -> None:
+        """Print figures as JSON, or their table, in the units of a study, and the files that were written."""
+        if self.json:
+            print_json(figures)
+        elif not self.quiet:
+            from fea.base.choices import UnitSystem
+            from fea.output.units import shown_in
+
+            with shown_in(UnitSystem.SI if study is None else study.output.units):
+                table()
+            print_written(written)
+
+
+Printing = Annotated[Printed, Parameter(name="*")]
+USUAL = Printed()
 # Flags that say how the file of a rod is read.
 FILE_FLAGS = ("unit", "solids", "cap", "big_end_bore", "small_end_bore", "swap_ends")
 
@@ -52,6 +90,15 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
         return command
 
     return decorated
+
+
+def asked_for(study: str, flags: "Flags", threads: int | None = None) -> "Study":
+    """Return a study with its flags; before that, and before a library starts threads, they are limited."""
+    from fea.machine.threads import limit_threads
+    from fea.study.study import load_study
+
+    limit_threads(threads)
+    return flags.applied(load_study(study))
 
 
 def print_json(value: object, digits: int | None = None) -> None:

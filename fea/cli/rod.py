@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from fea.cli.options import FILE_FLAGS, Json, Quiet, StudyName, one_or_all, print_json, print_written, takes
+from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, asked_for, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.study.flags import NO_FLAGS, Flags
-from fea.study.study import DEFAULT_STUDY, load_study
+from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require
 
 _SIZE = "Element size, mm; default: 1/28 of the rod's length, smaller on fillets, bores and webs."
@@ -25,8 +25,7 @@ def rod(
     mass_kg: float | str | None = None,
     center_of_gravity_mm: float | str | None = None,
     inertia_kg_m2: float | str | None = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> int:
     """Show mass properties and sections of the rod; export STEP; fit dimensions to a mass.
 
@@ -47,22 +46,21 @@ def rod(
     inertia_kg_m2
         Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
     """
-    asked = flags.applied(load_study(study))
+    asked = asked_for(study, flags)
     if fit is not None:
         from fea.analysis.rod_report import fitted
 
         table, best = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
-        if json:
-            outcome = {"met": best.met, "residuals": best.residuals, "at_limit": best.at_limit}
-            print_json(outcome | {"rod": vars(best.rod)})
-        elif not quiet:
-            sys.stdout.write(f"# {best.text()}\n{replace(asked, rod=table).text()}")
+        outcome = {"met": best.met, "residuals": best.residuals, "at_limit": best.at_limit}
+        text = f"# {best.text()}\n{replace(asked, rod=table).text()}"
+        printing.show(outcome | {"rod": vars(best.rod)}, lambda: sys.stdout.write(text))
         if not best.met:
             sys.stderr.write(f"fea: {best.text()}. The printed rod comes closest to the targets\n")
         return 0 if best.met else CHECK_FAILED
 
     from fea.analysis.rod_report import rod_report
     from fea.output.target import require_target
+    from fea.output.terminal.rod import print_rod
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."
@@ -82,15 +80,7 @@ def rod(
         from fea.output.pictures.picture import picture_of_mesh
 
         written.append(picture_of_mesh(mesh, asked.name, Path("results")))
-    if json:
-        print_json(figures)
-    elif not quiet:
-        from fea.output.terminal.rod import print_rod
-        from fea.output.units import shown_in
-
-        with shown_in(asked.output.units):
-            print_rod(figures)
-        print_written(written)
+    printing.show(figures, lambda: print_rod(figures), asked, written)
     return 0
 
 
@@ -101,8 +91,7 @@ def modes(
     flags: Flags = NO_FLAGS,
     count: int = 6,
     vtu: Path | None = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> int:
     """Compute the free-free vibration modes and the engine orders that excite them.
 
@@ -115,21 +104,16 @@ def modes(
     """
     from fea.analysis.modes import modes_report
     from fea.output.target import require_target
+    from fea.output.terminal.rod import print_modes
 
     require_target("--vtu", vtu, (".vtu",))
-    report = modes_report(flags.applied(load_study(study)), count)
+    report = modes_report(asked_for(study, flags), count)
     figures = report.figures()
     if vtu is not None:
         from fea.output.vtu import write_vtu
 
         write_vtu(vtu, report.mesh, report.shapes)
-    if json:
-        print_json(figures)
-    elif not quiet:
-        from fea.output.terminal.rod import print_modes
-
-        print_modes(figures)
-        print_written((vtu,))
+    printing.show(figures, lambda: print_modes(figures), written=(vtu,))
     return 0 if report.trusted else CHECK_FAILED
 
 
@@ -141,8 +125,7 @@ def loads(
     cylinders: Literal["one", "all"] = "one",
     csv: Path | None = None,
     plot: Path | None = None,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> None:
     """Compute the forces over the crank cycle, without a mesh.
 
@@ -155,20 +138,19 @@ def loads(
     plot
         Plot the cycle to this file (.png, .pdf, .svg).
     """
-    from fea.analysis.forces import study_forces
+    from fea.analysis.forces import stacked, study_forces
     from fea.output.target import require_target
+    from fea.output.terminal.rod import print_forces
+    from fea.output.units import shown_in
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
-    asked = flags.applied(load_study(study))
+    asked = asked_for(study, flags)
     same = asked.engine is not None and csv is not None and Path(asked.engine.gas) == csv.resolve()
     rule = "is the study's own pressure trace, which must not be overwritten"
     require(not same, "--csv", str(csv), rule, "Name another file.")
     reports = study_forces(asked, every_cylinder=cylinders == "all")
-    from fea.output.units import shown_in
-
     if csv is not None:
-        from fea.analysis.forces import stacked
         from fea.output.text import write_columns
 
         write_columns(csv, stacked(reports))
@@ -177,11 +159,5 @@ def loads(
 
         with shown_in(asked.output.units):
             plot_forces(plot, reports, asked.name)
-    if json:
-        print_json(one_or_all([report.figures(asked.name) for report in reports]))
-    elif not quiet:
-        from fea.output.terminal.rod import print_forces
-
-        with shown_in(asked.output.units):
-            print_forces(reports, asked.name)
-        print_written((csv, plot))
+    figures = one_or_all([report.figures(asked.name) for report in reports])
+    printing.show(figures, lambda: print_forces(reports, asked.name), asked, (csv, plot))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from fea.cli import options
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
-from fea.study.study import DEFAULT_STUDY, load_study
+from fea.study.study import DEFAULT_STUDY
 
 if TYPE_CHECKING:
     from fea.analysis.figures import Summary
@@ -18,34 +18,29 @@ def run(
     *,
     flags: Flags = NO_FLAGS,
     threads: options.Threads = None,
-    json: options.Json = False,
-    quiet: options.Quiet = False,
+    printing: options.Printing = options.USUAL,
     verbose: options.Verbose = False,
 ) -> int:
     """Analyse a rod: stresses and safety factors at the peaks of the crank cycle."""
-    from fea.machine.threads import limit_threads
-
-    limit_threads(threads)
-    asked = flags.applied(load_study(study))
+    asked = options.asked_for(study, flags, threads)
 
     from fea.apps.run_study import AFTER_THE_MESH, run_study
     from fea.machine.clock import stages
+    from fea.output.target import near
 
-    ahead = AFTER_THE_MESH if quiet or json else (*AFTER_THE_MESH, "fea.output.terminal.run")
+    ahead = AFTER_THE_MESH if printing.silent else (*AFTER_THE_MESH, "fea.output.terminal.run")
     hint = "--draft ends with the first mesh, a larger --tolerance with a coarser one"
-    with stages(silent=quiet or json, hint=hint) as listener:
+    with stages(silent=printing.silent, hint=hint) as listener:
         reports = run_study(asked, listener, ahead)
     summaries = [report.summary for report in reports]
-    if json:
-        options.print_json(options.one_or_all(summaries))
-    elif not quiet:
-        from fea.output.target import near
-        from fea.output.terminal.run import print_runs
-        from fea.output.units import shown_in
 
-        with shown_in(asked.output.units):
-            print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
-        options.print_written(near(report.film) for report in reports if report.film)
+    def table() -> None:
+        from fea.output.terminal.run import print_runs
+
+        print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
+
+    films = (near(report.film) for report in reports if report.film)
+    printing.show(options.one_or_all(summaries), table, asked, films)
     for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
         sys.stderr.write(f"fea: {text}\n")
     code = verdict(summaries, asked.analysis.min_safety)

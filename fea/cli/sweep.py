@@ -2,10 +2,14 @@
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fea.base.choices import UnitSystem
-from fea.cli.options import Json, Quiet, print_json, print_written
+from fea.cli.options import USUAL, Printing, print_written
 from fea.machine.exit_codes import CHECK_FAILED
+
+if TYPE_CHECKING:
+    from fea.apps.sweep.run_sweep import SweepReport
 
 _MOST_REASONS = 10
 
@@ -20,8 +24,7 @@ def sweep(
     limit_minutes: float = 60.0,
     study: int | None = None,
     units: UnitSystem = UnitSystem.SI,
-    json: Json = False,
-    quiet: Quiet = False,
+    printing: Printing = USUAL,
 ) -> int:
     """Compute many variants of a study: ranges, tolerances, the Pareto front, sensitivities.
 
@@ -66,23 +69,24 @@ def sweep(
             address=cluster,
             retry_failed=retry_failed,
             minutes=limit_minutes,
-            silent=quiet or json,
+            silent=printing.silent,
         )
-    if json:
-        print_json(report)
-    elif not quiet:
-        from fea.output.target import near
-        from fea.output.terminal.prose import print_lines, terminal
-
-        said = f"{report.done} rows done, {report.computed} rods computed now"
-        lines = [f"{said}; {report.failed} failed, {report.untrusted} not to be trusted"]
-        often = sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]
-        lines += [f"  {count} ×: {reason}" for reason, count in often]
-        if report.reasons:
-            lines.append("Failed rods are tried again with --retry-failed.")
-        for one in report.statistics.probabilities:
-            bounds = f"{one.low:.3g} and {one.high:.3g}"
-            lines.append(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}")
-        print_lines(terminal(), lines)
-        print_written(near(file) for file in sorted(report.folder.glob("[rs]*")))
+    printing.show(report, lambda: _print(report))
     return CHECK_FAILED if report.failed or report.untrusted else 0
+
+
+def _print(report: "SweepReport") -> None:
+    from fea.output.target import near
+    from fea.output.terminal.prose import print_lines, terminal
+
+    said = f"{report.done} rows done, {report.computed} rods computed now"
+    lines = [f"{said}; {report.failed} failed, {report.untrusted} not to be trusted"]
+    often = sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]
+    lines += [f"  {count} ×: {reason}" for reason, count in often]
+    if report.reasons:
+        lines.append("Failed rods are tried again with --retry-failed.")
+    for one in report.statistics.probabilities:
+        bounds = f"{one.low:.3g} and {one.high:.3g}"
+        lines.append(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}")
+    print_lines(terminal(), lines)
+    print_written(near(file) for file in sorted(report.folder.glob("[rs]*")))

@@ -7,7 +7,7 @@ from typing import Annotated, Protocol
 
 from cyclopts import Parameter
 
-from fea.cli.options import Json, Markdown, Quiet, print_json, print_written
+from fea.cli.options import Markdown, Printed, print_json, print_written
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.output.target import require_target
 from fea.study.study import DEFAULT_STUDY
@@ -21,12 +21,10 @@ class Row(Protocol):
 
 
 @dataclass(frozen=True)
-class Shown:
+class Shown(Printed):
     """How rows are shown."""
 
-    json: Json = False
     report: Markdown = None
-    quiet: Quiet = False
 
     def __post_init__(self) -> None:
         require_target("--report", self.report, (".md",), parents=True)
