@@ -7,17 +7,14 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from fea.analysis.adapt import adapt_mesh
-from fea.analysis.figures import Summary
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.prepare import prepare as prepared
 from fea.analysis.result import RunResult, run_result
-from fea.base.note import omission
 from fea.machine.clock import Clock
-from fea.output.folder import SUMMARY, run_folder
-from fea.output.json_file import JsonObject, as_dict, json_text
-from fea.output.run_files import pays_to_draw, write_files
+from fea.output.folder import run_folder
+from fea.output.json_file import JsonObject, as_dict
+from fea.output.run_files import write_run
 from fea.output.target import PictureError
-from fea.output.text import write_text
 from fea.output.units import shown_in
 from fea.output.vtu import vtk_grid, write_vtu
 from fea.study.flags import python_flags
@@ -75,35 +72,10 @@ class Result(RunResult):
         output = replace(self.study.output, screenshot=asked, report=report)
         drawn = replace(self, study=replace(self.study, output=output))
         with shown_in(output.units), run_folder(Path(folder)) as place:
-            _, without_pictures = drawn.write_into(place, Clock())
+            _, without_pictures = write_run(place, drawn, Clock())
             if without_pictures:
                 raise PictureError(without_pictures)
         return Path(folder)
-
-    def write_into(
-        self, place: Path, clock: Clock, *, shared_files: tuple[str, ...] | None = None
-    ) -> tuple[Summary, str]:
-        """Write all files of the run into a directory that exists, the summary last.
-
-        Of one speed of several, the shared files are those beside its folder. Returned are the summary that
-        was written, and why a picture that was asked for is missing (empty where none is).
-        """
-        asked = self.study.output.screenshot
-        pictured = shared_files is None and pays_to_draw(self, clock) if asked is None else asked
-        names, without_pictures = write_files(place, replace(self, pictured=pictured), clock)
-        left_out = self.summary.left_out
-        if without_pictures and not (asked or self.study.output.report):
-            left_out, without_pictures = (*left_out, omission("pictures", without_pictures)), ""
-        summary = replace(
-            self.summary,
-            left_out=left_out,
-            timings_s=self.summary.timings_s | dict(clock.seconds),
-            total_s=max(clock.total, self.summary.total_s),
-            files=tuple(sorted([*names, SUMMARY])),
-            shared_files=shared_files,
-        )
-        write_text(place / SUMMARY, json_text(summary))
-        return summary, without_pictures
 
     def as_dict(self) -> JsonObject:
         """Return the figures as dictionaries and lists: what ``summary.json`` holds."""
@@ -162,7 +134,8 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
     rule = f"has {len(speeds)} speeds, and a result is of one"
     require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
     adapted = adapt_mesh(asked, speeds, Clock())
-    return result_of(run_result(asked, adapted, adapted.at(speeds[0])))
+    run = run_result(asked, adapted, adapted.at(speeds[0]))
+    return Result(**{field.name: getattr(run, field.name) for field in fields(run)})
 
 
 def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> PreparedRod:
@@ -183,8 +156,3 @@ def prepare(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Prepared
 def _asked(study: str | Path | Study, flags: Mapping[str, Any]) -> Study:
     found = study if isinstance(study, Study) else load_study(study)
     return python_flags(flags, writes=False).applied(found)
-
-
-def result_of(run: RunResult) -> Result:
-    """Return a run with the means to show and to write it."""
-    return Result(**{field.name: getattr(run, field.name) for field in fields(RunResult)})

@@ -8,15 +8,15 @@ from pathlib import Path
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep
-from fea.analysis.result import gathered_result, run_result
+from fea.analysis.result import RunResult, gathered_result, run_result
 from fea.analysis.speed import SpeedResult
 from fea.analysis.speed_map import case_rows, opening_speeds, speed_map
-from fea.apps.result import Result, result_of
 from fea.apps.run_study import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
 from fea.output.plots.forces import plot_speed_map
+from fea.output.run_files import write_run
 from fea.output.text import csv_text, write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
@@ -44,7 +44,7 @@ def write_runs(
     prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         (rpm, _, film) = places[0]
-        found = result_of(run_result(study, prepared, prepared.at(rpm)))
+        found = run_result(study, prepared, prepared.at(rpm))
         with run_folder(target_of(places)) as part:
             reports = [_write(found, prepared, Place(rpm, part, film), clock)]
     else:
@@ -97,8 +97,8 @@ def _write_worst(
         near = min(full, key=lambda other: (other < rpm, abs(other - rpm)))  # inertia grows with speed
         summary = sweep.summary(rpm, full[near][1], prepared.passes)
         place.folder.mkdir()
-        found = result_of(gathered_result(study, prepared.rod, summary))
-        written, _ = found.write_into(place.folder, clock, shared_files=_shared(study))
+        found = gathered_result(study, prepared.rod, summary)
+        written, _ = write_run(place.folder, found, clock, shared_files=_shared(study))
         reports.append(WrittenRun(place.folder, written))
     return reports
 
@@ -107,7 +107,7 @@ def _write_one(
     study: Study, prepared: Adapted, critical: Mapping[str, float | None] | None, place: Place, clock: Clock
 ) -> tuple[WrittenRun, SpeedResult]:
     solved = prepared.at(place.rpm)
-    found = result_of(run_result(study, prepared, solved))
+    found = run_result(study, prepared, solved)
     if critical is not None:
         summary = dataclasses.replace(found.summary, critical_speeds_rpm=critical)
         found = dataclasses.replace(found, summary=summary)
@@ -115,13 +115,17 @@ def _write_one(
 
 
 def _write(
-    found: Result, prepared: Adapted, place: Place, clock: Clock, shared_files: tuple[str, ...] | None = None
+    found: RunResult,
+    prepared: Adapted,
+    place: Place,
+    clock: Clock,
+    shared_files: tuple[str, ...] | None = None,
 ) -> WrittenRun:
     place.folder.mkdir(exist_ok=True)
     frames, refused = b"", ""
     if place.film is not None and place.rpm is not None:
         frames, refused = filmed(prepared.rod, place.rpm, place.film, clock)
-    written, without_pictures = found.write_into(place.folder, clock, shared_files=shared_files)
+    written, without_pictures = write_run(place.folder, found, clock, shared_files=shared_files)
     film = place.film if frames else None
     return WrittenRun(place.folder, written, without_pictures or refused, film, frames)
 

@@ -5,17 +5,21 @@ A writer yields the files that it has for a run. The names of all that were writ
 """
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from fea.analysis.figures import Summary
 from fea.analysis.result import RunResult
+from fea.base.note import omission
 from fea.film.cycle import FilmCycle
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
-from fea.output.folder import REPORT
+from fea.output.folder import REPORT, SUMMARY
+from fea.output.json_file import json_text
 from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_columns, write_text
@@ -206,14 +210,18 @@ def pays_to_draw(run: RunResult, clock: Clock) -> bool:
     return clock.total > 4 * drawing
 
 
-def write_files(folder: Path, run: RunResult, clock: Clock) -> tuple[list[str], str]:
-    """Write every file of a run but the summary; return their names, and why a picture is missing, if one is.
+def write_run(
+    folder: Path, run: RunResult, clock: Clock, *, shared_files: tuple[str, ...] | None = None
+) -> tuple[Summary, str]:
+    """Write all files of a run into a directory that exists, the summary last.
 
-    A machine that cannot draw keeps the rest. Raises `StorageError`: the disk, a permission or the file
-    system refused.
+    Of one speed of several, the shared files are those beside its folder. Returned are the summary that was
+    written, and why a picture that was asked for is missing (empty where none is): a machine that cannot draw
+    keeps the rest. Raises `StorageError`: the disk, a permission or the file system refused.
     """
-    names: list[str] = []
-    without_pictures = ""
+    asked, names, without_pictures = run.study.output.screenshot, [SUMMARY], ""
+    pictured = shared_files is None and pays_to_draw(run, clock) if asked is None else asked
+    run = replace(run, pictured=pictured)
     for writer in WRITERS:
         for files in writer.files(run):
             try:
@@ -223,4 +231,16 @@ def write_files(folder: Path, run: RunResult, clock: Clock) -> tuple[list[str], 
                 without_pictures = without_pictures or str(error)
             else:
                 names += files.names
-    return names, without_pictures
+    left_out = run.summary.left_out
+    if without_pictures and not (asked or run.study.output.report):
+        left_out, without_pictures = (*left_out, omission("pictures", without_pictures)), ""
+    summary = replace(
+        run.summary,
+        left_out=left_out,
+        timings_s=run.summary.timings_s | dict(clock.seconds),
+        total_s=max(clock.total, run.summary.total_s),
+        files=tuple(sorted(names)),
+        shared_files=shared_files,
+    )
+    write_text(folder / SUMMARY, json_text(summary))
+    return summary, without_pictures

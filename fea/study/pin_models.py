@@ -21,13 +21,8 @@ class PinModelEntry(NamedTuple):
     in_contact: bool = False  #: whether the bores touch pins as [contact] says, which needs fine meshes there
     in_parts: bool = False  #: whether it is for rods of separate parts, which [assembly] describes
     parse: Callable[[str], object] = str  #: raises `InvalidValue` where the rest of the name is wrong
-    shown: str = ""  #: the names it is told by; the pattern by default
+    shown: str = ""  #: the names it is listed by; the pattern by default
     assumption: str = ""  #: what a run assumes of the pins, for its report
-
-    @property
-    def names(self) -> str:
-        """The names that a user is told."""
-        return self.shown or self.pattern
 
     def load(self) -> Any:
         """Return the class that implements it."""
@@ -79,7 +74,7 @@ def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
         if re.fullmatch(entry.pattern, pressure):
             entry.parse(pressure)
             return entry
-    *others, last = dict.fromkeys(entry.names for entry in PIN_MODELS)
+    *others, last = dict.fromkeys(entry.shown or entry.pattern for entry in PIN_MODELS)
     raise InvalidValue("analysis.pressure", pressure, f"must be {', '.join(others)} or {last}")
 
 

@@ -269,7 +269,7 @@ def test_without_a_renderer_the_figures_stay(tmp_path):
 
 def test_pictures_that_nobody_asked_for_may_be_missing(tmp_path, monkeypatch):
     """A long run is drawn by default, unless it shall not be; a failure to draw is said and ends nothing."""
-    monkeypatch.setattr("fea.apps.result.pays_to_draw", lambda _run, _clock: True)
+    monkeypatch.setattr("fea.output.run_files.pays_to_draw", lambda _run, _clock: True)
     monkeypatch.setattr("fea.output.pictures.picture.run_drawing", lambda *_, **_more: "no OpenGL here")
     for flags, omitted in (([], [True]), (["--no-screenshot"], [])):
         done = fea("run", *PLAIN, "--tolerance", 0, *flags, "--out", "r", cwd=tmp_path)

@@ -1,6 +1,6 @@
 """A coarse run with its cycle and a report, under a name that would run a script if it could."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +8,7 @@ from studies import plain_study
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
-from fea.apps.result import result_of
+from fea.apps.result import Result
 from fea.machine.clock import Clock
 from fea.study.flags import Flags
 
@@ -23,7 +23,8 @@ def reported_rod():
     study = replace(plain_study(), name=HOSTILE)
     study = Flags(rpm="6000", size=SIZE, cycle=True, report=True).applied(study)
     adapted = adapt_mesh(study, [RPM], Clock())
-    result = result_of(run_result(study, adapted, adapted.at(RPM)))
+    run = run_result(study, adapted, adapted.at(RPM))
+    result = Result(**{field.name: getattr(run, field.name) for field in fields(run)})
     degrees = np.sort(np.random.default_rng(20).integers(0, 721, 20))
     return adapted.rod, result, degrees, solved_at(adapted.rod, degrees)
 

@@ -50,12 +50,8 @@ class Variables:
         """Return the study of scaled values (n,); raises `InvalidValue`: they break a rule of the rod."""
         return self.study.with_rod(**self.dimensions(x))
 
-    def feasible(self, x: Floats) -> bool:
-        """Whether scaled values (n,) give a rod that can be drawn and whose walls are thick enough."""
-        return not self.fault(x)
-
     def fault(self, x: Floats) -> str:
-        """Return why there can be no rod of scaled values (n,); empty where there can."""
+        """Return why no rod of scaled values (n,) can be drawn with walls thick enough; "" if it can."""
         try:
             rod = self.study_at(x).rod.solid()
         except InvalidValue as error:
@@ -81,12 +77,12 @@ class Variables:
 
     def nearest_feasible(self, x: Floats, sound: Floats) -> Floats:
         """Return the last sound values (n,) on the way to `x` from others that are sound."""
-        if self.feasible(x):
+        if not self.fault(x):
             return x
         inside, outside = 0.0, 1.0
         for _ in range(_HALVINGS):
             middle = (inside + outside) / 2
-            if self.feasible(sound + middle * (x - sound)):
+            if not self.fault(sound + middle * (x - sound)):
                 inside = middle
             else:
                 outside = middle

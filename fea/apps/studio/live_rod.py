@@ -259,7 +259,7 @@ class LiveRod:
         return Frame(design=design, operation=operation, label=label, base=self.base, shown=shown, pins=pins)
 
 
-def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
+def fresh(study: Study) -> Frame:
     """Solve a study on a mesh of its own, refined and with pins as in `fea run --cycle`, with its errors."""
     operation = Operation.of(study)
     study = replace(study, analysis=replace(study.analysis, cycle=study.engine is not None))
@@ -270,7 +270,6 @@ def fresh(study: Study, fields: str = LARGEST_OF_CASES) -> Frame:
         design={each.key: each.value for each in dimensions(study)},
         operation=operation,
         label=Label.CONVERGED,
-        shown=fields,
         pins=adapted.rod.structure.pressure,
         new_mesh=True,
         triangles=triangles(surface),

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
@@ -22,9 +21,9 @@ if TYPE_CHECKING:
 _MOST_LEFT_OUT = 3  # solids, by name
 
 
-def print_rod(figures: "RodReport", console: Console | None = None) -> None:
+def print_rod(figures: "RodReport") -> None:
     """Print the figures of a rod."""
-    console = console or terminal()
+    console = terminal()
     x, y, z = figures.center_of_gravity_mm
     tensor = figures.inertia_kg_m2
     axes = [f"{2 * 'xyz'[k]} {tensor[k][k]:.4g} kg·m²" for k in range(3)]
@@ -89,9 +88,9 @@ def solid_lines(solids: "Sequence[SolidFigures]") -> list[str]:
 _MOST_SPEEDS = 4
 
 
-def print_modes(figures: "ModesFigures", console: Console | None = None) -> None:
-    """Print the modes, a row each, on standard output or another console."""
-    console = console or terminal()
+def print_modes(figures: "ModesFigures") -> None:
+    """Print the modes, a row each."""
+    console = terminal()
     modes = figures.modes
     speeds = list(modes[0].orders)[:_MOST_SPEEDS]
     orders = (f"order at\n{speed.removesuffix('rpm')} rpm" for speed in speeds)

@@ -5,7 +5,6 @@ from itertools import compress
 from pathlib import Path
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -21,7 +20,7 @@ from fea.output.terminal.answer import assembly_lines, governs, levers, life, of
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
 from fea.output.terminal.run_lines import bar, factor, kilo, number, place, plain_table
 from fea.output.text import gathered, some_speeds
-from fea.output.units import in_heading, in_rows, in_text
+from fea.output.units import in_rows, in_text
 
 
 def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbose: bool = False) -> None:
@@ -39,21 +38,33 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
-    print_lines(console, [headline], "bold")
-    print_lines(console, [*unusual(notes), *answer.fatigue_unjudged(summaries)])
-    console.print(table)
+    heading, tables = [headline, *unusual(notes), *answer.fatigue_unjudged(summaries)], [table]
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
-        _print_tables(console, tabular.endurance_table(worst), tabular.life_table(worst.life))
+        tables += _captioned(tabular.endurance_table(worst), tabular.life_table(worst.life))
         lines = [*_doubts(summaries), *singular(worst), governs(worst), *levers(worst)]
-        lines += _critical(summaries)
-        lines += [*life(worst.life), *in_full((*notes, *left_out))]
+        lines += [*_critical(summaries), *life(worst.life), *in_full((*notes, *left_out))]
     else:
         more = counted(notes, left_out)
         said = _statements(summaries, worst, notes)
         lines = [*fitting(said, [more], paths, console.width), more]
+    _print(console, heading, tables, lines, paths)
+
+
+def _print(
+    console: Console, heading: list[str], tables: list[Table], lines: list[str], paths: list[str]
+) -> None:
+    print_lines(console, heading[:1], "bold")
+    print_lines(console, heading[1:])
+    for table in tables:
+        console.print(table)
     print_lines(console, lines)
     print_paths(console, paths)
+
+
+def _captioned(*tables: tabular.Table | None) -> list[Table]:
+    known = filter(None, tables)
+    return [one.printed(gap=0, title=in_text(one.caption), title_justify="left") for one in known]
 
 
 def _statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[Note]) -> Iterator[str]:
@@ -166,11 +177,9 @@ def case_table(summary: Summary, console: Console) -> Table:
 
 
 def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -> Table:  # noqa: FBT001
-    table = Table(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, show_edge=border)
     kept = [title not in without for title in _COLUMNS]
-    for title in compress(_COLUMNS, kept):
-        left = title in {_CASE, _PLACE}
-        table.add_column(in_heading(title), justify="left" if left else "right", no_wrap=True)
+    titles = compress(_COLUMNS, kept)
+    table = plain_table(titles, (), left={_CASE, _PLACE}, no_wrap=True, gap=gap, show_edge=border)
     for case, result in summary.results.items():
         (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result)]])
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
@@ -184,24 +193,20 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
-    prose.print_lines(console, [f"{summary.title}: {summary.survival.text}"], "bold")
-    prose.print_lines(console, [*prose.unusual(summary.notes), *answer.fatigue_unjudged([summary])])
-    console.print(case_table(summary, console))
-    if summary.assembly is not None:
-        which = None if verbose else _governing(summary)
-        for table in tabular.assembly_tables(summary.assembly)[1:]:
-            if which in {None, table.head[0]}:
-                console.print(table.printed(no_wrap=True))
+    heading = [f"{summary.title}: {summary.survival.text}", *unusual(summary.notes)]
+    heading += answer.fatigue_unjudged([summary])
+    parts = [] if summary.assembly is None else tabular.assembly_tables(summary.assembly)
+    shown = [one for one in parts[1:] if verbose or one.head[0] == _governing(summary)]
+    tables = [case_table(summary, console), *(one.printed(no_wrap=True) for one in shown)]
     if verbose:
-        cycle = [] if summary.cycle is None else [tabular.cycle_table(summary.cycle)]
-        bolts = [] if summary.assembly is None else tabular.assembly_tables(summary.assembly)[:1]
-        judged = (
-            *cycle,
+        tables += _captioned(
+            *parts[:1],
+            tabular.contact_table(summary),
+            None if summary.cycle is None else tabular.cycle_table(summary.cycle),
             tabular.endurance_table(summary),
             tabular.life_table(summary.life),
             *tabular.buckling_tables(summary),
         )
-        _print_tables(console, *bolts, tabular.contact_table(summary), *judged)
         lines = [
             *answer.failed_checks(summary),
             *answer.not_converged(summary),
@@ -214,26 +219,20 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *run_lines.film_lines(summary),
             *life(summary.life),
             *answer.buckling(summary.buckling),
-            *prose.in_full((*summary.notes, *summary.left_out)),
+            *in_full((*summary.notes, *summary.left_out)),
+            f"{summary.model.nodes} nodes, {_model(summary)}",
         ]
-        prose.print_lines(console, [*lines, f"{summary.model.nodes} nodes, {_model(summary)}"])
         kinds: dict[str, list[str]] = {}
         for name in summary.files or ():
             kinds.setdefault(Path(name).suffix, []).append(name)
         order = sorted(kinds, key=lambda kind: (_FIRST.index(kind) if kind in _FIRST else len(_FIRST), kind))
         files = (f"  {'  '.join(_shortened(kinds[kind]))}" for kind in order)
-        prose.print_paths(console, [f"Written to {near(folder)}/", *files, _next(folder, summary)])
-        return
-    figures = [_model(summary), prose.counted(summary.notes, summary.left_out)]
-    paths = _written(folder, summary, console.width)
-    said = prose.fitting(answer.statements(summary), figures, paths, console.width)
-    prose.print_lines(console, [*said, *figures])
-    prose.print_paths(console, paths)
-
-
-def _print_tables(console: Console, *tables: tabular.Table | None) -> None:
-    for table in filter(None, tables):
-        console.print(table.printed(gap=0, title=in_text(table.caption), title_justify="left"))
+        paths = [f"Written to {near(folder)}/", *files, _next(folder, summary)]
+    else:
+        figures = [_model(summary), counted(summary.notes, summary.left_out)]
+        paths = _written(folder, summary, console.width)
+        lines = [*fitting(answer.statements(summary), figures, paths, console.width), *figures]
+    _print(console, heading, tables, lines, paths)
 
 
 def _governing(summary: Summary) -> str:
