@@ -38,18 +38,16 @@ class Formulas:
     def begin(self, x):
         self.mesh += 1
         self.off = self.scatter * self.draw.normal(size=LIMITS)
-        return self.computed(x, x, remeshed=True)
+        return self.computed(x, remeshed=True)
 
     def at(self, x):
-        near = self.nearest(x, np.full(N, 0.8))
-        return self.computed(near, x, remeshed=False)
+        return self.computed(self.nearest(x, np.full(N, 0.8)), remeshed=False)
 
-    def computed(self, x, asked, *, remeshed):
+    def computed(self, x, *, remeshed):
         usage = self.usage(x) * (1 + self.off)
         limits = tuple(Limit(f"limit {number}", 1 / own, 0.0, 1.0) for number, own in enumerate(usage))
-        infeasibility = float(np.linalg.norm(asked - x))
         self.count += 1
-        self.tried.append(Design(x, self.mass(x), limits, infeasibility, remeshed, self.mesh))
+        self.tried.append(Design(x, self.mass(x), limits, remeshed, self.mesh))
         return self.tried[-1]
 
     def least(self):

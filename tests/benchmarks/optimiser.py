@@ -75,7 +75,8 @@ def reference(study, evaluations):
             design = designs.at(x)
         except (GeometryError, MeshError):
             return 10.0
-        return design.mass_kg * (1 + 10 * max(0.0, -design.margin)) + design.infeasibility
+        infeasibility = float(np.linalg.norm(np.asarray(x) - design.x))  # of what was asked for
+        return design.mass_kg * (1 + 10 * max(0.0, -design.margin)) + infeasibility
 
     count = len(free.keys)
     generations = max(1, evaluations // 2 // (8 * count) - 1)

@@ -36,6 +36,7 @@ _LEAP = 0.5
 _NEXT = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
 _NO_STATE = Worst(0.75)
+_WITHOUT: State = {Mode.YIELD: _NO_STATE}
 # Rays of the map, and of the survey.
 RAYS, ANCHORS = 13, 5
 # By how much a load is less with which it is tried again, and the least.
@@ -218,25 +219,29 @@ class Explorer:
             angle = float(angles[number])
             load = self._first(angle) if self._states.dear and done > 1 else 1.0
             load = min(load, furthest(self.operation, self._axes, angle))
-            found = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
-            while not found and load > _LEAST_LOAD:
+            state = self._on(angle, load)
+            while state is _WITHOUT and load > _LEAST_LOAD:
                 load *= _LESS
-                found = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
-            self._rays[angle] = {load: found or {Mode.YIELD: _NO_STATE}}
+                state = self._on(angle, load)
+            self._rays[angle] = {load: state}
         return self._surveyed()
+
+    def _on(self, angle: float, load: float) -> State:
+        """The factors on a ray of the survey."""
+        return self._tried(self._states.survey, self.operation, self._axes.point(angle, load)) or _WITHOUT
 
     def _surveyed(self) -> LimitMap:
         angles = sorted(self._rays)
         every = {mode for ray in self._rays.values() for own in ray.values() for mode in own}
         modes = [mode for mode in Mode if mode in every]
-        crossings = {mode: [self._on(angle, mode) for angle in angles] for mode in modes}
+        crossings = {mode: [self._edge(angle, mode) for angle in angles] for mode in modes}
         loads = {
             mode: np.array([math.inf if one is None else max(one.load, 1e-9) for one in own])
             for mode, own in crossings.items()
         }
         return LimitMap(self._axes, np.array(angles), loads, self.rest)
 
-    def _on(self, angle: float, mode: Mode) -> _Crossing | None:
+    def _edge(self, angle: float, mode: Mode) -> _Crossing | None:
         """Where a mode limits a ray of the survey, between its states and rest."""
         samples = {load: own[mode] for load, own in self._rays[angle].items() if mode in own}
         if not samples:
@@ -263,7 +268,7 @@ class Explorer:
         found = []
         for number, angle in enumerate(angles.tolist(), 1):
             self._show(f"limits on ray {number} of {len(angles)}")
-            found.append(self._on_ray(angle, self._axes))
+            found.append(self._on_ray(angle))
         return self._mapped(angles, found)
 
     def _mapped(self, angles: Floats, found: Sequence[Mapping[Mode, Limit]]) -> LimitMap:
@@ -290,20 +295,19 @@ class Explorer:
             for step in range(_STEPS):
                 if min(abs(load / one - 1) for one in known) > _NEAR:
                     self._show(f"limits on ray {number} of {len(angles)}")
-                    state = self._tried(self._states.survey, self.operation, self._axes.point(angle, load))
-                    known[load] = state or {Mode.YIELD: _NO_STATE}
+                    known[load] = self._on(angle, load)
                 elif step:
                     break
-                edge = self._on(angle, Mode.YIELD)
+                edge = self._edge(angle, Mode.YIELD)
                 load = min(math.inf if edge is None else edge.load, _NEXT * max(known), most)
         return self._mapped(np.array(angles), [dict(self._limits_on(angle)) for angle in angles])
 
     def _limits_on(self, angle: float) -> Iterable[tuple[Mode, Limit]]:
-        yielding = self._on(angle, Mode.YIELD)
+        yielding = self._edge(angle, Mode.YIELD)
         most = math.inf if yielding is None else ELASTIC * yielding.load
         most = min(most, furthest(self.operation, self._axes, angle))
         for mode in Mode:
-            edge = self._on(angle, mode)
+            edge = self._edge(angle, mode)
             if edge is None or not 0 < edge.load <= most:
                 continue
             point, worst = self._axes.point(angle, edge.load), self._rays[angle][edge.near].get(mode)
@@ -312,8 +316,9 @@ class Explorer:
                 peak = self.operation.peak(*point)
                 yield mode, Limit(mode, *point, peak, worst, edge.slope, interpolated=apart)
 
-    def _on_ray(self, angle: float, axes: Axes) -> dict[Mode, Limit]:
-        most, known = furthest(self.operation, axes, angle), dict[float, State]()
+    def _on_ray(self, angle: float) -> dict[Mode, Limit]:
+        axes, known = self._axes, dict[float, State]()
+        most = furthest(self.operation, axes, angle)
 
         def worst(mode: Mode, load: float) -> Worst | None:
             point = axes.point(angle, load)
@@ -385,7 +390,7 @@ class Explorer:
             self._known.clear()
 
     def _least(self, line: Line, at: float) -> tuple[float, Mode, Worst]:
-        state = self.state(line.point(at), line.operation) or {Mode.YIELD: _NO_STATE}
+        state = self.state(line.point(at), line.operation) or _WITHOUT
         return min((self._level(worst), mode, worst) for mode, worst in ending(state).items())
 
     def fastest(self, of_rays: LimitMap, operation: Operation) -> Limit | None:

@@ -37,8 +37,6 @@ class Design:
     x: Floats  #: (n,) its free dimensions, scaled to 0 … 1 between their bounds
     mass_kg: float
     limits: tuple[Limit, ...]
-    #: scaled distance from the rod that was asked for, which cannot be drawn, to this one; 0 where it can
-    infeasibility: float = 0.0
     remeshed: bool = False  #: whether its mesh was made for it, rather than moved from another rod's
     mesh: int = 0  #: number of the mesh that was made for it or that its own was moved from
     #: of each speed, the smallest film on the fine grid over that on the coarse one, on that mesh
@@ -178,9 +176,8 @@ class Designs:
         films = self._films(adapted.rod, results, made.finer) if FILM in self._required else []
         made.finer = [film.finer for film in films]
         margins = limits(adapted.rod, results, self._required, films)
-        mass, away = adapted.rod.mass.mass / KG, float(np.linalg.norm(asked - x))
-        design = Design(x, mass, margins, away, remeshed, mesh, finer=made.finer)
-        self.tried.append(replace(design, infeasibility=0.0))
+        design = Design(x, adapted.rod.mass.mass / KG, margins, remeshed, mesh, finer=made.finer)
+        self.tried.append(design)
         self.count += 1
         self._now += self.count - before
         if self._record is not None:
@@ -217,7 +214,7 @@ class Designs:
         if design.remeshed:
             self._meshes = design.mesh
             self._made.append(_Made(design.x, design.mesh, self._coarsest, finer=design.finer))
-        self.tried.append(replace(design, infeasibility=0.0))
+        self.tried.append(design)
         self.count = entry["count"]
         self._listener(design, self.count, self._now)
         return design

@@ -46,22 +46,22 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     rule = "cannot be combined with --cluster, which has workers of its own"
     require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
     require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
-    with dask.config.set(_SETTINGS):
-        if address is None:
-            allowed = usable_processors()
-            cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
-            with _local(workers or cores) as client:
-                yield client
-        else:
-            with _remote(address) as client:
-                yield client
+    import distributed  # noqa: F401, PLC0415 - likewise
+
+    _quiet()
+    allowed = usable_processors()
+    cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
+    with (
+        dask.config.set(_SETTINGS),
+        _local(workers or cores) if address is None else _remote(address) as client,
+    ):
+        yield client
 
 
 @contextmanager
 def _local(workers: int) -> Iterator[Any]:
     from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
 
-    _quiet()
     # Python's tracker of semaphores, a process that inherits this, removes those of an interrupted sweep.
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
@@ -89,7 +89,6 @@ def _local(workers: int) -> Iterator[Any]:
 def _remote(address: str) -> Iterator[Any]:
     from distributed import Client  # noqa: PLC0415 - comes with the extra
 
-    _quiet()
     place = _address(address)
     try:
         client = Client(place, timeout=_CONNECT_SECONDS)
@@ -105,6 +104,12 @@ def _remote(address: str) -> Iterator[Any]:
         client.close(timeout=_CONNECT_SECONDS)
 
 
+def _quiet() -> None:
+    for name in list(logging.root.manager.loggerDict):  # some have levels of their own
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
 def _address(asked: str) -> str:
     file = Path(asked)
     if not file.exists():
@@ -117,12 +122,6 @@ def _address(asked: str) -> str:
         rule = "is not a scheduler file, which is JSON with an address"
         remedy = "`dask scheduler --scheduler-file FILE` writes one."
         raise InvalidValue("--cluster", asked, rule, remedy) from error
-
-
-def _quiet() -> None:
-    for name in list(logging.root.manager.loggerDict):  # some have levels of their own
-        if name.partition(".")[0] in ("distributed", "tornado", "asyncio"):
-            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 # Seconds between two looks, and for which none of this machine's workers may be there.

@@ -77,9 +77,7 @@ class Scene:
     @cached_property
     def bands(self) -> Bands:
         """The colours."""
-        if self.field.signed:
-            return Bands.around_zero(float(self.values.min()), self.top)
-        return Bands.up_to(self.top, low=self.field.low)
+        return self.field.bands(self.values, self.peak)
 
     @cached_property
     def extent(self) -> float:

@@ -12,6 +12,7 @@ from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
 from fea.output import units
 from fea.output.json_file import read_summary
+from fea.output.pictures.scale import Bands
 from geometry.arrays import Floats
 from geometry.errors import require
 
@@ -65,6 +66,12 @@ class Field:
     def top(self, worst: float) -> float:
         """Return the upper end of its colour scale."""
         return _CAP * worst if self.capped else worst
+
+    def bands(self, values: Floats, worst: float) -> Bands:
+        """Return the colours of values (n,), the worst of which ends the scale where they have one sign."""
+        if self.signed:
+            return Bands.around_zero(float(values.min()), float(values.max()))
+        return Bands.up_to(self.top(worst), low=self.low)
 
 
 _FIELDS = (

@@ -13,7 +13,7 @@ from fea.analysis.result import BORES, Array
 from fea.base.choices import Support
 from fea.judge.verdict import CAP
 from fea.output.json_file import JsonObject
-from fea.output.pictures.scale import Bands, exaggeration
+from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.report.coding import LEVELS, Packer, corner_steps
 from fea.output.report.surface import Surface
@@ -65,10 +65,7 @@ def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float])
     finite = values[np.isfinite(values)]
     largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0
     worst = field.scale * known[name] if name in known else largest
-    if field.signed:
-        bands = Bands.around_zero(float(finite.min()), float(finite.max()))
-    else:
-        bands = Bands.up_to(field.top(worst), low=field.low)
+    bands = field.bands(finite, worst)
     label, _, unit = field.label.partition(", ")
     return {
         "name": name,
