@@ -41,13 +41,12 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     file; `ClusterError`: no scheduler answers.
     """
     import dask  # noqa: PLC0415 - comes with the extra
+    import distributed  # noqa: F401, PLC0415 - likewise
     import psutil  # noqa: PLC0415 - likewise
 
     rule = "cannot be combined with --cluster, which has workers of its own"
     require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
     require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
-    import distributed  # noqa: F401, PLC0415 - likewise
-
     _quiet()
     allowed = usable_processors()
     cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
