@@ -19,8 +19,9 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import Largest
-from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line, root
+from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
 from fea.apps.limits.operation import Operation
+from fea.apps.limits.root import root
 from fea.apps.limits.states import Mode, States, Worst
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
@@ -198,7 +199,7 @@ def test_a_column_buckles_at_its_critical_load(folder):
 class Springs(States):
     """A bolt and what it clamps as two springs: F_S = F_V + Φ F_A (VDI 2230-1:2015, R3)."""
 
-    dear, share = True, 0.2
+    costly, share = True, 0.2
 
     def __init__(self, assembling):
         self._assembling, self.points = assembling, 0

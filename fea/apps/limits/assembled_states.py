@@ -112,7 +112,7 @@ def _most_stressed(solved: _Solved) -> list[tuple[PartRows, Ints, Floats]]:
 class AssembledStates(States):
     """The factors of a rod in parts."""
 
-    dear = True
+    costly = True
 
     def __init__(self, rod: PreparedRod, pins: AssemblyPins) -> None:
         super().__init__(rod)

@@ -1,4 +1,4 @@
-"""What is found on a few rays of the map, because it is dear: the line of the oil film, and hours of life.
+"""What is found on a few rays of the map, because it is costly: the line of the oil film, and hours of life.
 
 The film is that of the big end, and its line where it becomes thinner than its surfaces are rough. A film
 costs several static runs: on a few rays the load is found by root finding on coarse films, and its logarithm
@@ -17,8 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.analysis.prepare import PreparedRod
-from fea.apps.limits.limit_map import Limit, LimitMap, Point, furthest, root
+from fea.apps.limits.limit_map import Limit, LimitMap, Point, furthest
 from fea.apps.limits.operation import Operation
+from fea.apps.limits.root import root
 from fea.apps.limits.states import Mode, States, Worst
 from fea.pins.lubrication import crank_angles
 from fea.solid.errors import ContactError, FilmError
@@ -73,8 +74,8 @@ def with_film(
 
 
 # Rays, and utilisations against fatigue, over the required factor, at which the number of cycles is found;
-# and rays where states are dear.
-_RAYS, _USAGE, _OF_DEAR = 5, np.geomspace(0.7, 2.2, 8), 3
+# and rays where states are costly.
+_RAYS, _USAGE, _OF_COSTLY = 5, np.geomspace(0.7, 2.2, 8), 3
 _CYCLES_PER_HOUR = 30.0  # at 1 rpm, of a four-stroke engine
 
 
@@ -105,7 +106,7 @@ def life_map(states: States, operation: Operation, of_rays: LimitMap, required: 
     rays = np.flatnonzero(np.isfinite(limits))
     if not rays.size or states.endless is None:
         return None
-    count, still = _OF_DEAR if states.dear else _RAYS, of_rays.rest.get(Mode.FATIGUE, 0.0)
+    count, still = _OF_COSTLY if states.costly else _RAYS, of_rays.rest.get(Mode.FATIGUE, 0.0)
     some = np.unique(rays[np.linspace(0, rays.size - 1, count).round().astype(int)])
     logarithms = np.full((some.size, _USAGE.size), np.nan)
     for row, ray in enumerate(some):

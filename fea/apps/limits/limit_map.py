@@ -5,7 +5,7 @@ line of operation, such as one speed or the full load of every speed, may cross 
 gas relieves inertia. A survey of a few rays tells between which points, and root finding on the states does
 the rest: the answer in words needs no more. The map has more rays, with the limit of every mode on each.
 
-States of a rod in parts are dear. Until the map is there, its limits are estimates. The map has the rays of
+States of a rod in parts are costly. Until the map is there, its limits are estimates. The map has the rays of
 the survey, and utilisations between the few states of a ray, and between these and the rod at rest, are
 interpolated.
 """
@@ -19,19 +19,15 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fea.apps.limits.operation import Operation
+from fea.apps.limits.root import ALMOST, STEPS, WITHIN, root
 from fea.apps.limits.states import ONSETS, Mode, State, States, Worst
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
 from loads.gas import LARGEST_PEAK
 
-# How exactly an edge is found: the factor there relative to that required, where states are dear too; steps
-# at most.
-_FACTOR, _OF_DEAR, _STEPS, _ALMOST = 1e-3, 3e-3, 8, 5e-3
-# Relative distance of places from which a slope is taken, at least.
-_APART = 2e-3
-# A step of the search changes the logarithm of a load by so much at most.
-_LEAP = 0.5
+# How exactly an edge is found where states are costly: the factor there relative to that required.
+_OF_COSTLY = 3e-3
 # Of the largest load of a ray that was solved: the largest that is next.
 _NEXT = 1.5
 # Where no state of contact carries the load: as if a factor were so small.
@@ -49,7 +45,7 @@ _FURTHEST = 3.0
 _NO_CHARGE = 0.02
 # Points of a line of operation between which the limits of the rays are compared.
 _POINTS = 240
-# Relative distance of a dear state from a limit of its ray at which no other one is solved, and that
+# Relative distance of a costly state from a limit of its ray at which no other one is solved, and that
 # at which a limit counts as interpolated.
 _NEAR, _SOLVED = 0.04, 5e-3
 # Relative distance within which an edge that was found is that of another map, too.
@@ -187,8 +183,8 @@ class Explorer:
     ) -> None:
         self._states, self.operation, self._axes = states, operation, axes
         self._required, self._show = required, show
-        self._within = _OF_DEAR if states.dear else _FACTOR
-        self.certain = not states.dear  #: whether states are more than estimates
+        self._within = _OF_COSTLY if states.costly else WITHIN
+        self.certain = not states.costly  #: whether states are more than estimates
         self._known: dict[tuple[Operation, Point, bool], State] = {}
         self._rays: dict[float, dict[float, State]] = {}  # by angle and load, those of the survey
         self._edges: list[tuple[str, float, Limit, bool]] = []
@@ -212,12 +208,12 @@ class Explorer:
         """Estimate the limits of the modes from one state on each of a few rays."""
         angles = ray_angles(self.operation, self._axes, ANCHORS)
         order = list(range(len(angles)))
-        if self._states.dear:  # the outer ones tell about where the limits of the inner ones are
+        if self._states.costly:  # the outer ones tell about where the limits of the inner ones are
             order = [0, *order[:0:-1]]
         for done, number in enumerate(order):
             self._show(f"surveying every node of the rod, {done + 1} of {len(order)}")
             angle = float(angles[number])
-            load = self._first(angle) if self._states.dear and done > 1 else 1.0
+            load = self._first(angle) if self._states.costly and done > 1 else 1.0
             load = min(load, furthest(self.operation, self._axes, angle))
             state = self._on(angle, load)
             while state is _WITHOUT and load > _LEAST_LOAD:
@@ -262,7 +258,7 @@ class Explorer:
 
     def map(self) -> LimitMap:
         """Find the limit of each mode on every ray, after a survey."""
-        if self._states.dear:
+        if self._states.costly:
             return self._interpolated()
         angles = ray_angles(self.operation, self._axes, RAYS)
         found = []
@@ -292,7 +288,7 @@ class Explorer:
         for number, angle in enumerate(angles, 1):
             known, most = self._rays[angle], furthest(self.operation, self._axes, angle)
             load = min(self._first(angle), most)
-            for step in range(_STEPS):
+            for step in range(STEPS):
                 if min(abs(load / one - 1) for one in known) > _NEAR:
                     self._show(f"limits on ray {number} of {len(angles)}")
                     known[load] = self._on(angle, load)
@@ -333,7 +329,7 @@ class Explorer:
             start *= _LESS  # no state of contact carries so much
         for mode in known[start]:  # yield comes first
             edge = root(lambda load: self._level(worst(mode, load)), list(known), -1.0, (0.0, most))  # noqa: B023 - called at once
-            if edge is None or edge.left > _ALMOST:
+            if edge is None or edge.left > ALMOST:
                 continue
             point = axes.point(angle, edge.x)
             if (there := worst(mode, edge.x)) is not None:
@@ -399,62 +395,3 @@ class Explorer:
         least = float(of_rays.least(np.array(rpm), np.array(0.0)))
         line = Line("closed throttle", operation, lambda at: (at, 1.0), (operation.idle, most))
         return self._refined(line, min(rpm * math.sqrt(least), most), -0.5)[1]
-
-
-def _slope(values: Mapping[float, float], x: float, otherwise: float) -> float:
-    """D ln x/d level at a place, from the nearest other one that is not so near that rounding counts."""
-    others = [at for at in values if abs(math.log(at / x)) >= _APART and math.isfinite(values[at])]
-    if not others:
-        return otherwise
-    other = min(others, key=lambda at: abs(math.log(at / x)))
-    change = values[other] - values[x]
-    return math.log(other / x) / change if change else otherwise
-
-
-class Root(NamedTuple):
-    """Where a level passes 0: the place x, d ln x/d level there, and what is left of the level."""
-
-    x: float
-    slope: float
-    left: float
-
-
-def root(
-    level: Callable[[float], float],
-    known: Iterable[float],
-    slope: float,
-    ends: tuple[float, float],
-    within: float = _FACTOR,
-) -> Root | None:
-    """Find where a level passes 0, by secants in ln x within a bracket; None where it does not in the range.
-
-    `known`: places near it, or whose level is at hand; `slope`: an estimate, whose sign says which way the
-    level passes.
-    """
-    values, before = {x: level(x) for x in known}, slope
-    for _ in range(_STEPS):
-        x = min(values, key=lambda at: abs(values[at]))
-        if abs(values[x]) < within:
-            break
-        above, below = ([at for at, value in values.items() if (value > 0) is side] for side in (True, False))
-        between = bool(above and below)
-        if not between:  # an edge of this kind lies on one side, whatever the slope here
-            upwards = (values[x] > 0) is (before < 0)
-            x = max(values) if upwards else min(values)
-            slope = slope if slope * before > 0 else before
-            if x == ends[upwards] or not math.isfinite(values[x]):
-                return None
-        step = x * math.exp(min(max(-slope * values[x], -_LEAP), _LEAP))
-        step = min(max(step, ends[0]), ends[1])
-        if between:
-            near = min(((p, q) for p in above for q in below), key=lambda pair: abs(pair[0] - pair[1]))
-            if not min(near) < step < max(near):
-                step = math.sqrt(near[0] * near[1])
-        if step in values:
-            break
-        values[step] = level(step)
-        change = values[step] - values[x]
-        slope = math.log(step / x) / change if change and math.isfinite(change) else before
-    x = min(values, key=lambda at: abs(values[at]))
-    passed = abs(values[x]) < max(_ALMOST, within) or len({value > 0 for value in values.values()}) > 1
-    return Root(x, _slope(values, x, before), abs(values[x])) if passed else None

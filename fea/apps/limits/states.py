@@ -85,7 +85,7 @@ STRESSED = (Mode.YIELD, Mode.FATIGUE)
 class States(ABC):
     """The factors of a rod at any crank cycle."""
 
-    dear: ClassVar[bool] = False  #: whether a state takes as long as several static runs
+    costly: ClassVar[bool] = False  #: whether a state takes as long as several static runs
     unsettled: int = 0  #: number of states whose friction did not settle, and which are estimates
 
     def __init__(self, rod: PreparedRod) -> None:
