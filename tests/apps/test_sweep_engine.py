@@ -93,7 +93,7 @@ def journal_of(tmp_path, count):
     rows = [
         PlannedRow(number=n, sample=n, design={}, rpm=None, job=f"job{n}", key=f"{n}") for n in range(count)
     ]  # fmt: skip
-    journal.begin({"schema": "x"}, rows)
+    journal.enter({"schema": "x"}, rows)
     return journal
 
 

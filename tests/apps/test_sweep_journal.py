@@ -33,7 +33,7 @@ def result(number, *, fails=False):
 
 def steps(journal, count, failing):
     """What a sweep does with its journal, a transaction each."""
-    yield lambda: journal.meta or journal.begin(META, planned(count))
+    yield lambda: journal.meta or journal.enter(META, planned(count))
     for number in range(count):
         job = f"job{number}"
         yield (
@@ -103,7 +103,7 @@ def test_dying_at_any_statement_loses_nothing(deaths, count, failing):
 
 def test_equal_rods_and_failed_ones(tmp_path):
     journal = Journal(tmp_path / "j.sqlite")
-    journal.begin(META, planned(2))
+    journal.enter(META, planned(2))
     assert journal.pending() == ["job0", "job1"]
     assert journal.asked("job1") == ({"rod.web_thickness_mm": 1}, [1000.0, 2000.0])
     journal.finish([result(0), result(1, fails=True)])
@@ -121,7 +121,7 @@ def test_equal_rods_and_failed_ones(tmp_path):
 
 def test_a_full_disk_leaves_the_journal_as_it_was(tmp_path):
     journal = Journal(tmp_path / "j.sqlite")
-    journal.begin(META, planned(300))
+    journal.enter(META, planned(300))
     pages = journal._base.execute("PRAGMA page_count").fetchone()[0]
     journal._base.execute(f"PRAGMA max_page_count = {pages}")
     journal.finish([result(0)])
@@ -155,7 +155,7 @@ def test_another_database_is_refused_and_left_alone(tmp_path):
 
 def test_a_resumed_sweep_asks_for_what_is_left_without_reading_the_rest(tmp_path):
     journal = Journal(tmp_path / "j.sqlite")
-    journal.begin(META, planned(500))
+    journal.enter(META, planned(500))
     journal.finish([result(number) for number in range(499)])
     journal.close()
     base = sqlite3.connect(tmp_path / "j.sqlite")

@@ -44,10 +44,17 @@ def main() -> None:
     jobs[asked.what](study, asked.evaluations)
 
 
+class Remeshed(Designs):
+    """Designs that each have a mesh of their own."""
+
+    def _rod(self, x):
+        return *self._meshed(x), True
+
+
 def found_by(study, *, morphing=True, most=150, start=None):
     """Search, say what came of it, and return it."""
     begin, free = time.perf_counter(), variables(study)
-    found = search(Designs(free, morphing=morphing), free.start if start is None else start, most)
+    found = search((Designs if morphing else Remeshed)(free), free.start if start is None else start, most)
     taken = time.perf_counter() - begin
     said = "holds" if found.holds else "DOES NOT HOLD"
     print(
@@ -112,7 +119,7 @@ def noise(study, _evaluations):
     along /= np.linalg.norm(along)
     steps = np.linspace(-0.05, 0.05, 21)
     for morphing in (True, False):
-        designs = Designs(free, morphing=morphing)
+        designs = (Designs if morphing else Remeshed)(free)
         designs.begin(free.start)
         tried = [designs.at(free.start + step * along) for step in steps]
         for index, limit in enumerate(tried[0].limits):

@@ -73,8 +73,8 @@ class Designs:
     """Computes designs: `tried` holds all, in order; `count` is the number of meshes that were solved.
 
     The listener is called with each design, the count, and how many of these meshes were solved now: none
-    before the first design that the record does not have. With `morphing`, the mesh of one rod is moved to
-    the next, where it can be. Designs that the record has are not computed again.
+    before the first design that the record does not have. The mesh of one rod is moved to the next, where it
+    can be. Designs that the record has are not computed again.
     """
 
     def __init__(
@@ -82,7 +82,6 @@ class Designs:
         variables: Variables,
         listener: Callable[[Design, int, int], None] = lambda _design, _count, _now: None,
         *,
-        morphing: bool = True,
         record: Record | None = None,
     ) -> None:
         # What limits a design takes of its film is computed apart, on the coarse grid where that will do.
@@ -90,7 +89,7 @@ class Designs:
         self.variables = replace(variables, study=replace(variables.study, analysis=options))
         self.tried: list[Design] = []
         self.count = 0
-        self._listener, self._morphing, self._record = listener, morphing, record
+        self._listener, self._record = listener, record
         self._required = required(variables.study)
         self._made: deque[_Made] = deque(maxlen=_KEPT)
         self._meshes, self._now = 0, 0
@@ -140,17 +139,16 @@ class Designs:
 
     def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
         """The rod on the nearest mesh moved, else its own; the mesh's number, and whether it is its own."""
-        if self._morphing:
-            study = self.variables.study_at(x)
-            base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
-            if base.moving is None:
-                base.moving = MovingRod(self._adapted(base.x, base.coarsest).rod.mesh)
-            for other in self._made:  # of the factors only one is kept
-                if other.moving is not None and other is not base:
-                    other.moving.forget()
-            mesh = base.moving.mesh(study)
-            if mesh is not None:
-                return Adapted(base.moving.prepared(study, mesh)), base.number, False
+        study = self.variables.study_at(x)
+        base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
+        if base.moving is None:
+            base.moving = MovingRod(self._adapted(base.x, base.coarsest).rod.mesh)
+        for other in self._made:  # of the factors only one is kept
+            if other.moving is not None and other is not base:
+                other.moving.forget()
+        mesh = base.moving.mesh(study)
+        if mesh is not None:
+            return Adapted(base.moving.prepared(study, mesh)), base.number, False
         return *self._meshed(x), True
 
     def _meshed(self, x: Floats) -> tuple[Adapted, int]:
@@ -166,7 +164,7 @@ class Designs:
         if tolerance is not None:
             tolerance = max(tolerance, coarsest)
             study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
-        return adapt_mesh(study, study.speeds(), Clock(), movable=self._morphing)
+        return adapt_mesh(study, study.speeds(), Clock(), movable=True)
 
     def _computed(
         self, kind: str, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool, before: int

@@ -42,7 +42,7 @@ class Base:
     name: str
     raw: Mapping[str, Any]
     folder: Path
-    files: tuple[Path, ...]
+    files: tuple[Path, ...] = ()
 
     def study(self, design: Mapping[str, Any], speeds: Sequence[float | None] = ()) -> Study:
         """Return the study with a design's values, at some speeds, rpm. `InvalidValue`: a broken rule."""
@@ -81,10 +81,10 @@ def read_base(source: str, folder: Path, fixed: Mapping[str, Any]) -> Base:
         raw = {"rod": study.rod.as_dict()}
     tables = with_own_units(raw)
     tables.pop("output", None)
-    Base(study.name, tables, study.folder, ()).require_presets_alone(fixed)
-    with_all = changed(tables, fixed)
-    asked = Base(study.name, with_all, study.folder, ()).study({})
-    return Base(study.name, with_all, study.folder, tuple(files_of(asked.as_dict())))
+    base = Base(study.name, tables, study.folder)
+    base.require_presets_alone(fixed)
+    base = replace(base, raw=changed(tables, fixed))
+    return replace(base, files=tuple(files_of(base.study({}).as_dict())))
 
 
 def changed(raw: Mapping[str, Any], design: Mapping[str, Any]) -> TomlTable:

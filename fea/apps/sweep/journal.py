@@ -25,14 +25,14 @@ from geometry.errors import InvalidValue
 
 SCHEMA = "fea/sweep/1"
 _TABLES = """
-CREATE TABLE meta (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE rods (
+CREATE TABLE IF NOT EXISTS meta (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS rods (
     number INTEGER PRIMARY KEY, sample INTEGER NOT NULL, design TEXT NOT NULL, rpm REAL,
     job TEXT NOT NULL, key TEXT NOT NULL, state TEXT NOT NULL, reason TEXT NOT NULL DEFAULT '',
     figures TEXT NOT NULL DEFAULT '{}', seconds REAL
 );
-CREATE INDEX rods_of_job ON rods (job);
-CREATE INDEX rods_by_state ON rods (state, number);
+CREATE INDEX IF NOT EXISTS rods_of_job ON rods (job);
+CREATE INDEX IF NOT EXISTS rods_by_state ON rods (state, number);
 """
 
 
@@ -89,17 +89,17 @@ class Journal:
             known = self._base.execute("SELECT count(*) FROM sqlite_master WHERE name = 'meta'").fetchone()[0]
             return dict(self._base.execute("SELECT name, value FROM meta")) if known else {}
 
-    def begin(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
-        """Enter all rows of a new sweep, in one transaction."""
+    def enter(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
+        """Enter all rows of a new sweep, or further ones, in one transaction."""
         with self._transaction():
             for statement in _TABLES.split(";"):
                 self._base.execute(statement)
-            self._enter(meta, rows)
-
-    def extend(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
-        """Enter further rows."""
-        with self._transaction():
-            self._enter(meta, rows)
+            self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
+            self._base.executemany(
+                "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) VALUES (:number, "
+                ":sample, :design, :rpm, :job, :key, iif(:refused = '', 'pending', 'failed'), :refused)",
+                (vars(row) | {"design": json.dumps(row.design)} for row in rows),
+            )
 
     def keys(self) -> list[str]:
         """Return the key of each row, in order."""
@@ -163,14 +163,6 @@ class Journal:
         }
         if tables and tables != {"meta", "rods"}:
             raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(tables))}")
-
-    def _enter(self, meta: Mapping[str, str], rows: Sequence[PlannedRow]) -> None:
-        self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
-        self._base.executemany(
-            "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) VALUES (:number, "
-            ":sample, :design, :rpm, :job, :key, iif(:refused = '', 'pending', 'failed'), :refused)",
-            (vars(row) | {"design": json.dumps(row.design)} for row in rows),
-        )
 
     def _all(self, query: str, *values: Any) -> list[Any]:
         with self._reported():

@@ -114,11 +114,6 @@ class Swept:
         """Mass and factors (n,), NaN where there is none."""
         return {name: _in_units(name, values) for name, values in self.samples.values.items()}
 
-    @property
-    def rows(self) -> Sequence[int]:
-        """Numbers (n,) of the rows of the table that designs are shown by."""
-        return self.samples.rows
-
 
 def _in_units(name: str, values: Floats) -> Floats:
     return in_unit(values, named(name)[1])
@@ -214,7 +209,7 @@ def _columns(swept: Swept) -> dict[str, Floats]:
 
 
 def _some(swept: Swept, most: int) -> Ints:
-    known = np.flatnonzero(np.isfinite(swept.figures.get(FACTOR, np.full(len(swept.rows), np.nan))))
+    known = np.flatnonzero(np.isfinite(swept.figures.get(FACTOR, np.full(len(swept.samples.rows), np.nan))))
     if len(known) <= most:
         return known
     return np.asarray(known[np.linspace(0, len(known) - 1, most).round().astype(int)])
@@ -248,7 +243,7 @@ def sweep_page(swept: Swept) -> str:
     columns = {**swept.keys, **swept.figures}
     values = [
         {name: float(f"{column[n]:.6g}") for name, column in columns.items() if column[n] == column[n]}
-        for n in range(len(swept.rows))
+        for n in range(len(swept.samples.rows))
     ]  # fmt: skip
     return html_page(
         "sweep_report",
@@ -263,7 +258,7 @@ def sweep_page(swept: Swept) -> str:
         parallel=parallel(swept),
         fails={n for n, factor in enumerate(factors) if factor < 1},
         data=embedded_json(
-            {"rows": swept.rows, "lines": list(numbers), "studies": studies, "values": values}
+            {"rows": swept.samples.rows, "lines": list(numbers), "studies": studies, "values": values}
         ),
     )
 

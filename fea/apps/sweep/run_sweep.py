@@ -121,7 +121,7 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
     meta, asked = journal.meta, {"schema": SCHEMA, "version": __version__, "sweep": sweep.identity}
     where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
     if not meta:
-        journal.begin(asked, rows(sweep) if new is None else new)
+        journal.enter(asked, rows(sweep) if new is None else new)
         return
     schema = meta.get("schema")
     require(schema == SCHEMA, "--out", where, f"holds a journal of another kind, {schema!r}", remedy)
@@ -135,7 +135,7 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
     rule = "holds the journal of another sweep: other keys, values, files, seed or study"
     same = len(wanted) > len(known) and [row.key for row in wanted[: len(known)]] == known
     require(same, "--out", where, rule, remedy)
-    journal.extend(asked, wanted[len(known) :])
+    journal.enter(asked, wanted[len(known) :])
 
 
 def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
