@@ -56,13 +56,13 @@ def limits(
     if min_boost is not None:
         require_number("--min-boost", min_boost)
 
-    from fea.apps.limits.run_limits import limits as found
+    from fea.apps.limits.run_limits import limits as find_limits
     from fea.machine.clock import stages
     from fea.output.units import shown_in
 
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
     with shown_in(asked.output.units), stages(silent=printing.silent) as listener:
-        figures = found(asked, folder, listener, at_rpm=min_rpm, duty=duty)
+        figures = find_limits(asked, folder, listener, at_rpm=min_rpm, duty=duty)
     reached = figures.reaches(min_rpm, min_boost)
     printing.show(figures, lambda: _print(figures, folder, reached=reached), asked)
     if not figures.trusted:

@@ -1,4 +1,4 @@
-"""The figures of what was found of a rod, and the answer in words."""
+"""The figures of the limits of a rod, and the answer in words."""
 
 import math
 from collections.abc import Iterator
@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from fea.analysis.adapt import Adapted
-from fea.apps.limits.explore import LEAST_CHARGE, Found, Reached
+from fea.apps.limits.explore import LEAST_CHARGE, Reached, RodLimits
 from fea.apps.limits.figures import ENDS, Largest, LimitFigures, LimitsFigures, ends, with_bar
 from fea.apps.limits.limit_map import MOST_PEAK, Limit, ending, least_of
 from fea.apps.limits.operation import CLOSED_THROTTLE, MECHANICAL_EFFICIENCY, Operation
 from fea.apps.limits.states import ONSETS, STRESSED, Mode
-from fea.base.note import Note, assumption, by_consequence, omission
+from fea.base.note import Note, assumption, by_consequence, omission, warning
 from fea.base.units import BAR, DEG
 from fea.machine.clock import Clock
 from fea.rod.place_names import place_name
@@ -26,7 +26,7 @@ _ROWS = 9  # of the table
 class Bars:
     """Error bars, percent of the stress, of places of a rod, from its solved load cases."""
 
-    def __init__(self, found: Found) -> None:
+    def __init__(self, found: RodLimits) -> None:
         self._cases = [case for case in found.static.cases.values() if case.load.in_cycle]
         self._rod = found.rod.mesh
 
@@ -50,12 +50,12 @@ class Bars:
         return "" if limit.worst.at is None else place_name(self._rod, self.node(limit.worst.at))
 
 
-def words(found: Found) -> str:
+def words(found: RodLimits) -> str:
     """Return the answer in words."""
     return " ".join(_sentences(found))
 
 
-def ends_of(found: Found) -> tuple[Largest | None, Largest | None, Largest | None]:
+def ends_of(found: RodLimits) -> tuple[Largest | None, Largest | None, Largest | None]:
     """Speed, pressure, and speed with the throttle closed, that end what is safe."""
     closed = None if found.closed is None else Reached(0.0, found.closed.rpm, found.closed, 0.0)
     bars, lines = Bars(found), (found.speed, found.pressure, closed)
@@ -63,7 +63,7 @@ def ends_of(found: Found) -> tuple[Largest | None, Largest | None, Largest | Non
     return speed, pressure, last
 
 
-def figures_of(study: Study, found: Found, adapted: Adapted, clock: Clock) -> LimitsFigures:
+def figures_of(study: Study, found: RodLimits, adapted: Adapted, clock: Clock) -> LimitsFigures:
     """Return the figures of what was found."""
     operation = found.operation
     bars, (speed, pressure, closed) = Bars(found), ends_of(found)
@@ -125,7 +125,7 @@ def _largest(reached: Reached | None, bars: Bars, operation: Operation) -> Large
     )
 
 
-def _sentences(found: Found) -> Iterator[str]:
+def _sentences(found: RodLimits) -> Iterator[str]:
     speed, pressure, closed = ends_of(found)
     operation = found.operation
     load = "the study's load" if operation.full_load is None else "full load"
@@ -166,7 +166,7 @@ def _sentences(found: Found) -> Iterator[str]:
             yield f"From about {low}{until} rpm {ENDS[mode.value]}."
 
 
-def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
+def _of_pressure(found: RodLimits, largest: Largest | None) -> Iterator[str]:
     reached = found.pressure
     if reached is None or reached.rpm < found.at_rpm:
         yield f"At {found.at_rpm:.0f} rpm no peak pressure is safe."
@@ -182,7 +182,7 @@ def _of_pressure(found: Found, largest: Largest | None) -> Iterator[str]:
     yield f"{at} {least}up to {most} peak ({boost}); there {ends(largest)}."
 
 
-def _of_life(found: Found, load: str) -> Iterator[str]:
+def _of_life(found: RodLimits, load: str) -> Iterator[str]:
     for rpm, hours in found.hours.items():
         long = f"about {hours:.2g} hours" if hours >= 1 else f"about {60 * hours:.2g} minutes"
         yield f"At {rpm:.0f} rpm and {load} its life is {'unlimited' if math.isinf(hours) else long}."
@@ -190,7 +190,7 @@ def _of_life(found: Found, load: str) -> Iterator[str]:
         yield f"Its life is not given: {found.lifeless}."
 
 
-def _notes(found: Found) -> Iterator[Note]:
+def _notes(found: RodLimits) -> Iterator[Note]:
     rod, operation = found.rod, found.operation
     table = operation.loading.table
     if operation.burns and isinstance(operation.loading.gas, Otto):
@@ -208,24 +208,31 @@ def _notes(found: Found) -> Iterator[Note]:
         yield assumption(f"mechanical efficiency {MECHANICAL_EFFICIENCY:g} (Heywood 1988, §2.4)", "full load")
     if rod.options.in_contact:
         fits = "clearances and reliefs of the bores"
-        yield assumption(f"{fits} stay those of the study's speed and load", "pins")
+        yield assumption(f"{fits} are those at the study's speed and load", "pins")
     if rod.assembly_contact is not None:
-        lines = "lines of the map are of the instants that decide, and interpolated where limits.csv says so"
-        yield assumption(f"{lines}; the limits in words are solved over their cycles", "map")
+        yield from _of_parts(found.unsettled)
     if Mode.FILM in found.of_rays.limits:
-        film = "its line is where a coarse film is as thin as the surfaces are rough, within some percent"
-        yield assumption(f"{film} (fea run --film has the error of its grid)", "oil film")
+        film = "its line is where a coarse film is as thin as the surfaces are rough, to a few percent"
+        yield assumption(f"{film} (fea run --film gives the error of its grid)", "oil film")
     if found.life is not None:
-        kept = "hours are of continuous running at one point, by the mean S–N line; 1 % of stress changes "
-        yield assumption(f"{kept}them by about a tenth (fea run with [duty] gives their band)", "life")
-    yield omission("the case gas of the limits", "they are those of the running engine at each speed")
+        kept = "hours are those of continuous running at one point, by the mean S–N line; 1 % more stress "
+        yield assumption(f"{kept}takes about a tenth of them (fea run with [duty] gives their band)", "life")
+    yield omission("the load case gas", "the limits are those of the running engine at each speed")
     if rod.sharp_places:
         yield omission("structural stress at sharp edges", "fea run judges them at one speed and load")
     if all(material.endurance_limit is None for material in rod.materials):
         yield omission("limits by fatigue", "the material has no endurance limit (material.endurance_MPa)")
 
 
-def _table(found: Found) -> Iterator[tuple[str, ...]]:
+def _of_parts(unsettled: int) -> Iterator[Note]:
+    lines = "lines of the map are those of the decisive instants, interpolated where limits.csv says so"
+    yield assumption(f"{lines}; the limits in words are solved over whole cycles", "map")
+    if unsettled:
+        text = f"at {unsettled} operating points the friction of the joint did not settle"
+        yield warning(f"{text}, and the factors are estimates", "map")
+
+
+def _table(found: RodLimits) -> Iterator[tuple[str, ...]]:
     """Yield the range of safe peak pressures at some speeds, with what ends it on either side."""
     operation, of_rays = found.operation, found.of_rays
     if not (operation.burns and of_rays.limits):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fea.apps.limits.describe import Bars
-from fea.apps.limits.explore import Found
+from fea.apps.limits.explore import RodLimits
 from fea.apps.limits.figures import LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, Limit, ending, least_of
 from fea.apps.limits.states import ONSETS, Mode
@@ -38,7 +38,7 @@ _EVERY = 4
 class DrawnMap:
     """What is known of a rod on a grid of speeds and peak pressures."""
 
-    found: Found
+    found: RodLimits
     figures: LimitsFigures
     speeds: Sequence[float]  #: of the study, rpm
     rpm: Floats  #: (n,) of the columns
@@ -49,7 +49,7 @@ class DrawnMap:
     hours: Floats | None
 
     @classmethod
-    def of(cls, found: Found, figures: LimitsFigures, speeds: Sequence[float]) -> "DrawnMap":
+    def of(cls, found: RodLimits, figures: LimitsFigures, speeds: Sequence[float]) -> "DrawnMap":
         """Evaluate the limits that were found over a grid that shows all of them."""
         operation, of_rays = found.operation, found.of_rays
         every = [limit for line in of_rays.limits.values() for limit in line if limit is not None]

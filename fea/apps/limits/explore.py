@@ -1,4 +1,4 @@
-"""What is found of a rod: the answer first, then the map."""
+"""The limits of a rod: the answer first, then the map."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -36,8 +36,8 @@ class Reached(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Found:
-    """What was found of a rod."""
+class RodLimits:
+    """The limits of a rod in its engine."""
 
     rod: PreparedRod
     operation: Operation
@@ -60,10 +60,10 @@ class Found:
 
 def limited_speeds(study: Study) -> list[float]:
     """Return the speeds of a study, rpm, in rising order; raises `InvalidValue` where it has no limits."""
-    rule = "are given: a rod without an engine has no speed and no peak pressure"
+    rule = "gives the force on the pin: without an engine there are no speeds and peak pressures"
     require(study.forces is None, "[forces]", None, rule, "Give an [engine], or use --engine.")
     study.require_engine()
-    rule = "would take a film of seconds for each of some hundred states; the film changes the big end alone"
+    rule = "would need an oil film, of seconds, at each of some hundred points; it changes the big end alone"
     on_film = study.analysis.pressure == FILM
     require(not on_film, "analysis.pressure", FILM, rule, "Choose another, or leave it out.")
     speeds = sorted(rpm for rpm in study.speeds() if rpm is not None)
@@ -76,11 +76,11 @@ def explore(
     rpm: float,
     at_rpm: float | None = None,
     show: Callable[[str], None] = lambda _stage: None,
-    answered: Callable[[Found], None] = lambda _found: None,
+    answered: Callable[[RodLimits], None] = lambda _found: None,
     *,
     mapped: bool = True,
     lasting: Sequence[float] = (),
-) -> Found:
+) -> RodLimits:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
     `answered` is told what is found before the map is made, of a survey; of a rod in parts, it is estimated.
@@ -96,7 +96,7 @@ def explore(
     explorer = Explorer(states, operation, axes, required, show)
     closed_throttle = operation.closed_throttle()
 
-    def found(of_rays: LimitMap) -> Found:
+    def found(of_rays: LimitMap) -> RodLimits:
         show("largest speed and pressure")
         speed = _speed(explorer, of_rays, rpm)
         pressure = None
@@ -107,7 +107,7 @@ def explore(
                 pressure = _pressure(explorer, of_rays, lower)
         closed = explorer.fastest(of_rays, closed_throttle)
         worst = min(ending(explorer.rest).items(), key=lambda each: -each[1], default=None)
-        return Found(
+        return RodLimits(
             rod=rod,
             operation=operation,
             rpm=rpm,

@@ -8,7 +8,7 @@ from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
 from fea.apps.limits.describe import figures_of, words
 from fea.apps.limits.drawn_map import DrawnMap
-from fea.apps.limits.explore import Found, explore, limited_speeds
+from fea.apps.limits.explore import RodLimits, explore, limited_speeds
 from fea.apps.limits.figures import LimitFigures, LimitsFigures
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder
@@ -69,7 +69,7 @@ def limits(
     adapted = adapt_mesh(study, [speeds[-1]], clock)
     tell = listener or (lambda _text: None)
 
-    def answered(first: Found) -> None:
+    def answered(first: RodLimits) -> None:
         tell(FIRST + words(first))
 
     with clock("limits"):
@@ -83,7 +83,9 @@ def limits(
     return figures
 
 
-def write_files(folder: Path, run: Run, found: Found, figures: LimitsFigures, speeds: list[float]) -> None:
+def write_files(
+    folder: Path, run: Run, found: RodLimits, figures: LimitsFigures, speeds: list[float]
+) -> None:
     """Write the files; `run`: that of the highest speed."""
     write_text(folder / STUDY, run.study.text())
     write_text(folder / SUMMARY, json_text(figures))

@@ -264,7 +264,7 @@ class Studio:
             self._steps, self._anchored, self._crashes = "", None, self._crashes + 1
             again = self._crashes < _MOST_CRASHES
             self._waiting = self._waiting or (self._newest if again else None)
-            more = "It is started again." if again else "Change the design to start it again."
+            more = "It is being restarted." if again else "Change the design to restart it."
             await self._note(f"The process that answers has ended: {error}. {more}")
         except Exception as error:  # noqa: BLE001 - what is wrong with a design is said on the page
             self._steps = ""

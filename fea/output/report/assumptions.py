@@ -71,7 +71,7 @@ def _loads(run: Run) -> str:
         f"of {figure(engine.piston_mass_kg)} kg (with rings and pin). The gas pressure is {_gas(engine)}. "
     )
     said += "Friction of the piston is left out. " if engine.friction == 0 else (
-        f"The piston rubs on the cylinder with a coefficient of friction of {figure(engine.friction)}. "
+        f"The piston slides in the cylinder with a coefficient of friction of {figure(engine.friction)}. "
     )  # fmt: skip
     said += (
         "Each load case is one instant: pressure on both bores and the inertia of the rod as a body force "
@@ -145,7 +145,7 @@ def _strength(run: Run) -> str:
     return (
         f"{said} Fatigue is judged by mean and amplitude of the signed von Mises stress over the cycle, with "
         f"the correction of {run.summary.envelope.fatigue_criterion.capitalize()}, for an unlimited life; "
-        "Crossland's factor is the second opinion for stresses whose directions turn."
+        "Crossland's factor is a second opinion for stresses whose directions rotate."
     )
 
 
