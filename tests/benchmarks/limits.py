@@ -26,7 +26,7 @@ from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import solve_speed, with_cycle
 from fea.analysis.summary import speed_summary
 from fea.apps.limits.describe import Bars
-from fea.apps.limits.explore import Found, explore
+from fea.apps.limits.explore import RodLimits, explore
 from fea.apps.limits.limit_map import Limit
 from fea.apps.limits.run_limits import limits
 from fea.apps.limits.states import Mode
@@ -89,7 +89,7 @@ def meshed(study: Study) -> Adapted:
     return adapt_mesh(study, [max(rpm for rpm in study.speeds() if rpm)], Clock())
 
 
-def direct(found: Found, limit: Limit) -> float:
+def direct(found: RodLimits, limit: Limit) -> float:
     """The factor at a limit, from instants that are solved without unit loads."""
     rod, cycle = found.rod, found.operation.cycle(limit.rpm, limit.scale)
     angles = np.arange(0, 720, EVERY)
@@ -124,7 +124,7 @@ def direct(found: Found, limit: Limit) -> float:
     return least
 
 
-def in_parts(found: Found, limit: Limit) -> float:
+def in_parts(found: RodLimits, limit: Limit) -> float:
     """The factor at a limit of a rod in parts: over the cycle, as `fea run` finds it, on the same mesh."""
     study, mesh = found.rod.study, found.rod.mesh
     engine = study.require_engine()
