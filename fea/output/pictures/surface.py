@@ -128,16 +128,14 @@ def _shapes(bary: Floats, nodes: int) -> Floats:
 
 
 def _slopes(nodes: int) -> Floats:
-    """Return the derivatives (at node, of node, by ξ and η) of a facet's shape functions at its nodes."""
-    if nodes == 3:
-        return np.tile(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), (3, 1, 1))
-    bary = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
-    by_bary = np.zeros((6, 6, 3))
-    for k in range(3):
-        by_bary[:, k, k] = 4 * bary[:, k] - 1
-    for k, (i, j, _) in enumerate(SIDES):
-        by_bary[:, 3 + k, i], by_bary[:, 3 + k, j] = 4 * bary[:, j], 4 * bary[:, i]
-    return np.stack([by_bary[..., 1] - by_bary[..., 0], by_bary[..., 2] - by_bary[..., 0]], axis=-1)
+    """Return the derivatives (at node, of node, by ξ and η) of a facet's shape functions at its nodes.
+
+    By central differences, which are exact for polynomials of second order.
+    """
+    corners = np.eye(3)
+    at = np.vstack([corners, (corners + np.roll(corners, -1, axis=0)) / 2])[:nodes]
+    steps = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    return np.stack([(_shapes(at + step, nodes) - _shapes(at - step, nodes)) / 2 for step in steps], axis=-1)
 
 
 def _unit(vectors: Floats) -> Floats:
