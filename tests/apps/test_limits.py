@@ -337,7 +337,7 @@ def test_full_load_is_read_and_refused(tmp_path):
 
 def test_given_forces_have_no_speed():
     own = study(engine=None, forces=ForcesTable((1000.0, 0.0)))
-    with pytest.raises(InvalidValue, match="without an engine has no speed"):
+    with pytest.raises(InvalidValue, match="without an engine there are no speeds"):
         fea.limits(own)
 
 

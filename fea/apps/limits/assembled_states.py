@@ -9,7 +9,7 @@ changes a factor by about as much as it did at the last point that was gone thro
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from typing import NamedTuple
 
@@ -39,6 +39,7 @@ from fea.base.units import DEG
 from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembly import AssemblyPins
 from fea.pins.model import Fields, Response, UnitLoads, Weights
+from fea.pins.prescribed import StoredFields
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
@@ -54,38 +55,18 @@ _ROUNDING, _TINY = 1e-12, 1e-12
 _SEATS = {Mode.BUSHING: Surface.BUSHING_SEAT, Mode.SHELLS: Surface.SHELL_SEAT}
 
 
-@dataclass(frozen=True)
-class _Forces:
-    """The forces of one parity at instants, each as a unit load."""
-
-    responses: Sequence[Response]
-    parity: Parity
-
-    @property
-    def count(self) -> int:
-        parts = [[np.abs(one.forces.part(parity)).max() for one in self.responses] for parity in Parity]
-        largest = np.max(parts[list(Parity).index(self.parity)])
-        return len(self.responses) if largest > _ROUNDING * np.max(parts) else 0
-
-    def forces(self, units: slice) -> list[Floats]:
-        return [one.forces.part(self.parity) for one in self.responses[units]]
-
-    def sums(self, _units: slice) -> None:
-        return None
-
-    def traction(self, units: slice) -> dict[Surface, Floats]:
-        some = self.responses[units]
-        return {
-            surface: np.stack([one.traction[surface].part(self.parity) for one in some], axis=-1)
-            for surface in some[0].traction
-        }
-
-
 class _Alone(UnitLoads):
     """Instants that are unit loads of their own."""
 
     def __init__(self, responses: Sequence[Response]) -> None:
-        self._fields = (_Forces(responses, Parity.SYMMETRIC), _Forces(responses, Parity.ANTISYMMETRIC))
+        largest = [
+            max(float(np.abs(one.forces.part(parity)).max()) for one in responses) for parity in Parity
+        ]
+        even, odd = (
+            _stored(responses if own > _ROUNDING * max(largest) else [], parity)
+            for own, parity in zip(largest, Parity, strict=True)
+        )
+        self._fields = even, odd
 
     def fields(self) -> tuple[Fields, Fields]:
         return self._fields
@@ -93,6 +74,15 @@ class _Alone(UnitLoads):
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002
         even, odd = (np.eye(fields.count, len(instants)) for fields in self._fields)
         return Weights(even, odd)
+
+
+def _stored(responses: Sequence[Response], parity: Parity) -> StoredFields:
+    """The forces and tractions of one parity at instants."""
+    pressed = {
+        surface: np.stack([one.traction[surface].part(parity) for one in responses], axis=-1)
+        for surface in (responses[0].traction if responses else ())
+    }
+    return StoredFields([one.forces.part(parity) for one in responses], pressed)
 
 
 class _Solved(NamedTuple):
