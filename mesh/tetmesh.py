@@ -182,7 +182,7 @@ CHILDREN = np.array(
         for diagonal, ring in zip(_DIAGONALS, _AROUND, strict=True)
     ]
 )
-_FACET_CHILDREN = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+FACET_CHILDREN = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
 
 
 def refined(mesh: TetMesh) -> TetMesh:
@@ -221,5 +221,5 @@ def split(mesh: TetMesh) -> TetMesh:
     return TetMesh(
         mesh.points,
         np.take_along_axis(mesh.tets[:, None, :], CHILDREN[shortest], axis=2).reshape(-1, 4),
-        {surface: facets[:, _FACET_CHILDREN].reshape(-1, 3) for surface, facets in mesh.facets.items()},
+        {surface: facets[:, FACET_CHILDREN].reshape(-1, 3) for surface, facets in mesh.facets.items()},
     )

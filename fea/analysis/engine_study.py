@@ -7,6 +7,7 @@ from fea.analysis.rod_report import fitted
 from fea.study.documents import template
 from fea.study.presets import EnginePreset, Figure, engine_preset
 from fea.study.rod_kinds import rod_of_kind
+from fea.study.rod_table import LEAST, MASS_KEYS
 from fea.study.study import parse_study
 from fea.study.tables import toml_text
 from geometry.dimensions import dimensions, key
@@ -14,8 +15,6 @@ from geometry.dimensions import dimensions, key
 _MATERIAL = """[material]
 preset = "forged-steel-2005"  # not published for this engine: assumed
 """
-_BORES = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
-_TARGETS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Adjusted to what is published of the rod's mass: as many as there can be targets.
 _FREE = ("big_end_ring_mm", "small_end_ring_mm", "shank_width_mm")
 _COMMENT = 27  # the column where comments begin
@@ -41,26 +40,26 @@ def engine_study(name: str, kind: str | None = None, **given: Any) -> str:
 
 
 def _rod(preset: EnginePreset) -> str:
-    bores = "".join(f"{_line(key, preset.rod[key])}\n" for key in _BORES)
-    targets = {key: preset.rod[key] for key in _TARGETS if key in preset.rod and not preset.rod[key].assumed}
+    bores = "".join(f"{_line(key, preset.rod[key])}\n" for key in LEAST)
+    targets = {key: preset.rod[key] for key in MASS_KEYS if key in preset.rod and not preset.rod[key].assumed}
     if not targets:
         said = "# Not published, and assumed: all other dimensions follow from these in usual proportions.\n"
         return f"[rod]\n{bores}{said}"
     goals = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in targets.items())
     start = parse_study(f"[rod]\n{bores}\n{_MATERIAL}", preset.name, Path())
-    goal = [float(targets[key].value) if key in targets else None for key in _TARGETS]
+    goal = [float(targets[key].value) if key in targets else None for key in MASS_KEYS]
     table, found = fitted(start, _FREE, *goal)
     rest = {
         key: value if isinstance(value, str) else float(f"{value:.6g}")
         for key, value in table.as_dict().items()
-        if key not in _BORES
+        if key not in LEAST
     }
     said = f"# These are published as well; {found.text()} with the dimensions below, which are assumed:\n"
     return f"[rod]\n{bores}{said}{goals}{toml_text(rest)}"
 
 
 def _of_kind(preset: EnginePreset, kind: str, given: dict[str, Any]) -> str:
-    own = {name.removesuffix("_mm"): float(preset.rod[name].value) for name in _BORES}
+    own = {name.removesuffix("_mm"): float(preset.rod[name].value) for name in LEAST}
     made = rod_of_kind(kind, **own | {name: value for name, value in given.items() if value is not None})
     kept = {key(name): float(f"{getattr(made.rod, name):.6g}") for name in dimensions()}
     rows = {name: value for name, value in kept.items() if value} | {"shank_section": made.rod.shank_section}

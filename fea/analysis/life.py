@@ -28,7 +28,7 @@ from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.
-_CYCLES_PER_HOUR = 30.0  # at 1 rpm
+CYCLES_PER_HOUR = 30.0  # at 1 rpm
 # Standard deviations of the band.
 _BAND = 2
 # Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a
@@ -94,7 +94,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
         full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
-        entries.append((full, share * rpm * _CYCLES_PER_HOUR))
+        entries.append((full, share * rpm * CYCLES_PER_HOUR))
     spanned = _spanned(analysis, entries)
     of_parts = {number: _of_part(analysis, spanned, number) for number in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}

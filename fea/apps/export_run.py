@@ -36,7 +36,7 @@ from geometry.errors import InvalidValue, require
 from geometry.surfaces import Surface
 from loads.instants import Instants
 from mesh.files.given import named_mesh
-from mesh.tetmesh import MeshError, TetMesh, boundary_facets
+from mesh.tetmesh import FACET_CHILDREN, MeshError, TetMesh, boundary_facets
 
 # Largest relative difference between the forces of a run and those worked out again.
 _SAME_FORCES = 1e-6
@@ -137,7 +137,6 @@ def _known(run: StoredRun) -> Iterator[Known]:
 
 
 Array = npt.NDArray[Any]
-_ORDER_OF_MIDDLES = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]
 
 
 @dataclass(frozen=True)
@@ -213,7 +212,7 @@ def _content(
     if form.skin:
         facets = boundary_facets(mesh.tets)
         if mesh.order == 2:
-            facets = facets[:, _ORDER_OF_MIDDLES].reshape(-1, 3)
+            facets = facets[:, FACET_CHILDREN].reshape(-1, 3)
         used, local = np.unique(facets, return_inverse=True)
         return Mesh(mesh.points[used], [("triangle", local.reshape(-1, 3).astype(np.int32))])
     kind = "tetra" if mesh.order == 1 else "tetra10"

@@ -13,7 +13,7 @@ from fea.contact.bolt_beam import BoltBeam
 from fea.judge import vdi2230
 from fea.judge.bolt import Bolt, BoltShape
 from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
-from fea.study.assembly_table import BOLT, DEFAULT_GRADE, AssemblyTable, bolt_material
+from fea.study.assembly_table import BOLT, DEFAULT_GRADE, TIGHTENED, AssemblyTable, bolt_material
 from fea.study.bolts import (
     AFTERMARKET,
     LUBRICANTS,
@@ -172,7 +172,6 @@ def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, ass
 
 
 BOLTS = "bolts"
-_TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
 
 
 class Tightening(NamedTuple):
@@ -197,7 +196,7 @@ def _notes(
     """
     force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
     stress = bolt.tightening_stress(turned=turned)
-    key = next((key for key in _TIGHTENED if getattr(table, key) is not None), _TIGHTENED[0])
+    key = next((key for key in TIGHTENED if getattr(table, key) is not None), TIGHTENED[0])
     rule = (
         f"breaks the bolt: {force / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
         f"whose ultimate strength is {bolt.strength.ultimate:g} MPa"
@@ -274,7 +273,7 @@ def choose_bolt(
     if table.bolt_tightening_factor is not None:
         tightening = tightening._replace(scatter=None)
     preload = tightening.preload
-    if all(getattr(table, name) is None for name in _TIGHTENED):
+    if all(getattr(table, name) is None for name in TIGHTENED):
         assumed.append(
             f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI "
             "2230 (assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"

@@ -20,7 +20,7 @@ _COLDEST, _HOTTEST = -60.0, 300.0
 _LARGEST_TIGHTENING_FACTOR = 4.0
 # Of machined steel on steel, 0.1 (oiled) to 0.2 (dry) in handbooks; serrated and fractured joints hold more.
 JOINT_FRICTION = 0.15
-_TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
+TIGHTENED = ("bolt_preload_kN", "bolt_torque_Nm", "bolt_stretch_mm")
 _friction = within(_LEAST_FRICTION, _LARGEST_FRICTION)
 
 
@@ -143,7 +143,7 @@ class AssemblyTable(
     def __post_init__(self) -> None:
         super().__post_init__()
         within(-LARGEST_SPLIT, LARGEST_SPLIT)("assembly.split", self.split_angle)
-        for keys in (_TIGHTENED, ("bolt_nut_mm", "bolt_engaged_mm")):
+        for keys in (TIGHTENED, ("bolt_nut_mm", "bolt_engaged_mm")):
             given = [name for name in keys if getattr(self, name) is not None]
             rule = f"cannot be combined with {' and '.join(given[1:])}"
             for name in given[:-1]:

@@ -9,7 +9,7 @@ from fea.base import choices
 from fea.study.engine_table import located_gas
 from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
-from fea.study.rod_table import dimension_of
+from fea.study.rod_table import LEAST, dimension_of
 from fea.study.tables import Table, choice, key, not_negative, read_keys, switch, within
 from geometry.dimensions import Plausible, dimensions
 from geometry.dimensions import key as key_of
@@ -387,8 +387,6 @@ class DutyTable(
 
 # With fewer no direction can be compared with another; with more than a quadratic model of each figure gains.
 FEWEST, MOST = 20, 10_000
-# What crankshaft, piston and cylinder block decide.
-_FITTED = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
 _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 
@@ -439,7 +437,7 @@ class OptimiseTable(
             name = f"optimise.free.{dimension}"
             dimension_of(dimension)
             rule = "cannot be free: crankshaft, piston pin and cylinder block decide it"
-            require(dimension not in _FITTED, name, None, rule, "Leave it out.")
+            require(dimension not in LEAST, name, None, rule, "Leave it out.")
             require(len(bounds) == 2, name, list(bounds), _BOUNDS)
             low, high = (require_positive(name, bound) for bound in bounds)
             rule = "must rise: the first bound is not below the second"

@@ -42,8 +42,9 @@ LARGEST_MESH_FILE = 2**30  # bytes; a deck of a million ten-node tetrahedra take
 
 # Relative difference up to which given and computed mass properties count as equal.
 _ALIKE = 0.01
-_LEAST = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
-_BORES = _LEAST[1:]
+# Enough to draw a rod; crankshaft, piston and cylinder block decide them.
+LEAST = ("length_mm", "big_end_bore_mm", "small_end_bore_mm")
+_BORES = LEAST[1:]
 MASS_KEYS = ("mass_kg", "center_of_gravity_mm", "inertia_kg_m2")
 # Keys that name a file, and those that say how to read it.
 _FILES = ("step", "cad", "mesh")
@@ -259,7 +260,7 @@ def _file_key(cad: RodFile) -> str:
 
 def sufficient() -> list[list[str]]:
     """Return sets of keys, each of which is enough to define a rod."""
-    return [*([name] for name in _FILES), ["preset"], ["length_mm", *MASS_KEYS], list(_LEAST)]
+    return [*([name] for name in _FILES), ["preset"], ["length_mm", *MASS_KEYS], list(LEAST)]
 
 
 def dimension_of(key: str) -> str:
@@ -290,7 +291,7 @@ def read_rod(raw: object, folder: Path) -> RodTable:
     elif mass is not None and set(sizes) == {"length"}:
         return _between_bores(RodTable(None, None, mass, require_positive("rod.length_mm", sizes["length"])))
     else:
-        for name in _LEAST:
+        for name in LEAST:
             remedy = "Give length_mm, big_end_bore_mm and small_end_bore_mm, or a preset."
             require(name in given, f"rod.{name}", None, "is missing", remedy)
         rod = proportioned(**sizes)

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fea.analysis.life import CYCLES_PER_HOUR
 from fea.analysis.prepare import PreparedRod
 from fea.apps.limits.limit_map import Limit, LimitMap, Point, furthest
 from fea.apps.limits.operation import Operation
@@ -76,7 +77,6 @@ def with_film(
 # Rays, and utilisations against fatigue, over the required factor, at which the number of cycles is found;
 # and rays where states are costly.
 _RAYS, _USAGE, _OF_COSTLY = 5, np.geomspace(0.7, 2.2, 8), 3
-_CYCLES_PER_HOUR = 30.0  # at 1 rpm, of a four-stroke engine
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class LifeMap:
         by_ray = np.stack([np.interp(level, np.log(_USAGE), own, right=np.nan) for own in self.logarithms])
         pairs = zip(angle.ravel().tolist(), by_ray.T, strict=True)
         cycles = 10 ** np.array([np.interp(at, self.angles, own) for at, own in pairs])
-        hours = cycles.reshape(usage.shape) / (_CYCLES_PER_HOUR * np.asarray(rpm))
+        hours = cycles.reshape(usage.shape) / (CYCLES_PER_HOUR * np.asarray(rpm))
         return np.asarray(np.where(usage <= self.endless, np.inf, hours))
 
 
@@ -127,4 +127,4 @@ def hours_at(states: States, operation: Operation, rpm: float) -> float:
     cycle = operation.cycle(rpm, operation.today(rpm))
     if states.endless and states.at(cycle)[Mode.FATIGUE].factor >= 1:
         return math.inf
-    return states.lasting(cycle) / (_CYCLES_PER_HOUR * rpm)
+    return states.lasting(cycle) / (CYCLES_PER_HOUR * rpm)

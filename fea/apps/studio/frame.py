@@ -23,6 +23,7 @@ from fea.judge.governing import Governing
 from fea.output.report.surface import Surface
 from fea.rod.place_names import place_name
 from geometry.arrays import Vector, vector
+from mesh.tetmesh import FACET_CHILDREN
 
 Singles = npt.NDArray[np.float32]
 LARGEST_OF_CASES = "von_mises"  # the field of the largest stress over all load cases
@@ -97,11 +98,10 @@ class Frame:
 
 def triangles(surface: Surface) -> npt.NDArray[np.int32]:
     """Triangles (t, 3) of a surface by the numbers of its nodes: a facet of second order is four."""
-    if surface.middles is None:
-        return surface.facets.astype(np.int32)
-    (a, b, c), (ab, bc, ca) = surface.facets.T, surface.middles.T
-    every = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    return np.concatenate([np.stack(each, axis=1) for each in every]).astype(np.int32)
+    facets = surface.facets
+    if surface.middles is not None:
+        facets = np.hstack([facets, surface.middles])[:, FACET_CHILDREN].reshape(-1, 3)
+    return facets.astype(np.int32)
 
 
 def figures(rod: PreparedRod, result: SpeedResult) -> Figures:

@@ -15,14 +15,13 @@ from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line
-from fea.output.folder import owned
+from fea.output.folder import REPORT, owned
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
 from geometry.errors import require
 from geometry.system import saying
 
 JOURNAL = "sweep.sqlite"
-REPORT = "report.html"
 _A_YEAR = 365 * 24 * 60
 _OURS = {JOURNAL, f"{JOURNAL}-wal", f"{JOURNAL}-shm", CSV, PARQUET, REPORT}
 

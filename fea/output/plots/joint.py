@@ -18,7 +18,7 @@ from fea.output.units import in_heading, in_text, scale, unit
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.cases import ASSEMBLY
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Share of the big end's size as which the largest gap is drawn, and the most by which it is exaggerated.
 _SHOWN, _MOST = 0.05, 500.0
@@ -68,7 +68,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
     )
     around = _AROUND * reach
     for side in (Surface.JOINT, Surface.JOINT_CAP):
-        ends = mesh.facets[side][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+        ends = mesh.facets[side][:, FACET_EDGES].reshape(-1, 2)
         front = mesh.points[ends, 2].min(axis=1) > mesh.points[ends, 2].max() * (1 - 1e-6)
         at = points[ends[front]]
         axes.plot(at[..., 1].T, at[..., 0].T, color="k", lw=1.2)

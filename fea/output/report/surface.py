@@ -10,13 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import Ints
-from mesh.tetmesh import TetMesh, boundary_facets
+from mesh.tetmesh import FACET_EDGES, TetMesh, boundary_facets
 
 # Beyond this number of surface nodes the nodes between vertices are left out, which makes a file a quarter as
 # large.
 MOST_NODES = 60_000
 _MORTON_BITS = 10
-_SIDES = np.array([[0, 1], [1, 2], [2, 0]])
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class Surface:
         number = np.zeros(int(facets.max()) + 1, np.int64)
         number[middles] = np.arange(len(middles))
         ends = np.empty((len(middles), 2), np.int64)
-        ends[number[facets[:, 3:].ravel()]] = corners[:, _SIDES].reshape(-1, 2)
+        ends[number[facets[:, 3:].ravel()]] = corners[:, FACET_EDGES].reshape(-1, 2)
         nodes, parents = np.concatenate([vertices, middles]), np.concatenate([parents, ends])
         return cls(nodes, corners, parents, len(vertices) + number[facets[:, 3:]])
 
