@@ -31,7 +31,7 @@ from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
 from fea.output.report.sections import chart
-from fea.output.report.surface import Surface
+from fea.output.report.surface import NumberedSurface
 from fea.output.report.tables import figure, named
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
@@ -149,7 +149,7 @@ def test_multiples_of_a_step_come_back(steps, step):
 
 def test_the_surface_is_rebuilt_from_its_corners():
     _, result, _, _ = reported_rod()
-    surface = Surface.of(result.mesh)
+    surface = NumberedSurface.of(result.mesh)
     facets = boundary_facets(result.mesh.tets)
     assert set(surface.nodes) == set(np.unique(facets))
     assert {tuple(sorted(row)) for row in surface.nodes[surface.facets]} == {
@@ -171,7 +171,7 @@ def test_the_surface_is_rebuilt_from_its_corners():
 
 def test_a_surface_that_is_too_large_keeps_its_vertices():
     _, result, _, _ = reported_rod()
-    whole, corners = Surface.of(result.mesh), Surface.of(result.mesh, most=100)
+    whole, corners = NumberedSurface.of(result.mesh), NumberedSurface.of(result.mesh, most=100)
     assert (whole.order, corners.order) == (2, 1)
     assert np.array_equal(whole.facets, corners.facets)
     assert len(corners.nodes) == whole.facets.max() + 1

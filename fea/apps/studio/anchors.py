@@ -23,7 +23,7 @@ from fea.base.units import DEG, KG
 from fea.judge.case_result import CaseResult
 from fea.judge.column import Plane, column
 from fea.judge.history import FROM_TENSOR, signed_equivalent
-from fea.output.report.surface import Surface
+from fea.output.report.surface import NumberedSurface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
 from fea.rod.place_names import place_name
@@ -150,7 +150,7 @@ class Anchor:
 class Followed:
     """The nodes of a mesh that are followed, and the rows of stresses on both sides of y = 0 of each part."""
 
-    def __init__(self, rod: PreparedRod, result: SpeedResult, surface: Surface) -> None:
+    def __init__(self, rod: PreparedRod, result: SpeedResult, surface: NumberedSurface) -> None:
         whole, cases = rod.mesh.mirrored, tuple(result.cases.values())
         used = np.max([1 / case.safety_factor for case in cases], axis=0)
         inside = np.flatnonzero(used >= _INSIDE * used.max())

@@ -20,7 +20,7 @@ from fea.base.note import NoteKind
 from fea.base.units import KG
 from fea.judge.case_result import CaseResult
 from fea.judge.governing import Governing
-from fea.output.report.surface import Surface
+from fea.output.report.surface import NumberedSurface
 from fea.rod.place_names import place_name
 from geometry.arrays import Vector, vector
 from mesh.tetmesh import FACET_CHILDREN
@@ -96,7 +96,7 @@ class Frame:
     triangles: npt.NDArray[np.int32] | None = field(default=None, repr=False)  #: of a new surface alone
 
 
-def triangles(surface: Surface) -> npt.NDArray[np.int32]:
+def triangles(surface: NumberedSurface) -> npt.NDArray[np.int32]:
     """Triangles (t, 3) of a surface by the numbers of its nodes: a facet of second order is four."""
     facets = surface.facets
     if surface.middles is not None:
@@ -173,7 +173,7 @@ def buckling(rod: PreparedRod, result: SpeedResult) -> Factor | None:
     return Factor(factors[plane], 0.0, 0.0, f"the shank, {plane.replace('_', ' ')}")
 
 
-def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: Surface) -> Frame:
+def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: NumberedSurface) -> Frame:
     """Return a frame with what was solved."""
     cases = result.cases
     some = [cases[frame.shown]] if frame.shown in cases else list(cases.values())

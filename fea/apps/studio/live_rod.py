@@ -16,7 +16,7 @@ from fea.apps.studio.anchors import UNIT, Anchors, Followed, Loaded
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
 from fea.machine.clock import Clock
-from fea.output.report.surface import Surface
+from fea.output.report.surface import NumberedSurface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
@@ -230,7 +230,7 @@ class LiveRod:
         adapted = adapt_mesh(study, (operation.rpm,), Clock(), movable=bool(self.dimensions))
         self._mesh = adapted.rod.mesh
         self._meshes = deque([(study.rod, self._mesh)], maxlen=_KEPT)
-        self.surface = Surface.of(self._mesh.whole)
+        self.surface = NumberedSurface.of(self._mesh.whole)
         self.base += 1
         self._last = None
         self._unreached.clear()
@@ -265,7 +265,7 @@ def fresh(study: Study) -> Frame:
     study = replace(study, analysis=replace(study.analysis, cycle=study.engine is not None))
     adapted = adapt_mesh(study, (operation.rpm,), Clock())
     result = adapted.at(operation.rpm)
-    surface = Surface.of(adapted.rod.mesh.whole)
+    surface = NumberedSurface.of(adapted.rod.mesh.whole)
     frame = Frame(
         design={each.key: each.value for each in dimensions(study)},
         operation=operation,

@@ -16,7 +16,7 @@ from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
 from fea.output.report.coding import LEVELS, Packer, corner_steps
-from fea.output.report.surface import Surface
+from fea.output.report.surface import NumberedSurface
 from fea.output.stored_run import Run
 from fea.output.terminal.run_lines import factor, number, place
 from fea.output.units import in_text, scale, unit
@@ -187,14 +187,14 @@ def scene(run: Run) -> Scene | None:
     if not run.fields:
         return None
     mesh = run.mesh
-    found = _scene(run, mesh, Surface.of(mesh))
+    found = _scene(run, mesh, NumberedSurface.of(mesh))
     largest = _LARGEST if run.motion is None else _LARGEST_CYCLE
     if len(found.numbers) <= largest or found.header["order"] == 1:
         return found
-    return _scene(run, mesh, Surface.of(mesh, most=0))
+    return _scene(run, mesh, NumberedSurface.of(mesh, most=0))
 
 
-def _scene(run: Run, mesh: TetMesh, surface: Surface) -> Scene:
+def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
     packer = Packer()
     packer.integers("corners", corner_steps(surface.facets))
     packer.values("positions", mesh.points[surface.nodes], surface.parents)
@@ -228,7 +228,9 @@ def _unit(name: str, si: int, us: int, per: float = 1.0) -> JsonObject:
     return {"unit": unit(name), "factor": per * scale(name), "digits": digits}
 
 
-def _case(run: Run, name: str, data: Mapping[str, Array], surface: Surface, packer: Packer) -> JsonObject:
+def _case(
+    run: Run, name: str, data: Mapping[str, Array], surface: NumberedSurface, packer: Packer
+) -> JsonObject:
     nodal = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     figures, loads = run.summary.results[name], run.summary.loads[name]
     singular = figures.singular_max_von_mises_MPa is not None
@@ -266,7 +268,7 @@ def _levels(values: Floats, steps: int) -> int:
     return max(1, min(LEVELS, round(float(np.ptp(values)) / largest * steps)))
 
 
-def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: Packer) -> JsonObject:
+def _envelope(data: Mapping[str, Array], peak: float, surface: NumberedSurface, packer: Packer) -> JsonObject:
     nodal = {key: np.asarray(values)[surface.nodes] for key, values in data.items()}
     fields = fields_of([name for name in available(list(nodal)) if name != "endurance_limit"], nodal, peak)
     for field in fields:
@@ -280,7 +282,7 @@ def _envelope(data: Mapping[str, Array], peak: float, surface: Surface, packer: 
 
 
 def _cycle(
-    run: Run, extremes: Mapping[str, Array], found: Motion, surface: Surface, packer: Packer
+    run: Run, extremes: Mapping[str, Array], found: Motion, surface: NumberedSurface, packer: Packer
 ) -> JsonObject:
     at = np.searchsorted(found.nodes, surface.nodes)
     order, parents = surface.rows(found.row[at])

@@ -19,7 +19,7 @@ _MORTON_BITS = 10
 
 
 @dataclass(frozen=True)
-class Surface:
+class NumberedSurface:
     """The surface in the order of a report."""
 
     nodes: Ints  #: (n,) node of the mesh of each node of the surface: vertices first
@@ -30,7 +30,7 @@ class Surface:
     )
 
     @classmethod
-    def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "Surface":
+    def of(cls, mesh: TetMesh, most: int = MOST_NODES) -> "NumberedSurface":
         """Number the surface of a mesh; `most` nodes between vertices are kept."""
         facets = boundary_facets(mesh.tets)
         # Order (n,) of places along a space-filling curve (Morton 1966).
