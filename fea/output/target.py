@@ -27,11 +27,8 @@ def require_target(
         above = next(parent for parent in path.absolute().parents if parent.exists())
         rule, remedy = f"is inside {above}, which is not a directory", "Choose another path."
     else:
-        above, rule, remedy = (
-            path.parent,
-            "is in a directory that does not exist",
-            "Create the directory first.",
-        )
+        above, remedy = path.parent, "Create the directory first."
+        rule = "is in a directory that does not exist"
     require(above.is_dir(), option, str(path), rule, remedy)
 
 

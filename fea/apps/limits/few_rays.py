@@ -58,19 +58,18 @@ def with_film(
     with np.errstate(invalid="ignore"):  # beside a ray without a limit there is none
         every = np.exp(np.interp(angles, angles[some], np.log(loads)))
     every[~np.isfinite(every)] = math.inf
-    limits = list[Limit | None]()
-    for angle, load in zip(angles.tolist(), every.tolist(), strict=True):
-        point = axes.point(angle, load) if math.isfinite(load) else None
-        near = None if point is None else moments.get(point)
-        limits.append(
-            None
-            if point is None
-            else Limit(Mode.FILM, *point, operation.peak(*point), Worst(1.0, None, near), -1.0, near is None)
-        )
+
+    def limit(angle: float, load: float) -> Limit | None:
+        if not math.isfinite(load):
+            return None
+        point = axes.point(angle, load)
+        worst = Worst(1.0, None, moments.get(point))
+        return Limit(Mode.FILM, *point, operation.peak(*point), worst, -1.0, point not in moments)
+
     return replace(
         of_rays,
         loads={**of_rays.loads, Mode.FILM: every},
-        limits={**of_rays.limits, Mode.FILM: tuple(limits)},
+        limits={**of_rays.limits, Mode.FILM: tuple(map(limit, angles.tolist(), every.tolist()))},
     )
 
 

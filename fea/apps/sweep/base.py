@@ -32,9 +32,6 @@ class Extras(NamedTuple):
     limits: bool = False  #: whether the largest speed and peak pressure are found, as by `fea limits`
 
 
-NO_EXTRAS = Extras()
-
-
 @dataclass(frozen=True)
 class Base:
     """The tables of a sweep's study common to all designs, and their files; paths start at `folder`."""

@@ -10,14 +10,14 @@ from fea.analysis.result import run_result
 from fea.analysis.survival import factors
 from fea.apps.limits.describe import ends_of
 from fea.apps.limits.explore import explore, limited_speeds
-from fea.apps.sweep.base import NO_EXTRAS, Extras
+from fea.apps.sweep.base import Extras
 from fea.machine.clock import Clock
 from fea.study.study import Study
 
 Figures = dict[str, Any]
 
 
-def evaluate(study: Study, extras: Extras = NO_EXTRAS) -> dict[float | None, Figures]:
+def evaluate(study: Study, extras: Extras) -> dict[float | None, Figures]:
     """Return the figures of a rod by speed, rpm (None: given forces). Errors as `fea.apps.result.analyse`."""
     speeds = study.speeds()
     adapted = adapt_mesh(study, speeds, Clock())
