@@ -2,7 +2,7 @@
 
 import base64
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from dataclasses import replace
@@ -70,39 +70,32 @@ def answer(summary: Summary) -> Answer:
     )
 
 
-def _facts(summary: Summary) -> list[Fact]:
+def _facts(summary: Summary) -> Iterator[Fact]:
     name = summary.worst_case
     worst = summary.results[name]
     angle = summary.loads[name].crank_deg
     at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
     where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
-    found = [
-        Fact("Safety factor against yielding", _with_bar(worst.min_safety_factor, worst.error_percent), when),
-        Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where),
-    ]
+    known = _with_bar(worst.min_safety_factor, worst.error_percent)
+    yield Fact("Safety factor against yielding", known, when)
+    yield Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where)
     envelope = summary.envelope
     if envelope is not None and envelope.fatigue is not None:
         at = f"at x, y, z = {place(envelope.fatigue.at_mm)} mm".replace("-", "−")
         criterion = envelope.fatigue_criterion.capitalize()
-        found.append(
-            Fact(
-                "Safety factor against fatigue",
-                _with_bar(envelope.min_fatigue_safety_factor, envelope.fatigue_error_percent),
-                f"{criterion}; {at}",
-            )
-        )
+        known = _with_bar(envelope.min_fatigue_safety_factor, envelope.fatigue_error_percent)
+        yield Fact("Safety factor against fatigue", known, f"{criterion}; {at}")
     if (most := summary.survival.fatigue_at_most) is not None:
         said = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
-        found.append(Fact("Safety factor against fatigue, at most", factor(most), said))
+        yield Fact("Safety factor against fatigue, at most", factor(most), said)
     if summary.buckling.min_safety_factor is not None:
         under = summary.buckling.column.case
         said = f"as a column, under {under}" if under else "as a column"
-        found.append(Fact("Safety factor against buckling", factor(summary.buckling.min_safety_factor), said))
+        yield Fact("Safety factor against buckling", factor(summary.buckling.min_safety_factor), said)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
-    found.append(Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh))
-    return found
+    yield Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
 
 
 def _with_bar(value: float | None, error_percent: float | None) -> str:
