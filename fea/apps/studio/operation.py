@@ -1,6 +1,6 @@
 """What changes in the studio: dimensions of the rod, speed, charge, piston mass, material, clearances."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -108,9 +108,9 @@ class Control:
     rest_only: bool = False  #: whether only contact depends on it, which is solved where the hand rests
 
 
-def controls(study: Study) -> tuple[Control, ...]:
-    """Return the inputs for the operation of a study."""
-    values, found = Operation.of(study).values, list[Control]()
+def controls(study: Study) -> Iterator[Control]:
+    """Yield the inputs for the operation of a study."""
+    values = Operation.of(study).values
     for key, group in (
         *((key, "operation") for key in ("rpm", "gas_scale", "piston_mass_kg")),
         *((key, "material") for key in _NUMBERS),
@@ -120,11 +120,10 @@ def controls(study: Study) -> tuple[Control, ...]:
             label, unit = {"rpm": ("speed", "rpm"), "gas_scale": ("charge", "")}.get(key, (label, unit))
             value, most = values[key], {"rpm": LARGEST_RPM, "nu": 0.4}.get(key, float("inf"))
             high = min(_TO * value, max(most, value))
-            found.append(Control(key, label, group, unit, value, _FROM * value, high))
+            yield Control(key, label, group, unit, value, _FROM * value, high)
     names = tuple(name for name in LIBRARY if not name.startswith("bolt-"))
-    found.append(Control("material", "material", "material", "", values.get("material"), choices=names))
-    finishes, made = tuple(Finish), values.get("surface")
-    found.append(Control("surface", "finish", "material", "", made, choices=finishes))
+    yield Control("material", "material", "material", "", values.get("material"), choices=names)
+    yield Control("surface", "finish", "material", "", values.get("surface"), choices=tuple(Finish))
     rod = study.rod.dimensions
     if study.analysis.in_contact and rod is not None:
         shares = (SMALL_CLEARANCE * rod.small_end_bore, BIG_CLEARANCE * rod.big_end_bore)
@@ -132,8 +131,7 @@ def controls(study: Study) -> tuple[Control, ...]:
             label, unit = unit_of(key)
             value = values.get(key, usual)
             bounds = (min(0.0, 2 * value), max(2 * usual, 2 * value))
-            found.append(Control(key, label, "pins", unit, value, *bounds, rest_only=True))
-    return tuple(found)
+            yield Control(key, label, "pins", unit, value, *bounds, rest_only=True)
 
 
 # Ends of a slider over the value, where no rule of the rod ends it before.

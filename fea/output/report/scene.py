@@ -1,6 +1,6 @@
 """The rod in three dimensions: a header that a page reads as JSON, and its packed numbers."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -80,37 +80,28 @@ def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float])
     }
 
 
-def hot_spots(run: Run) -> list[JsonObject]:
-    """Return the worst place of every load case, its sharp edges, and the worst places of the cycle."""
-    found = []
+def hot_spots(run: Run) -> Iterator[JsonObject]:
+    """Yield the worst place of every load case, its sharp edges, and the worst places of the cycle."""
     for name, case in run.summary.results.items():
         if name not in run.fields:
             continue
         text = f"{number(case.max_von_mises_MPa, '.0f')} MPa, safety factor {factor(case.min_safety_factor)}"
-        found.append(_spot(name.capitalize(), text, case.at_mm, name, "von_mises"))
+        yield _spot(name.capitalize(), text, case.at_mm, name, "von_mises")
         for edge in case.sharp_edges or ():
             stress = f"structural stress {number(edge.structural_von_mises_MPa, '.0f')} MPa"
             title = f"{name.capitalize()}, sharp edge {edge.name}"
-            found.append(_spot(title, stress, edge.at_mm, name, "von_mises"))
-    return found + _of_cycle(run)
-
-
-def _of_cycle(run: Run) -> list[JsonObject]:
+            yield _spot(title, stress, edge.at_mm, name, "von_mises")
     cycle = run.summary.cycle
     if cycle is None or run.envelope is None:
-        return []
+        return
     result = "envelope" if run.motion is None else "cycle"
-    spots = [
-        _spot(f"Cycle, place {chr(ord('A') + k)}", text, spot.at_mm, result, "von_mises")
-        | {"angle": spot.crank_deg}
-        for k, spot in enumerate(cycle.spots)
-        for text in [f"up to {spot.max_von_mises_MPa:.0f} MPa at {number(spot.crank_deg, '.0f')}°"]
-    ]
-    weakest = cycle.fatigue
-    if weakest is not None:
-        text = f"fatigue factor {factor(weakest.fatigue_safety_factor)}"
-        spots.append(_spot("Weakest in fatigue", text, weakest.at_mm, "envelope", "fatigue_safety_factor"))
-    return spots
+    for k, spot in enumerate(cycle.spots):
+        text = f"up to {spot.max_von_mises_MPa:.0f} MPa at {number(spot.crank_deg, '.0f')}°"
+        found = _spot(f"Cycle, place {chr(ord('A') + k)}", text, spot.at_mm, result, "von_mises")
+        yield found | {"angle": spot.crank_deg}
+    if cycle.fatigue is not None:
+        text = f"fatigue factor {factor(cycle.fatigue.fatigue_safety_factor)}"
+        yield _spot("Weakest in fatigue", text, cycle.fatigue.at_mm, "envelope", "fatigue_safety_factor")
 
 
 def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> JsonObject:
@@ -215,7 +206,7 @@ def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
         "clamped": run.study.analysis.support is Support.CLAMPED,
         "shown": {"length": _unit("mm", 1, 2), "force": _unit("kN", 1, 0, 1e-3)},
         "results": results,
-        "spots": hot_spots(run),
+        "spots": [*hot_spots(run)],
         "first": {"result": run.summary.worst_case, "field": "von_mises"},
         "arrays": packer.entries,
     }
