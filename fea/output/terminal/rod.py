@@ -1,6 +1,6 @@
 """The figures of a rod, its modes, and the extremes of the forces over the crank cycle."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
@@ -36,7 +36,7 @@ def print_rod(figures: "RodReport") -> None:
         *unusual(figures.assumed),
         f"centre of gravity ({x:.2f}, {y + 0.0:.2f}, {z + 0.0:.2f}) mm from the crank pin",
         f"inertia about it: {', '.join(axes)}",
-        *_found(figures),
+        *_bores_and_solids(figures),
         f"{section}, I_y {least.inertia_y_mm4:.0f} mm⁴ and I_z {least.inertia_z_mm4:.0f} mm⁴",
         f"{in_plane}, {slenderness['sideways']:.1f} sideways (K = 0.5)",
     ]
@@ -57,32 +57,31 @@ def print_rod(figures: "RodReport") -> None:
     print_lines(console, [shapes])
 
 
-def _found(figures: "RodReport") -> list[str]:
-    lines = []
+def _bores_and_solids(figures: "RodReport") -> Iterator[str]:
     for name, bore in zip(("big end", "small end"), figures.bores, strict=True):
         # The CAD kernel's 1e-14 is a zero, and has no sign.
         x, y, z = (round(at, 3) + 0.0 for at in bore.at_mm or (0.0, 0.0, 0.0))
         place = f" at ({x:.4g}, {y:.4g}, {z:.4g}) mm in the file" if bore.at_mm else ""
-        lines.append(f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}")
+        yield f"{name}: bore {bore.diameter_mm:.5g} mm, {bore.width_mm:.4g} mm long{place}"
     if figures.solids is not None and len(figures.solids) > 1:
-        lines += [f"solids of the file, which is in {figures.unit}:", *solid_lines(figures.solids)]
+        yield f"solids of the file, which is in {figures.unit}:"
+        yield from solid_lines(figures.solids)
     if figures.assembly:
-        lines += ["as an assembly ([assembly] in a study):", *(f"  {text}" for text in figures.assembly)]
-    return [*lines, *(str(note) for note in figures.assumed if note.topic != UNITS)]
+        yield "as an assembly ([assembly] in a study):"
+        yield from (f"  {text}" for text in figures.assembly)
+    yield from (str(note) for note in figures.assumed if note.topic != UNITS)
 
 
-def solid_lines(solids: "Sequence[SolidFigures]") -> list[str]:
-    """Return a line for each solid of a file: those that are kept, and the largest of the others."""
+def solid_lines(solids: "Sequence[SolidFigures]") -> Iterator[str]:
+    """Yield a line for each solid of a file: those that are kept, and the largest of the others."""
     ordered = sorted(solids, key=lambda solid: (not solid.kept, -solid.mass_kg))
     left = sum(not solid.kept for solid in ordered)
-    lines = []
     for solid in ordered[: len(ordered) - left + _MOST_LEFT_OUT]:
         size = " x ".join(f"{length:.4g}" for length in solid.size_mm)
         kept = "" if solid.kept else ", left out"
-        lines.append(f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg")
+        yield f"  {solid.name}: {solid.role}{kept}; {size} mm, {solid.mass_kg:.4g} kg"
     if left > _MOST_LEFT_OUT:
-        lines.append(f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)")
-    return lines
+        yield f"  and {left - _MOST_LEFT_OUT} smaller solids, left out (--json lists them)"
 
 
 _MOST_SPEEDS = 4
