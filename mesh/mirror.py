@@ -37,10 +37,7 @@ class MirroredMesh:
 
     def tensor(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a symmetric tensor field (n_cell, 6, …), XX YY ZZ XY YZ XZ, from the cell to the whole."""
-        x, y, z = self.sign.T
-        one = np.ones_like(x)
-        sign = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
-        return self._signed(sign, symmetric, antisymmetric)
+        return self._signed(tensor_signs(self.sign), symmetric, antisymmetric)
 
     def scalar(self, symmetric: Floats, antisymmetric: Floats | None = None) -> Floats:
         """Extend a scalar field (n_cell, …) from the cell to the whole mesh."""
@@ -55,6 +52,11 @@ class MirroredMesh:
         field = self.scalar(symmetric, antisymmetric)
         field *= sign.reshape(*sign.shape, *([1] * (symmetric.ndim - 2)))
         return field
+
+
+def tensor_signs(sign: Floats) -> Floats:
+    """Signs (n, 6) of the components of a tensor, XX YY ZZ XY YZ XZ, from those (n, 3) of a vector."""
+    return np.asarray(sign[:, [0, 1, 2, 0, 1, 0]] * sign[:, [0, 1, 2, 1, 2, 2]])
 
 
 def unmirrored(mesh: TetMesh) -> MirroredMesh:

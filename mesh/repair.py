@@ -16,6 +16,7 @@ import numpy as np
 from geometry.arrays import Floats, vector
 from geometry.session import GmshLog
 from mesh.quality import Quality
+from mesh.sizing import Spot
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError, TetMesh
 
@@ -24,27 +25,6 @@ _SURFACE, _CURVE = 2, 1
 _ENDS = 2  # of an edge
 _SAME = 1e-9  # of the elements' length
 _FOLD = np.radians(125.0)  # triangles of one face that turn by more overlap; three around a hole turn by 120°
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A ball in which elements are no larger than `size`."""
-
-    center: tuple[float, float, float]  #: (x, y, z) mm
-    #: radius, size: mm
-    radius: float
-    size: float
-
-    def add(self, largest: float, growth: float) -> int:
-        """Add it to the open gmsh model, with sizes that grow to `largest`, mm; return its tag."""
-        field = gmsh.model.mesh.field
-        ball: int = field.add("Ball")
-        numbers = dict(zip(("XCenter", "YCenter", "ZCenter"), self.center, strict=True))
-        numbers |= {"Radius": self.radius, "Thickness": max(largest - self.size, 0) / growth}
-        numbers |= {"VIn": min(self.size, largest), "VOut": largest}
-        for name, number in numbers.items():
-            field.setNumber(ball, name, number)
-        return ball
 
 
 @dataclass(frozen=True)

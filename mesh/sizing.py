@@ -9,10 +9,34 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints
 from geometry.faces import Feature, FeatureKind
-from mesh.repair import Spot
 
 # Neighbours considered when limiting the growth of sizes: the smallest sizes matter, and they are near.
 _NEIGHBOURS = 64
+
+
+def added(kind: str, **numbers: float) -> int:
+    """Add a field of sizes of a kind, with its numbers, to the open gmsh model; return its tag."""
+    field: int = gmsh.model.mesh.field.add(kind)
+    for name, number in numbers.items():
+        gmsh.model.mesh.field.setNumber(field, name, number)
+    return field
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A ball in which elements are no larger than `size`."""
+
+    center: tuple[float, float, float]  #: (x, y, z) mm
+    #: radius, size: mm
+    radius: float
+    size: float
+
+    def add(self, largest: float, growth: float) -> int:
+        """Add it to the open gmsh model, with sizes that grow to `largest`, mm; return its tag."""
+        x, y, z = self.center
+        ball = {"XCenter": x, "YCenter": y, "ZCenter": z, "Radius": self.radius}
+        around = {"Thickness": max(largest - self.size, 0) / growth, "VOut": largest}
+        return added("Ball", **ball, **around, VIn=min(self.size, largest))
 
 
 @dataclass(frozen=True)
@@ -50,11 +74,8 @@ class SizeField:
         corners = self.points[self.tets].transpose(0, 2, 1).reshape(len(self.tets), 12)
         rows = np.hstack([corners, self.size[self.tets]])
         gmsh.view.addListData(view, "SS", len(rows), rows.ravel())
-        field: int = gmsh.model.mesh.field.add("PostView")
-        gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
         # Curved boundaries reach beyond the straight tetrahedra of the view.
-        gmsh.model.mesh.field.setNumber(field, "UseClosest", 1)
-        return field
+        return added("PostView", ViewTag=view, UseClosest=1)
 
 
 # Number of second-order elements along an arc, around a bore or a small hole, across a web, along the rod.
@@ -160,21 +181,16 @@ def apply(
 
 
 def _bound(refinement: Refinement, sizing: Sizing) -> int:
-    field, size = gmsh.model.mesh.field, refinement.size
+    size, near = refinement.size, refinement.width / 4  # the middle is reached from both edges
     edges = gmsh.model.getBoundary([(2, face) for face in refinement.faces], combined=False, oriented=False)
     curves = sorted({tag for _, tag in edges})
     longest = max(gmsh.model.occ.getMass(1, curve) for curve in curves)
     # Distance to the edges of the faces: gmsh samples curves a hundred times faster than faces.
-    distance = field.add("Distance")
-    field.setNumbers(distance, "CurvesList", curves)
-    field.setNumber(distance, "Sampling", int(min(max(20, 2 * longest / size), 400)))
-    threshold = field.add("Threshold")
-    near = refinement.width / 4  # the middle is reached from both edges
-    numbers = {"InField": distance, "SizeMin": size, "SizeMax": sizing.size, "DistMin": near}
-    numbers["DistMax"] = near + (sizing.size - size) / sizing.growth
-    for name, number in numbers.items():
-        field.setNumber(threshold, name, number)
-    return int(threshold)
+    distance = added("Distance", Sampling=int(min(max(20, 2 * longest / size), 400)))
+    gmsh.model.mesh.field.setNumbers(distance, "CurvesList", curves)
+    far = near + (sizing.size - size) / sizing.growth
+    grown = {"SizeMin": size, "SizeMax": sizing.size, "DistMin": near, "DistMax": far}
+    return added("Threshold", InField=distance, **grown)
 
 
 # Volume of a regular tetrahedron with unit edges; gmsh's elements have about two thirds of it.

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fea.base.note import Note, assumptions
+from fea.contact.assembly_state import AssemblySpecification, Expansion
 from fea.judge.bolt_choice import BoltSeats, ChosenBolt, choose_bolt, seats_of
 from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
@@ -26,9 +26,6 @@ from fea.study.study import Study
 from geometry.assembly import Assembly, BoltAxis, BoltSeat
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
-
-if TYPE_CHECKING:
-    from fea.pins.model import AssemblySpecification, Expansion
 
 # Directions in which a ring's thickness is looked at.
 _SECTORS = 24
@@ -147,10 +144,8 @@ class Assembling:
             ),
         )
 
-    def specification(self, study: Study, mesh: MeshedRod) -> "AssemblySpecification":
+    def specification(self, study: Study, mesh: MeshedRod) -> AssemblySpecification:
         """How the parts of the meshed rod are put together."""
-        from fea.pins.model import AssemblySpecification  # noqa: PLC0415 - drawing does without
-
         table, bolt = self.table, self.bolt.bolt
         return AssemblySpecification(
             normal=self.geometry.normal,
@@ -175,9 +170,7 @@ class Assembling:
         fits = (note for fit in self.fits.values() for note in fit.notes)
         return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
 
-    def _expansion(self, study: Study, parts: tuple[str, ...]) -> "Expansion | None":
-        from fea.pins.model import Expansion  # noqa: PLC0415 - see above
-
+    def _expansion(self, study: Study, parts: tuple[str, ...]) -> Expansion | None:
         if self.expansions.warming == 0:
             return None
         own = [

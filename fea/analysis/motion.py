@@ -23,6 +23,7 @@ from fea.solid.stress import von_mises
 from fea.solvers.static import Solution
 from geometry.arrays import Floats, Ints, Reals
 from loads.slider_crank import cycle_angles
+from mesh.mirror import tensor_signs
 
 # Numbers of fields that are tried; the last is beyond what any cycle needs.
 _COUNTS = (4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 128, 160, 192, 256, 384, 512)
@@ -144,10 +145,7 @@ class Motion:
 
     def stress(self, angle: float) -> Floats:
         """Stress (n, 6) of the surface nodes at a crank angle, rad, linear between instants; MPa."""
-        x, y, z = self.sign.T
-        one = np.ones_like(x)
-        turned = np.stack([one, one, one, x * y, y * z, x * z], axis=1)
-        return np.asarray(turned * self._combined("stress", angle))
+        return np.asarray(tensor_signs(self.sign) * self._combined("stress", angle))
 
     def displacement(self, angle: float) -> Floats:
         """Displacement (n, 3) of the surface nodes at a crank angle, rad, linear between instants; mm."""

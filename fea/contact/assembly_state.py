@@ -1,11 +1,13 @@
-"""What contact leaves under load: bolt forces, what interfaces do, and where pins touch their bores."""
+"""How parts are put together, and what contact leaves under load: bolt forces, interfaces, pins in bores."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from fea.contact.bolt_beam import BoltBeam
 from geometry.arrays import Floats, Ints, Vector
+from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
 
 # Shear, over what friction can carry, that is none.
@@ -13,6 +15,32 @@ _ROUNDING = 1e-6
 
 # The names of fits, by the seat.
 FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expansion:
+    """A uniform change of temperature, K, and linear expansions, 1/K, of parts, bolts and both pins."""
+
+    rise: float
+    parts: tuple[float, ...]
+    bolt: float
+    piston_pin: float
+    crank_pin: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class AssemblySpecification:
+    """How the parts of a rod are put together."""
+
+    normal: tuple[float, float]  #: (x, y) of the joint plane, from the cap towards the rod
+    bolts: tuple[BoltAxis, ...]  #: of the whole rod
+    preload: float  #: of each bolt after tightening, N
+    stiffness: float  #: of what of each bolt the mesh does not hold, N/mm
+    beam: BoltBeam  #: each bolt as it bends
+    friction: float  #: coefficient μ between the parts
+    interference: Mapping[Surface, float]  #: radial, mm, by the first surface of an interface
+    expansion: Expansion | None = None  #: None where the engine is as warm as the room of the assembly
+    parts: tuple[str, ...] = ()  #: names of the parts in the order of their numbers
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fea.machine.isolated import CrashError, OvertimeError, fresh
-from fea.machine.remedies import meshing_remedy, picture_remedy, solver_remedy
+from fea.machine.remedies import solver_remedy, system_remedy
 from geometry.system import physical_memory, usable_processors
 
 _GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
@@ -34,10 +34,10 @@ def examine() -> list[Finding]:
     found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
     return [
         Finding("Python", platform.python_version(), sys.version_info >= (3, 11), needed=True, remedy=python),
-        _library("geometry and meshing", "gmsh", _GMSH, meshing_remedy()),
+        _library("geometry and meshing", "gmsh", _GMSH, system_remedy("meshing")),
         _library("finite elements", "scikit-fem", "import skfem", "pip install scikit-fem"),
         _pardiso(),
-        Finding("pictures", found, complaint is None, needed=False, remedy=picture_remedy()),
+        Finding("pictures", found, complaint is None, needed=False, remedy=system_remedy("pictures")),
         Finding("processors", str(usable_processors()), good=True, needed=False, remedy=""),
         _memory(),
         _disk(),

@@ -14,14 +14,9 @@ _REMEDIES = shipped_toml("machine/remedies.toml")
 _BESIDE = ("geometry", "mesh", "loads")
 
 
-def meshing_remedy() -> str:
-    """Return what to do where gmsh does not load."""
-    return str(_REMEDIES[_system()]["meshing"])
-
-
-def picture_remedy() -> str:
-    """Return what to do where pictures cannot be drawn."""
-    return str(_REMEDIES[_system()]["pictures"])
+def system_remedy(of: str) -> str:
+    """Return what to do where gmsh does not load (``"meshing"``), or pictures cannot be drawn."""
+    return str(_REMEDIES[_system()][of])
 
 
 def solver_remedy() -> str:

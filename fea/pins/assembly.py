@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from fea.contact.assembled import Assembled, Warming
-from fea.contact.assembly_state import AssemblyState
+from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
@@ -25,7 +25,6 @@ from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_
 from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
-    AssemblySpecification,
     Contacts,
     JointBounds,
     Response,

@@ -11,8 +11,7 @@ from fea.base.checks import LIMITS
 from fea.base.choices import Support
 from fea.base.material import Material
 from fea.base.note import Note
-from fea.contact.assembly_state import AssemblyState, Touch
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import AssemblySpecification, AssemblyState, Touch
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
@@ -22,37 +21,10 @@ from fea.study.film_table import FilmTable
 from fea.study.option_tables import ContactTable
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints, Mask
-from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
-
-
-@dataclass(frozen=True, kw_only=True)
-class Expansion:
-    """A uniform change of temperature, K, and linear expansions, 1/K, of parts, bolts and both pins."""
-
-    rise: float
-    parts: tuple[float, ...]
-    bolt: float
-    piston_pin: float
-    crank_pin: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class AssemblySpecification:
-    """How the parts of a rod are put together."""
-
-    normal: tuple[float, float]  #: (x, y) of the joint plane, from the cap towards the rod
-    bolts: tuple[BoltAxis, ...]  #: of the whole rod
-    preload: float  #: of each bolt after tightening, N
-    stiffness: float  #: of what of each bolt the mesh does not hold, N/mm
-    beam: BoltBeam  #: each bolt as it bends
-    friction: float  #: coefficient μ between the parts
-    interference: Mapping[Surface, float]  #: radial, mm, by the first surface of an interface
-    expansion: Expansion | None = None  #: None where the engine is as warm as the room of the assembly
-    parts: tuple[str, ...] = ()  #: names of the parts in the order of their numbers
 
 
 @dataclass(frozen=True, kw_only=True)

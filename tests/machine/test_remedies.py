@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from fea.machine.remedies import meshing_remedy, picture_remedy, solver_remedy
+from fea.machine.remedies import solver_remedy, system_remedy
 
 
 @pytest.mark.parametrize(
@@ -34,9 +34,11 @@ def test_remedies_are_those_of_the_system(monkeypatch, system, release, meshing,
 
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.setattr(platform, "freedesktop_os_release", read)
-    assert meshing in meshing_remedy()
-    assert pictures in picture_remedy()
-    assert ("apt-get" in meshing_remedy()) == (meshing in ("apt-get install libglu1-mesa", "libglu1-mesa"))
+    assert meshing in system_remedy("meshing")
+    assert pictures in system_remedy("pictures")
+    assert ("apt-get" in system_remedy("meshing")) == (
+        meshing in ("apt-get install libglu1-mesa", "libglu1-mesa")
+    )
 
 
 @pytest.mark.parametrize(("machine", "package"), [("AMD64", "pypardiso"), ("arm64", "cvxopt")])

@@ -15,8 +15,8 @@ from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality
-from mesh.repair import MAX_ROUNDS, NOTHING, Repair, Spot, UnsoundMeshError, of_elements, of_folds, repaired
-from mesh.sizing import SizeField, Sizing, default_size, refinements
+from mesh.repair import MAX_ROUNDS, NOTHING, Repair, UnsoundMeshError, of_elements, of_folds, repaired
+from mesh.sizing import SizeField, Sizing, Spot, default_size, refinements
 from mesh.tetmesh import EDGES, MeshError
 
 GOOD, BAD = Quality(0.5, 0.5, 0.7, (0.0, 0.0, 0.0)), Quality(0.5, 0.001, 0.7, (0.0, 0.0, 0.0))

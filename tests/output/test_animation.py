@@ -16,7 +16,7 @@ from studies import PLAIN, PRESSED
 from fea.analysis.speed import solve_speed
 from fea.base.choices import Symmetry
 from fea.base.units import DEG
-from fea.machine.remedies import picture_remedy
+from fea.machine.remedies import system_remedy
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
 from fea.output.pictures.film import Film
@@ -137,7 +137,7 @@ def test_a_film_replaces_one_whole_or_not_at_all(tmp_path):
 
 def test_nothing_drawn_is_an_error_with_a_remedy(bar, monkeypatch):
     monkeypatch.setattr(animation, "environments", lambda: [{"PATH": ""}])
-    with pytest.raises(PictureError, match=re.escape(picture_remedy())):
+    with pytest.raises(PictureError, match=re.escape(system_remedy("pictures"))):
         drawn(replace(bar, rod_length=float("nan")), ".gif")
 
 
@@ -162,7 +162,7 @@ def test_without_a_renderer_the_figures_stay(tmp_path, monkeypatch):
     (tmp_path / "plain.toml").write_text(PLAIN + PRESSED)
     run = fea("run", "plain.toml", *flags, cwd=tmp_path, environment=environment)
     assert run.returncode == 7
-    assert picture_remedy() in run.stderr
+    assert system_remedy("pictures") in run.stderr
     assert (tmp_path / "r" / "summary.json").exists()
     assert not (tmp_path / "cycle.gif").exists()
 

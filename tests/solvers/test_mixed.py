@@ -25,8 +25,9 @@ from fea.solvers import mixed
 from fea.solvers.linear import amg as conjugate_gradients
 from fea.solvers.mixed import MixedModel, pressure_space
 from fea.solvers.static import Model
+from fea.verify.body import LoadedBody
 from fea.verify.cases.elasticity import lame_body, lame_exact, shaken
-from fea.verify.stability.outcome import solved_mixed
+from fea.verify.stability.outcome import solved_by
 from geometry.bodies import block
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
@@ -53,7 +54,8 @@ def test_the_patch_test_at_0_4999():
     xx, yy, zz, xy, yz, xz = stress
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     forces = traction_forces(mesh, Surface.FREE, lambda _, normals: normals @ tensor)
-    pair = solved_mixed(mesh, RUBBER, forces, determinate_restraints(mesh))
+    held = LoadedBody(mesh, RUBBER, forces, determinate_restraints(mesh))
+    pair = solved_by("p2/p1", held, RUBBER)
     linear = mesh.points @ gradient.T
     u = without_rigid_motion(mesh.points, pair.displacement)
     expected = without_rigid_motion(mesh.points, linear)
@@ -69,7 +71,7 @@ def test_lame_whatever_poissons_ratio(nu):
     """0.03 % of the widening and 1 % of the hoop stress, at the worst node: what size 1.2 leaves at any ν."""
     body = lame_body(1.2)
     material = replace(body.material, poissons_ratio=nu)
-    pair = solved_mixed(body.mesh, material, body.forces, body.fixed)
+    pair = solved_by("p2/p1", body, material)
     u, stress = lame_exact(body.mesh.points, material)
     assert pair.displacement == pytest.approx(u, abs=3e-4 * np.abs(u).max())
     planes = (Surface.SYMMETRY_X, Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)

@@ -11,7 +11,8 @@ import numpy as np
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, shape_functions, tabulate
 from fea.solid.inertia import body_forces
-from fea.verify.stability.outcome import solved_mixed
+from fea.verify.body import LoadedBody
+from fea.verify.stability.outcome import solved_by
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -85,7 +86,9 @@ def errors(mesh: TetMesh, material: Material) -> tuple[float, float]:
     exact = Exact(material)
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     fixed[mesh.facets[Surface.FREE].ravel()] = True
-    pair = solved_mixed(mesh, material, body_forces(mesh, exact.body_force), fixed)
+    pair = solved_by(
+        "p2/p1", LoadedBody(mesh, material, body_forces(mesh, exact.body_force), fixed), material
+    )
     table = tabulate(10, DEGREE)
     linear, _ = shape_functions(4, _places(table.values))
     off, whole = np.zeros(2), np.zeros(2)

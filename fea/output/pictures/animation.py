@@ -10,7 +10,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.analysis.result import InstantFields
 from fea.base.units import DEG
 from fea.machine.clock import Clock
-from fea.machine.remedies import picture_remedy
+from fea.machine.remedies import system_remedy
 from fea.output.pictures.film import Film
 from fea.output.pictures.process import environments, run_drawing
 from fea.output.pictures.surface import DrawnSurface
@@ -39,7 +39,7 @@ def drawn(film: Film, suffix: str) -> bytes:
             said = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
             if not said:
                 return target.read_bytes()
-    raise PictureError(f"the animation could not be drawn: {said}. Remedy: {picture_remedy()}.")
+    raise PictureError(f"the animation could not be drawn: {said}. Remedy: {system_remedy('pictures')}.")
 
 
 def write_film(path: Path, content: bytes) -> None:

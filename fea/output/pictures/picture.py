@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from fea.analysis.figures import Summary
-from fea.machine.remedies import picture_remedy
+from fea.machine.remedies import system_remedy
 from fea.output.pictures.process import environments, run_drawing
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
 from fea.output.pictures.strokes import is_complete_png
@@ -70,4 +70,6 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         if not missing:
             return
     names = ", ".join(missing)
-    raise PictureError(f"{names} could not be drawn: {said or _NOTHING}. Remedy: {picture_remedy()}.")
+    raise PictureError(
+        f"{names} could not be drawn: {said or _NOTHING}. Remedy: {system_remedy('pictures')}."
+    )

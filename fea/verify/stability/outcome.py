@@ -16,8 +16,8 @@ from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.stress import von_mises
 from fea.solid.supports import require_restrained
 from fea.solvers.linear.choice import factorise
-from fea.solvers.mixed import MixedSystem, pressure_space, shear_materials
-from fea.solvers.residuals import Residuals, condition_estimate, residuals
+from fea.solvers.mixed import MixedSystem, PressureSpace, pressure_space
+from fea.solvers.residuals import condition_estimate, residuals
 from fea.verify.body import LoadedBody, SolvedBody
 from geometry.arrays import Floats, Mask
 from mesh.tetmesh import TetMesh
@@ -101,17 +101,6 @@ class Solved:
     checks: Mapping[str, Check]
     pressure: Floats | None = None
 
-    @classmethod
-    def of(cls, u: Floats, quality: Residuals, condition: float, pressure: Floats | None = None) -> "Solved":
-        """Check a displacement (3 n_nodes,); with Taylor–Hood elements, `condition` is that of the factor."""
-        values = {
-            "backward_error": quality.backward_error,
-            "energy_balance": quality.energy,
-            "condition": condition,
-            "imbalance": quality.imbalance,
-        }
-        return cls(u.reshape(-1, 3), {name: check(name, value) for name, value in values.items()}, pressure)
-
     def row(
         self, place: Place, error_percent: float, tolerance_percent: float, noticed_by: Iterable[str] = ()
     ) -> ExtremeRow:
@@ -123,44 +112,48 @@ class Solved:
         return self.row(place, percent(peak.value, exact), CONVERGED_PERCENT, unconverged(peak))
 
 
-def solved(mesh: TetMesh, material: Material | Materials, forces: Floats, fixed: Mask) -> Solved:
+def solved(
+    mesh: TetMesh,
+    material: Material | Materials,
+    forces: Floats,
+    fixed: Mask,
+    space: PressureSpace | None = None,
+) -> Solved:
     """Solve K u = f with `fixed` displacements (n_nodes, 3) zero, as a run does.
 
-    Raises `UnderconstrainedError` and `SingularMatrixError`: there is no solution.
+    With the pressures of a `space`, elements are Taylor–Hood's, as of nearly incompressible parts, and the
+    material is without λ. Raises `UnderconstrainedError`, `SingularMatrixError` and `StagnationError`: there
+    is no solution.
     """
     require_restrained(mesh, fixed)
+    held, f, pressure = fixed.ravel(), forces.reshape(-1, 1), None
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
-    held = fixed.ravel()
     constrained = K.constrained(held)
     factor = factorise(constrained)
-    f = np.where(held, 0.0, forces.ravel())
-    u = factor(f[:, None])[:, 0]
-    u[held] = 0.0
-    quality = residuals(K, u[:, None], f[:, None], fixed=held, restraints=np.zeros_like(held))
-    return Solved.of(u, quality, condition_estimate(constrained, factor))
-
-
-def solved_mixed(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Solved:
-    """Solve with Taylor–Hood elements, as a run does with nearly incompressible parts.
-
-    Raises `UnderconstrainedError`, `SingularMatrixError` and `StagnationError`: there is no solution.
-    """
-    require_restrained(mesh, fixed)
-    held = fixed.ravel()
-    A = stiffness(mesh, shear_materials([material], [0])[0], pattern(mesh.tets, len(mesh.points)))
-    space = pressure_space(mesh, {0: material})
-    constrained = A.constrained(held)
-    factor = factorise(constrained)
-    system = MixedSystem(A, space, held, np.ones(space.lame_lambda.size, dtype=bool))
-    u, p, quality = system.solve(factor, forces.reshape(-1, 1))
-    pressure = space.nodal(p, len(mesh.points))[0]
-    return Solved.of(u, quality, condition_estimate(constrained, factor), pressure)
+    if space is None:
+        f = np.where(held[:, None], 0.0, f)
+        u = factor(f)
+        u[held] = 0.0
+        quality = residuals(K, u, f, fixed=held, restraints=np.zeros_like(held))
+    else:
+        system = MixedSystem(K, space, held, np.ones(space.lame_lambda.size, dtype=bool))
+        u, p, quality = system.solve(factor, f)
+        pressure = space.nodal(p, len(mesh.points))[0]
+    values = {
+        "backward_error": quality.backward_error,
+        "energy_balance": quality.energy,
+        "condition": condition_estimate(constrained, factor),
+        "imbalance": quality.imbalance,
+    }
+    return Solved(u.reshape(-1, 3), {name: check(name, value) for name, value in values.items()}, pressure)
 
 
 def solved_by(method: str, body: LoadedBody, material: Material) -> Solved:
     """Solve with displacement elements (``p1`` or ``p2``) or Taylor–Hood elements (``p2/p1``)."""
-    solve = solved_mixed if method == "p2/p1" else solved
-    return solve(body.mesh, material, body.forces, body.fixed)
+    if method != "p2/p1":
+        return solved(body.mesh, material, body.forces, body.fixed)
+    space = pressure_space(body.mesh, {0: material})
+    return solved(body.mesh, material.without_lambda(), body.forces, body.fixed, space)
 
 
 def beyond(method: str, ratio: float) -> tuple[str, ...]:
