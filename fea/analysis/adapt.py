@@ -14,8 +14,6 @@ from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle, with_film
 from fea.analysis.survival import Factor
 from fea.analysis.wanted_size import Judged, predicted_elements, size_ratio, wanted_sizes
-from fea.base.choices import Fatigue
-from fea.base.material import Material
 from fea.base.note import Note, doubt
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_factor
@@ -25,13 +23,12 @@ from fea.judge.verdict import Peak, peak
 from fea.machine.clock import Clock, Listener
 from fea.rod.discretise import drawn_once
 from fea.rod.meshed_rod import MeshedRod
-from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.stress import von_mises
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import GeometryError
 from mesh.sizing import SizeField, Sizing
-from mesh.tetmesh import MeshError, TetMesh
+from mesh.tetmesh import MeshError
 
 # Of many speeds this many, evenly spread, decide on the mesh: between them the shape of the stress changes
 # little.
@@ -158,11 +155,10 @@ def _solved(
     most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
     factors: list[Factor] = []
-    regions = SurfaceRegions.of(mesh, rod.mesh.bores) if rod.options.cycle else None
     for rpm in speeds:
         result = solve_speed(rod, rpm)
         cases = tuple(result.cases.values())
-        fatigue = _fatigue(rod, cases, regions)
+        fatigue = _fatigue(rod, cases)
         used = [peak(*field, cases[0].error.masked) for field in fatigue[:-1]]
         widest = max(widest, *_bars(cases, used, all_cases=all_cases))
         factors += _factors(cases, used)
@@ -173,11 +169,11 @@ def _solved(
     return widest, ratio, results, min(factors, key=lambda factor: factor.low)
 
 
-def _fatigue(rod: PreparedRod, cases: Sequence[CaseResult], regions: SurfaceRegions | None) -> list[Judged]:
+def _fatigue(rod: PreparedRod, cases: Sequence[CaseResult]) -> list[Judged]:
     """Where a cycle is asked for, what the cases tell of fatigue: utilisation, if known, and amplitude."""
-    if regions is None or len(cases) < 2:
+    if not rod.options.cycle or len(cases) < 2:
         return []
-    used = usage(cases, rod.mesh.whole, rod.materials, regions, rod.options.fatigue)
+    used = usage(rod, cases)
     return [*([] if used is None else [used]), amplitude(cases)]
 
 
@@ -229,19 +225,13 @@ def amplitude(cases: Sequence[CaseResult]) -> tuple[Floats, Floats]:
     return value, error
 
 
-def usage(
-    cases: Sequence[CaseResult],
-    mesh: TetMesh,
-    materials: Sequence[Material],
-    regions: SurfaceRegions,
-    criterion: Fatigue,
-) -> tuple[Floats, Floats] | None:
+def usage(rod: PreparedRod, cases: Sequence[CaseResult]) -> tuple[Floats, Floats] | None:
     """One over the safety factor against fatigue between the cases (n_nodes,), and its error.
 
-    Mean and amplitude are those of the signed equivalent stress, as over a cycle; `regions` are of the whole
-    rod's surface. Parts of which a strength that the criterion needs is not known are left out; None where
-    it is known of none.
+    Mean and amplitude are those of the signed equivalent stress, as over a cycle. Parts of which a strength
+    that the criterion needs is not known are left out; None where it is known of none.
     """
+    mesh, criterion = rod.mesh.whole, rod.options.fatigue
     rows = np.arange(len(mesh.points))
     signed = signed_equivalent(deviatoric(np.stack([case.stress for case in cases], axis=-1)))
     off = np.stack([case.von_mises_error for case in cases], axis=-1)
@@ -250,9 +240,9 @@ def usage(
     half = (signed[rows, highest] - signed[rows, lowest]) / 2
     error = (off[rows, highest] + off[rows, lowest]) / 2
     used, more = np.zeros((2, len(rows)))
-    for number, material in enumerate(materials):
+    for number, material in enumerate(rod.materials):
         of_part = rows if mesh.part is None else np.unique(mesh.tets[mesh.part == number])
-        surface = regions.at(of_part).factors(material)
+        surface = rod.regions.at(of_part).factors(material)
         at = mean[of_part], half[of_part], error[of_part]
         now = fatigue_factor(criterion, at[0], at[1], material, surface)
         worse = fatigue_factor(criterion, at[0] + at[2], at[1] + at[2], material, surface)

@@ -187,6 +187,11 @@ class PreparedRod:
             return None
         return np.asarray(self.fields.displaced(equilibrium([datum], self.model, self.pins.resting))[..., 0])
 
+    @cached_property
+    def regions(self) -> SurfaceRegions:
+        """How the regions of the whole rod's surface were made."""
+        return SurfaceRegions.of(self.mesh.whole, self.mesh.bores)
+
     @property
     def cycle(self) -> CycleAnalysis:
         """Unit solutions of crank cycles, solved when first needed."""

@@ -54,7 +54,6 @@ from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import Verdict, peak, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
-from fea.rod.surface_regions import SurfaceRegions
 from geometry.arrays import vector
 from geometry.surfaces import Surface
 from geometry.system import peak_memory, usable_processors
@@ -182,9 +181,8 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
 
 
 def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> Factor | None:
-    some, mesh = [case for case in cases if case.load.in_cycle], rod.mesh.whole
-    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
-    used = usage(some, mesh, rod.materials, regions, rod.options.fatigue) if len(some) > 1 else None
+    some = [case for case in cases if case.load.in_cycle]
+    used = usage(rod, some) if len(some) > 1 else None
     if used is None:
         return None
     worst = peak(*used, cases[0].error.masked)
@@ -344,9 +342,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
 
 def fatigue_error(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> float | None:
     """Return the error bar, percent, of the smallest factor against fatigue: that between the load cases."""
-    mesh = rod.mesh.whole
-    regions = SurfaceRegions.of(mesh, rod.mesh.bores)
-    used = usage(cases, mesh, rod.materials, regions, rod.options.fatigue)
+    used = usage(rod, cases)
     return None if used is None else peak(*used, ~result.counts).error_percent
 
 

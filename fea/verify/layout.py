@@ -11,10 +11,11 @@ from fea.base.shipped import shipped_text
 from fea.output.text import make_directory, write_text
 
 
-def write_document(path: Path, parts: Iterable[str]) -> None:
-    """Write the parts of a Markdown document, separated by empty lines; raises `StorageError`."""
+def write_document(path: Path, title: str, command: str, parts: Iterable[str]) -> None:
+    """Write a Markdown document, which the `command` makes, part by part; raises `StorageError`."""
     make_directory(path.parent)
-    write_text(path, "\n\n".join(part.strip() for part in parts) + "\n")
+    every = (f"# {title}", f"Made by `{command}`.", *parts)
+    write_text(path, "\n\n".join(part.strip() for part in every) + "\n")
 
 
 def reading(name: str) -> str:

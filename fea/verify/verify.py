@@ -88,8 +88,7 @@ def write_report(
     """
     header = ("case", "quantity", "unit", "target", "computed", "error %", "limit %", "dofs", "seconds", "")
     table = markdown(header, map(_cells, rows), "lllrrrrrr")
-    parts = ["# Benchmark problems", f"Made by `{command}`.", f"**{_verdict(rows)}**"]
-    parts += [reading("verify"), table]
+    parts = [f"**{_verdict(rows)}**", reading("verify"), table]
     converging: list[BenchmarkRow] = []
     for case, of_case in _by_case(rows):
         if case.converges:
@@ -103,7 +102,7 @@ def write_report(
     parts.append("## Sources, and reasons for the tolerances")
     for case, of_case in _by_case(rows):
         parts += [f"### {case.name}", f"{case.title}. Target: {case.source}.", _reasons(of_case)]
-    write_document(path, parts)
+    write_document(path, "Benchmark problems", command, parts)
     if converging:
         _draw_convergence(converging, plot)
 

@@ -27,7 +27,6 @@ from fea.output.report.surface import NumberedSurface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
 from fea.rod.place_names import place_name
-from fea.rod.surface_regions import SurfaceRegions
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties, Tensor
@@ -184,8 +183,7 @@ class Followed:
     @staticmethod
     def _tired(rod: PreparedRod, cases: tuple[CaseResult, ...]) -> Floats:
         """What the load cases tell of the utilisation (n_nodes,) against fatigue; else the stress."""
-        regions = SurfaceRegions.of(rod.mesh.whole, rod.mesh.bores)
-        found = usage(cases, rod.mesh.whole, rod.materials, regions, rod.options.fatigue)
+        found = usage(rod, cases)
         return np.max([case.von_mises for case in cases], axis=0) if found is None else found[0]
 
     def anchor(self, x: Floats, loaded: Loaded, rod: PreparedRod, result: SpeedResult) -> Anchor:

@@ -170,15 +170,13 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
     plot = path.with_suffix(".png")
     advised = advice(comparison.of("rod"), _floor("rod", comparison))
     parts = [
-        "# Error against run time",
-        f"Made by `{command}`.",
         "\n".join(f"- {line}" for line in advised),
         reading("converge").format(LONG=LONG, RUNS=RUNS),
         f"![error against total seconds]({plot.name})",
         *_against(comparison),
         *(part for problem in PROBLEMS for part in _section(problem, comparison)),
     ]
-    write_document(path, parts)
+    write_document(path, "Error against run time", command, parts)
     _draw(comparison, plot)
 
 

@@ -120,8 +120,7 @@ def _what(figure: PrintedFigure) -> str:
 
 def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
     """Write the report of the `tables`, which the `command` makes, with its plots next to it."""
-    parts = ["# Published figures against computed ones", f"Made by `{command}`."]
-    parts += [f"**{summarise(tables)}**", reading("reproduce")]
+    parts = [f"**{summarise(tables)}**", reading("reproduce")]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
         plot = path.with_name(f"{path.stem}-{source}.png")
@@ -134,7 +133,7 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
         parts += ["### The largest error of each quantity", _largest(study)]
         if source == leon.SOURCE:
             parts += ["### Effect of the bore", reading("reproduce-bore"), _sensitivity()]
-    write_document(path, parts)
+    write_document(path, "Published figures against computed ones", command, parts)
 
 
 def _counts(tables: Sequence[Table]) -> str:

@@ -67,14 +67,12 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
     plot = path.with_suffix(".png")
     lines = ((*_cells(row, digits=1), ", ".join(row.noticed_by)) for row in rows)
     parts = [
-        "# Ill-conditioned and extreme cases",
-        f"Made by `{command}`.",
         f"**{counts(rows)}**",
         reading("stability"),
         f"![error against the extreme parameter]({plot.name})",
         markdown((*_HEADER, "noticed by"), lines, "lrrrrr"),
     ]
-    write_document(path, parts)
+    write_document(path, "Ill-conditioned and extreme cases", command, parts)
     _draw(rows, plot)
 
 
