@@ -21,7 +21,7 @@ from fea.solvers.constrained import displacement
 from fea.solvers.linear.choice import direct_solver
 from fea.solvers.static import Model, unheld
 from geometry.arrays import Floats, Ints, Mask
-from geometry.bodies import Side, polygon
+from geometry.bodies import Revolution, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import TetMesh
@@ -57,6 +57,20 @@ def half_ring(inner: float, outer: float, *between: float) -> tuple[Side, ...]:
         Side(Arc((0.0, 0.0), inner, math.pi, -math.pi), Surface.INNER),
         *(Side(Line((a, 0.0), (b, 0.0)), Surface.SYMMETRY_Y) for a, b in pairwise(ends)),
         Side(Arc((0.0, 0.0), outer, 0.0, math.pi), Surface.OUTER),
+    )
+
+
+def eighth_ball(inner: float, outer: float, pieces: int = 1) -> Revolution:
+    """An eighth between two spheres, whose faces inside are divided in so many `pieces`."""
+    quarter = math.pi / 2
+    inside = (Arc((0.0, 0.0), inner, quarter * (1 - k / pieces), -quarter / pieces) for k in range(pieces))
+    return Revolution(
+        (
+            Side(Line((inner, 0.0), (outer, 0.0)), Surface.SYMMETRY_Z),
+            Side(Arc((0.0, 0.0), outer, 0.0, quarter), Surface.OUTER),
+            Side(Line((0.0, outer), (0.0, inner)), Surface.FREE),  # on the axis
+            *(Side(arc, Surface.INNER) for arc in inside),
+        )
     )
 
 

@@ -13,7 +13,7 @@ from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial
-from fea.solid.traction import traction_forces
+from fea.solid.traction import Traction, traction_forces
 from fea.solvers.constrained import displacement
 from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius, rings
 from fea.verify.benchmark import Quantities, Quantity, benchmark
@@ -199,19 +199,22 @@ def joint(mesh: TetMesh, *, friction: bool = False) -> MatingFaces:
     return MatingFaces.of(mesh, SIDES, uniform(-1.0, 0.0, 0.0), friction=friction)
 
 
+def _loaded_block(size: float, *stresses: Traction) -> tuple[TetMesh, Floats]:
+    """The block, and nodal forces (n_nodes, 3, n) of stresses on both of its ends."""
+    body, ends = bars(_ENDS, (-HALF_WIDTH, HALF_WIDTH), _HEIGHT), (Surface.BOLT_HEAD, Surface.BOLT_THREAD)
+    mesh = apart(body, size, _ENDS[1:-1], along_x, {(0, 1): SIDES})
+    loads = [sum(traction_forces(mesh, end, stress) for end in ends) for stress in stresses]
+    return mesh, np.stack(loads, axis=-1)
+
+
+def _pulling(eccentricity: float) -> Traction:
+    """The stress of 1 N that pulls beside the axis."""
+    return lambda places, normals: normals * (1 / _AREA + eccentricity * places[..., 1:2] / _MOMENT)
+
+
 def bolted_block(size: float) -> AssembledBody:
     """The block with its bolt; the loads are a centric and an eccentric one of 1 N."""
-    body = bars(_ENDS, (-HALF_WIDTH, HALF_WIDTH), _HEIGHT)
-    mesh = apart(body, size, _ENDS[1:-1], along_x, {(0, 1): SIDES})
-
-    def loaded(eccentricity: float) -> Floats:
-        def stress(places: Floats, normals: Floats) -> Floats:
-            return normals * (1 / _AREA + eccentricity * places[..., 1:2] / _MOMENT)
-
-        ends = (Surface.BOLT_HEAD, Surface.BOLT_THREAD)
-        return np.asarray(sum(traction_forces(mesh, end, stress) for end in ends))
-
-    loads = np.stack([loaded(0.0), loaded(_ECCENTRICITY)], axis=-1)
+    mesh, loads = _loaded_block(size, _pulling(0.0), _pulling(_ECCENTRICITY))
     bolt = pulled(mesh, STIFFNESS, share=0.5)
     return AssembledBody(mesh, (STEEL, STEEL), [joint(mesh)], [bolt], loads, preload=[PRELOAD])
 
@@ -303,11 +306,6 @@ def _bent_bolt() -> tuple[BoltBeam, float, float]:
 
 def _eccentric_block(size: float) -> tuple[AssembledBody, BoltBending]:
     """The block with a bolt beside its axis; loads of 1 N pull beside it, too, and across its ends."""
-    body = bars(_ENDS, (-HALF_WIDTH, HALF_WIDTH), _HEIGHT)
-    mesh = apart(body, size, _ENDS[1:-1], along_x, {(0, 1): SIDES})
-
-    def pulling(places: Floats, normals: Floats) -> Floats:
-        return normals * (1 / _AREA + _LOAD_AT * places[..., 1:2] / _MOMENT)
 
     def shearing(places: Floats, normals: Floats) -> Floats:
         off, y = places[..., :1] - _LENGTH / 2, places[..., 1:2]
@@ -315,14 +313,13 @@ def _eccentric_block(size: float) -> tuple[AssembledBody, BoltBending]:
         along, none = normals[..., :1], np.zeros_like(y)
         return np.concatenate([-off * y / _MOMENT * along, shear * along, none], axis=-1)
 
-    ends = (Surface.BOLT_HEAD, Surface.BOLT_THREAD)
-    loads = [sum(traction_forces(mesh, end, stress) for end in ends) for stress in (pulling, shearing)]
-    seats = {side: np.arange(len(mesh.facets[side])) for side in ends}
+    mesh, loads = _loaded_block(size, _pulling(_LOAD_AT), shearing)
+    seats = {side: np.arange(len(mesh.facets[side])) for side in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     at, axis = np.array([0.0, _BESIDE, 0.0]), np.array([1.0, 0.0, 0.0])
     bolt = BoltPull.of(mesh, "bolt", seats, axis, STIFFNESS, share=0.5, point=at)
     sticking = joint(mesh, friction=True)
     assembled = AssembledBody(
-        mesh, (STEEL, STEEL), [sticking], [bolt], np.stack(loads, axis=-1), friction=0.9, preload=[PRELOAD]
+        mesh, (STEEL, STEEL), [sticking], [bolt], loads, friction=0.9, preload=[PRELOAD]
     )
     seated = BoltEnds(seats, at + _LENGTH * axis, at, 0.5)
     return assembled, BoltBending(assembled.model, assembled.assembled, [seated], _bent_bolt()[0])

@@ -17,6 +17,7 @@ from fea.verify.body import (
     STEEL,
     LoadedBody,
     SolvedBody,
+    eighth_ball,
     furthest,
     held,
     hoop_stress,
@@ -25,7 +26,7 @@ from fea.verify.body import (
     quarter_ring,
 )
 from geometry.arrays import Floats
-from geometry.bodies import Prism, Revolution, Side, block
+from geometry.bodies import Prism, Side, block
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
@@ -174,19 +175,10 @@ def goodier_stress(places: Floats) -> Floats:
 
 def goodier_body(size: float, order: int = 2) -> LoadedBody:
     """The eighth of a ball, with elements of `size` at the cavity."""
-    quarter = math.pi / 2
-    sides = (
-        Side(Line((CAVITY, 0.0), (BALL, 0.0)), Surface.SYMMETRY_Z),
-        Side(Arc((0.0, 0.0), BALL, 0.0, quarter), Surface.OUTER),
-        Side(Line((0.0, BALL), (0.0, CAVITY)), Surface.FREE),  # on the axis
-        # In pieces, because element sizes depend on the distance to the edges of faces.
-        *(
-            Side(Arc((0.0, 0.0), CAVITY, quarter * (1 - k / _PIECES), -quarter / _PIECES), Surface.INNER)
-            for k in range(_PIECES)
-        ),
-    )
-    fine = {Surface.INNER: Fine(size, quarter * CAVITY / _PIECES / 2)}
-    mesh = mesh_body(Revolution(sides), 18 * size, order=order, fine=fine, growth=0.35)
+    # In pieces, because element sizes depend on the distance to the edges of faces.
+    ball = eighth_ball(CAVITY, BALL, _PIECES)
+    fine = {Surface.INNER: Fine(size, math.pi / 2 * CAVITY / _PIECES / 2)}
+    mesh = mesh_body(ball, 18 * size, order=order, fine=fine, growth=0.35)
 
     def traction(places: Floats, normals: Floats) -> Floats:
         return np.asarray((matrices(goodier_stress(places)) @ normals[:, :, None])[:, :, 0])

@@ -10,12 +10,11 @@ import numpy as np
 from fea.base.checks import check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.solid.traction import nodal_traction, traction_forces
-from fea.verify.body import STEEL, SolvedBody, held, pressure, quarter_ring, rectangle, uniform
+from fea.verify.body import STEEL, SolvedBody, eighth_ball, held, pressure, quarter_ring, rectangle, uniform
 from fea.verify.michell import pressed, stresses
 from fea.verify.stability.outcome import ExtremeRow, Place, Solved, peak_of, percent, solved, unconverged
 from geometry.arrays import Floats, Ints
-from geometry.bodies import Prism, Revolution, Side
-from geometry.segments import Arc, Line
+from geometry.bodies import Prism
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
 from mesh.quality import measure, shape
@@ -149,15 +148,9 @@ def grading() -> Iterator[ExtremeRow]:
 
 def graded_sphere(ratio: float) -> TetMesh:
     """Mesh an octant; the radius of the cavity is proportional to the smallest size."""
-    quarter, inside = math.pi / 2, _cavity(ratio)
-    sides = (
-        Side(Line((inside, 0.0), (BALL, 0.0)), Surface.SYMMETRY_Z),
-        Side(Arc((0.0, 0.0), BALL, 0.0, quarter), Surface.OUTER),
-        Side(Line((0.0, BALL), (0.0, inside)), Surface.FREE),  # the axis
-        Side(Arc((0.0, 0.0), inside, quarter, -quarter), Surface.INNER),
-    )
+    inside = _cavity(ratio)
     fine = {Surface.INNER: Fine(BALL_SIZE / ratio, inside)} if ratio > 1 else {}
-    return mesh_body(Revolution(sides), BALL_SIZE, fine=fine)
+    return mesh_body(eighth_ball(inside, BALL), BALL_SIZE, fine=fine)
 
 
 def _cavity(ratio: float) -> float:
