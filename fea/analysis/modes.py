@@ -119,18 +119,14 @@ def moves(points: Floats, shape: Floats) -> str:
     return _DIRECTIONS[int((shape**2).sum(axis=0).argmax())]
 
 
-def modes_report(study: Study, count: int) -> ModesReport:
-    """Find the lowest `count` elastic modes of a study's rod.
+def modes_report(study: Study, count: int, mesh: MeshedRod | None = None) -> ModesReport:
+    """Find the lowest `count` elastic modes of a study's rod, by default on a mesh of its own.
 
     Raises `InvalidValue`: a value of the study breaks a rule; `GeometryError`, `MeshError`: no solid or no
     usable mesh came out; `SingularMatrixError`: the factorisation broke down.
     """
     require(1 <= count <= MOST, "--count", count, f"must lie within 1…{MOST}")
-    return modes_on(study, mesh_study(study), count)
-
-
-def modes_on(study: Study, mesh: MeshedRod, count: int) -> ModesReport:
-    """Find the modes on a mesh of the study's rod; parameters and errors as `modes_report`."""
+    mesh = mesh_study(study) if mesh is None else mesh
     whole = mesh.whole
     materials = study.materials(mesh.parts)
     most = MOST_POISSONS_RATIO[whole.order]

@@ -5,7 +5,7 @@ from typing import Any
 from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import SpeedSweep
-from fea.analysis.modes import modes_on
+from fea.analysis.modes import modes_report
 from fea.analysis.result import run_result
 from fea.analysis.survival import factors
 from fea.apps.limits.describe import ends_of
@@ -25,7 +25,7 @@ def evaluate(study: Study, extras: Extras) -> dict[float | None, Figures]:
     if extras.limits:
         shared |= _limits(adapted)
     if extras.frequencies:
-        modes = modes_on(study, adapted.rod.mesh, extras.frequencies)
+        modes = modes_report(study, extras.frequencies, adapted.rod.mesh)
         shared |= {f"frequency_{number}_Hz": float(hertz) for number, hertz in enumerate(modes.elastic, 1)}
         shared |= {} if modes.trusted else {"trusted": False}
     by_speed = {}

@@ -30,12 +30,6 @@ def travel(crank_degrees: npt.ArrayLike) -> Floats:
     return R + L - motion(0, crank_degrees).piston_position
 
 
-def two_term_acceleration(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
-    """Evaluate a = ω² r (cos θ + λ cos 2θ), mm/s², positive away from TDC."""
-    theta = np.asarray(crank_degrees, dtype=np.float64) * DEG
-    return np.asarray((rpm * RPM) ** 2 * R * (np.cos(theta) + LAMBDA * np.cos(2 * theta)), dtype=np.float64)
-
-
 def fit(degrees: Floats, displacement: Floats) -> tuple[tuple[float, float], float]:
     """Coefficients (a, b) of a + b θ², θ in degrees, and R² of the fit."""
     design = np.stack([np.ones_like(degrees), degrees**2], axis=1)
@@ -60,7 +54,9 @@ def _acceleration(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
 
 
 def _two_terms(rpm: float, crank_degrees: npt.ArrayLike) -> Floats:
-    return two_term_acceleration(rpm, crank_degrees) / M_S2
+    """Evaluate a = ω² r (cos θ + λ cos 2θ), positive away from TDC."""
+    theta = np.asarray(crank_degrees, dtype=np.float64) * DEG
+    return np.asarray((rpm * RPM) ** 2 * R * (np.cos(theta) + LAMBDA * np.cos(2 * theta)) / M_S2)
 
 
 def _speed_of_peak(_: int) -> float:
