@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.forces import ForceReport
-from fea.analysis.speed_map import MODES, SpeedMap, rounded
+from fea.analysis.many_speeds import SpeedMap, rounded
 from fea.output.plots.figure import new_figure, save
 from fea.output.units import scale, unit
 
@@ -121,7 +121,7 @@ def plot_speed_map(path: Path, study: str, speeds: SpeedMap) -> None:
     panel = figure.subplots()
     rpm = speeds.columns["rpm"]
     for mode, colour in _COLOURS.items():
-        factor = speeds.columns[MODES[mode]]
+        factor = speeds.columns[f"{mode}_safety_factor"]
         if np.isnan(factor).all():
             continue
         critical = speeds.critical.get(mode)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.analysis.figures import CaseFigures, LoadFigures, Summary
-from fea.analysis.speed_map import JOINT_OPENING, MODES, rounded, speed_map
+from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
 from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict

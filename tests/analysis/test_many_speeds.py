@@ -3,7 +3,7 @@ import pytest
 from written_figures import buckling, summary
 
 from fea.analysis.figures import BucklingModeFigures, CycleFigures, PlaceFigures
-from fea.analysis.speed_map import first_below, rounded, speed_map
+from fea.analysis.many_speeds import first_below, rounded, speed_map
 
 CRITICAL = {"yield": 2500.0, "fatigue": 2000.0, "crossland": None}
 
