@@ -64,6 +64,7 @@ class FilmResult:
 
     cycle: FilmCycle
     coarse: FilmCycle
+    softer: FilmCycle  #: the coarse one in a bore that yields as on much smaller elements
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
     #: Share of the joint of a rod in parts that opens in load cases, at the big end; None for one piece
@@ -109,15 +110,16 @@ class FilmResult:
         """The figures of `summary.json`."""
         cycle, said = self.cycle, self.lubrication
         thinnest, highest = cycle.thinnest.min(), cycle.highest.max()
+        every = cycle, self.coarse, self.softer
         grid = cycle.bearing.reynolds.grid
         specific = float(np.hypot(*cycle.acting.load.T[:2]).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
             h_min_um=float(thinnest) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=film_error(float(thinnest), float(self.coarse.thinnest.min())),
+            h_min_error_percent=film_error(*(float(film.thinnest.min()) for film in every)),
             p_max_MPa=float(highest),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=film_error(float(highest), float(self.coarse.highest.max())),
+            p_max_error_percent=film_error(*(float(film.highest.max()) for film in every)),
             power_W=cycle.dissipated / _W,
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
@@ -250,14 +252,19 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
 def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmResult:
     """Film of an end, by default the big one, at a speed, rpm; errors as of `films_at`, of either end."""
     cycle, films = rod.crank_cycle(rpm), films or rod.films
-    fine, coarse = films.at(cycle)
+    every = films.at(cycle)
     engine = cycle.engine
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
-    return FilmResult(fine, coarse, films.lubrication, displacement, joint)
+    return FilmResult(*every, films.lubrication, displacement, joint)
 
 
-def film_error(fine: float, coarse: float) -> float:
-    """Error of the fine film's figure, percent, 100 at most: of second order, as against finer grids."""
+def film_error(fine: float, coarse: float, softer: float | None = None) -> float:
+    """Error of the fine film's figure, percent, 100 at most.
+
+    Of second order by the film's own grid, as against finer grids, and what it changes if the bore yields as
+    on much smaller elements.
+    """
     change = abs(fine - coarse) / ((FINE[0] / COARSE[0]) ** 2 - 1)
+    change += 0.0 if softer is None else abs(softer - coarse)
     return 100 * min(1.0, change / abs(fine)) if fine else 100.0

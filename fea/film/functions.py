@@ -60,6 +60,12 @@ class BoreFunctions:
         return np.asarray(1 / np.sqrt(square))
 
     @cached_property
+    def waves(self) -> Floats:
+        """Wave numbers (count,), 1/mm, along the width those of the ends, where a polynomial is steepest."""
+        n, m = np.concatenate([self.terms, self.terms[self.terms[:, 0] > 0]]).T
+        return np.asarray(np.hypot(n / self.radius, 2 * m * (m + 1) / (3 * self.width)))
+
+    @cached_property
     def widening(self) -> Floats:
         """Weights (count,) of a displacement of 1 mm all over the bore, mm."""
         weights = np.zeros(self.count)

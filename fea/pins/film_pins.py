@@ -178,7 +178,7 @@ class FilmLoad:
         for speed in np.unique(speeds[np.isfinite(speeds)]):
             here = speeds == speed
             own, angles = cycle or self._crank_cycle(float(speed)), instants.crank_angle[here]
-            fine, _ = self._films.at(own)
+            fine, *_ = self._films.at(own)
             forces = own.at(angles).crank
             factors = (instants.crank[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
             weights[:, here] = factors * _between(fine.weights, angles)

@@ -236,7 +236,7 @@ class Films:
     def __init__(self, structure: Structure, end: End = End.BIG, parts: "AssemblyPins | None" = None) -> None:
         self._structure, self.end, self.parts = structure, end, parts
         # By the speed and the gas, which is kept so that its number stays its own.
-        self._pairs: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, object]] = {}
+        self._found: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, FilmCycle, object]] = {}
 
     @cached_property
     def _fits(self) -> Fits:
@@ -267,19 +267,23 @@ class Films:
             return Lubrication.of(self._structure)
         return Lubrication.of_small_end(self._structure, self._fits)
 
-    def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle]:
-        """The film of a cycle, and a coarser one. Raises `InvalidValue` (unsuitable [film]), `FilmError`."""
+    def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle, FilmCycle]:
+        """The film of a cycle, a coarser one, and that one in a bore that yields as on much smaller elements.
+
+        Raises `InvalidValue`: unsuitable [film]; `FilmError`.
+        """
         require(cycle.speed > 0, "speed.rpm", cycle.speed, "must be above 0: motion carries an oil film")
         key = cycle.speed, id(cycle.gas)
-        if key not in self._pairs:
+        if key not in self._found:
             bore = self.bore
             with self._structure.clock("film"):
                 coarse = self._integrated(cycle, bore, COARSE, None)
                 fine = self._integrated(cycle, bore, FINE, coarse)
+                softer = self._softer(cycle, coarse)
             if min(fine.thinnest.min(), coarse.thinnest.min()) < 0:  # smooth ones alone
                 raise FilmError("smooth surfaces meet at an edge of the bore. Give film.roughness_um")
-            self._pairs[key] = fine, coarse, cycle.gas
-        return self._pairs[key][:2]
+            self._found[key] = fine, coarse, softer, cycle.gas
+        return self._found[key][:3]
 
     def coarse(self, cycle: CrankCycle) -> FilmCycle:
         """The coarse one alone; errors as of `at`."""
@@ -311,8 +315,24 @@ class Films:
                 known[key] = bore.with_joint(state)
         return [known[key] for key in keys]
 
+    def _softer(self, cycle: CrankCycle, film: FilmCycle) -> FilmCycle:
+        """A film as warm as before in a bore that lacks nothing of its compliance."""
+        (lacking, share), bearing, acting = self.bore.lacking, film.bearing, film.acting
+        more, afar = np.diag(lacking), self.bore.caused_from_afar(cycle.at(crank_angles(acting.count)))
+        if acting.loaded is not None:
+            acting = replace(acting, loaded=acting.loaded + share * afar)
+        if acting.compliance is not None:
+            acting = replace(acting, compliance=acting.compliance + more)
+        if bearing.bore is not None:
+            bearing = bearing.yielding_by(bearing.bore.compliance + more)
+        return integrate(bearing, acting, before=film, most=2)
+
     def _integrated(
-        self, cycle: CrankCycle, bore: YieldingBore, size: tuple[int, int, int], before: FilmCycle | None
+        self,
+        cycle: CrankCycle,
+        bore: YieldingBore,
+        size: tuple[int, int, int],
+        before: FilmCycle | None,
     ) -> FilmCycle:
         said, (around, along, steps), end = self.lubrication, size, self.end
         (radius, width), halved = end.size(self._structure.bores), bore.functions.mirrored

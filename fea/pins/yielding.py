@@ -30,6 +30,10 @@ from loads.instants import Instants
 # On −1…1, and weights of a quadratic function's ends and middle, in sixths of its length.
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _SIMPSON = np.array([1.0, 4.0, 1.0])
+# Share of its compliance that a bore lacks for a wave of the length of 2π elements, beside others in
+# proportion to the square: of leon-2001 with 18 to 72 elements around. What acts far from the bore
+# deforms it in about as long waves as this number of them.
+_STIFFER, _OVAL = 0.02, 4
 
 
 class End(StrEnum):
@@ -140,6 +144,9 @@ class YieldingBore:
     #: (2, 6) moments of these, by their forces along x and along y, about the middle of the bore, over half
     #: its width, N; without meaning where z = 0 is a mirror plane
     turning: Floats
+    #: By estimate, (n,) mm³/N, how much more each function yields on much smaller elements, and how much more
+    #: of `loaded` there is, relative to it
+    lacking: tuple[Floats, float]
     answers: _Answers
     pin: "YieldingPin | None" = None  #: None for a rigid one
 
@@ -172,7 +179,12 @@ class YieldingBore:
         rest, own = rest[[0, 3, 1, 2, 4, 5]], np.setdiff1d(np.arange(len(work)), rest)
         grown = end.grown(parts) * functions.widening
         answers = _Answers(work, held, own, rest, functions.rigid, grown)
-        return cls(end, functions, *answers.at(), np.concatenate(about)[rest].T, answers)
+        compliance, loaded, relief = answers.at()
+        size = facets.element_size
+        lacking = _STIFFER * (functions.waves * size) ** 2 * compliance.diagonal()
+        ovals = _STIFFER * (_OVAL * size / functions.radius) ** 2
+        turning = np.concatenate(about)[rest].T
+        return cls(end, functions, compliance, loaded, relief, turning, (lacking, ovals), answers)
 
     def with_joint(self, state: ContactState) -> "YieldingBore":
         """The same of a rod in parts that are as open as in a state."""
@@ -198,10 +210,13 @@ class YieldingBore:
 
     def caused(self, instants: Instants) -> Floats:
         """Weights (n_instants, n) of the displacement by all but the film: g of `ElasticBore`."""
-        caused = np.concatenate([self.end.other.force(instants), instants.motions]).T @ self.loaded.T
-        return (
-            caused + self.relief + (0.0 if self.pin is None else self.pin.carried(self.end.force(instants)))
-        )
+        pin = 0.0 if self.pin is None else self.pin.carried(self.end.force(instants))
+        return self.caused_from_afar(instants) + self.relief + pin
+
+    def caused_from_afar(self, instants: Instants) -> Floats:
+        """The share of the other pin and of inertia in that."""
+        afar = np.concatenate([self.end.other.force(instants), instants.motions])
+        return np.asarray(afar.T @ self.loaded.T)
 
     def with_fits(self, fits: Fits) -> "YieldingBore":
         """The small end's bore with its relief and an elastic piston pin, as contact has them."""

@@ -73,6 +73,12 @@ class BoreFacets(FacetPoints):
         """Number of images of the cell in the whole rod."""
         return (2 if self.cut_y else 1) * (2 if self.cut_z else 1)
 
+    @property
+    def element_size(self) -> float:
+        """Root mean square of the edges of its facets, mm."""
+        edges = self.corners[:, :3] - self.corners[:, [1, 2, 0]]
+        return float(np.sqrt((edges**2).sum(axis=-1).mean()))
+
     def resultants(self, even: Floats, odd: Floats) -> tuple[Floats, Floats]:
         """Force (2, n) on the whole rod's mesh of even and odd pressures (n, n_facets, n_points), N."""
         radial = np.stack([np.cos(self.angle), np.sin(self.angle)]) * self.areas * self.images

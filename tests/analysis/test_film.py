@@ -225,3 +225,24 @@ def test_a_bar_is_of_second_order_and_never_more_than_all():
     assert film_error(*exact) == pytest.approx(100 * 0.1 / exact[0])
     assert film_error(1e-30, 1.0) == pytest.approx(100.0)
     assert film_error(0.0, 0.0) == 100.0
+
+
+def test_what_a_softer_bore_changes_adds_to_the_bar():
+    assert film_error(5.0, 5.0, 5.1) == pytest.approx(2.0)
+    assert film_error(5.0, 5.125, 5.025) == pytest.approx(film_error(5.0, 5.125) + 2.0)
+
+
+def test_a_finer_mesh_softens_the_bore_as_estimated():
+    bores = [
+        YieldingBore.of(prepare(Flags(pressure="bonded", size=size).applied(load_study())).structure)
+        for size in (10.0, 5.0)
+    ]
+    coarse, fine = bores
+    softer = (fine.compliance - coarse.compliance).diagonal()
+    kept = np.setdiff1d(np.arange(len(softer)), coarse.functions.translations)
+    short = kept[coarse.functions.waves[kept] > 0.2]
+    lacked, lacks = (bore.lacking[0] for bore in bores)
+    # The law has no more than the order and the size for all of them.
+    assert 0.5 < np.exp(np.log((lacked - lacks)[short] / softer[short]).mean()) < 2.0
+    afar = np.linalg.norm(fine.loaded - coarse.loaded) / np.linalg.norm(fine.loaded)
+    assert 0.5 * afar < coarse.lacking[1] < 3 * afar

@@ -188,7 +188,7 @@ def test_film_loads_the_parts_while_the_joint_is_closed(rod, on_film):
 def test_its_bore_follows_the_joint(on_film):
     """A film that held it closed all the time would be thinner than the joint's bending allows."""
     cycle = on_film.crank_cycle(6000.0)
-    _, coarse = on_film.films.at(cycle)
+    _, coarse, _ = on_film.films.at(cycle)
     assert coarse.acting.compliance.shape == (36, *on_film.films.bore.compliance.shape)
     softness = np.trace(coarse.acting.compliance, axis1=1, axis2=2)
     softer = softness > 1.05 * np.trace(on_film.films.bore.compliance)
