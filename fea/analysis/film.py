@@ -64,7 +64,8 @@ class FilmResult:
 
     cycle: FilmCycle
     coarse: FilmCycle
-    softer: FilmCycle  #: the coarse one in a bore that yields as on much smaller elements
+    #: The coarse one in a bore that yields as on much smaller elements; None where it was not solved
+    softer: FilmCycle | None
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
     #: Share of the joint of a rod in parts that opens in load cases, at the big end; None for one piece
@@ -116,10 +117,14 @@ class FilmResult:
         return FilmFigures(
             h_min_um=float(thinnest) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=film_error(*(float(film.thinnest.min()) for film in every)),
+            h_min_error_percent=film_error(
+                *(float(film.thinnest.min()) if film else math.inf for film in every)
+            ),
             p_max_MPa=float(highest),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=film_error(*(float(film.highest.max()) for film in every)),
+            p_max_error_percent=film_error(
+                *(float(film.highest.max()) if film else math.inf for film in every)
+            ),
             power_W=cycle.dissipated / _W,
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,

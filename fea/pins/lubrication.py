@@ -1,5 +1,6 @@
 """The oil films of a rod's bearings: what the study says of them, completed, and their cycles."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -236,7 +237,7 @@ class Films:
     def __init__(self, structure: Structure, end: End = End.BIG, parts: "AssemblyPins | None" = None) -> None:
         self._structure, self.end, self.parts = structure, end, parts
         # By the speed and the gas, which is kept so that its number stays its own.
-        self._found: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, FilmCycle, object]] = {}
+        self._found: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, FilmCycle | None, object]] = {}
 
     @cached_property
     def _fits(self) -> Fits:
@@ -267,10 +268,10 @@ class Films:
             return Lubrication.of(self._structure)
         return Lubrication.of_small_end(self._structure, self._fits)
 
-    def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle, FilmCycle]:
+    def at(self, cycle: CrankCycle) -> tuple[FilmCycle, FilmCycle, FilmCycle | None]:
         """The film of a cycle, a coarser one, and that one in a bore that yields as on much smaller elements.
 
-        Raises `InvalidValue`: unsuitable [film]; `FilmError`.
+        The last is None where it was not solved. Raises `InvalidValue`: unsuitable [film]; `FilmError`.
         """
         require(cycle.speed > 0, "speed.rpm", cycle.speed, "must be above 0: motion carries an oil film")
         key = cycle.speed, id(cycle.gas)
@@ -279,10 +280,9 @@ class Films:
             with self._structure.clock("film"):
                 coarse = self._integrated(cycle, bore, COARSE, None)
                 fine = self._integrated(cycle, bore, FINE, coarse)
-                softer = self._softer(cycle, coarse)
             if min(fine.thinnest.min(), coarse.thinnest.min()) < 0:  # smooth ones alone
                 raise FilmError("smooth surfaces meet at an edge of the bore. Give film.roughness_um")
-            self._found[key] = fine, coarse, softer, cycle.gas
+            self._found[key] = fine, coarse, self._softer(cycle, coarse), cycle.gas
         return self._found[key][:3]
 
     def coarse(self, cycle: CrankCycle) -> FilmCycle:
@@ -315,8 +315,8 @@ class Films:
                 known[key] = bore.with_joint(state)
         return [known[key] for key in keys]
 
-    def _softer(self, cycle: CrankCycle, film: FilmCycle) -> FilmCycle:
-        """A film as warm as before in a bore that lacks nothing of its compliance."""
+    def _softer(self, cycle: CrankCycle, film: FilmCycle) -> FilmCycle | None:
+        """A film as warm as before in a bore that lacks nothing of its compliance; None: not solved."""
         (lacking, share), bearing, acting = self.bore.lacking, film.bearing, film.acting
         more, afar = np.diag(lacking), self.bore.caused_from_afar(cycle.at(crank_angles(acting.count)))
         if acting.loaded is not None:
@@ -325,7 +325,9 @@ class Films:
             acting = replace(acting, compliance=acting.compliance + more)
         if bearing.bore is not None:
             bearing = bearing.yielding_by(bearing.bore.compliance + more)
-        return integrate(bearing, acting, before=film, most=2)
+        with suppress(FilmError), self._structure.clock("film"):
+            return integrate(bearing, acting, before=film, most=2)
+        return None
 
     def _integrated(
         self,

@@ -37,7 +37,7 @@ def study(least, **film):
 def test_the_coarse_film_is_corrected_by_what_the_fine_one_changed():
     rod = prepare(study(1.0))
     found = film_at(rod, RPM).figures
-    whole, again = Thinnest.of(film_at(rod, RPM)), Thinnest.like(rod, RPM, 1.5)
+    whole, again = Thinnest.of(film_at(rod, RPM)), Thinnest.like(rod, RPM, (1.5, 7.0))
     limit = whole.limit(1.0)
     assert (limit.factor, limit.error_percent) == pytest.approx((found.h_min_um, found.h_min_error_percent))
     assert again.coarse == pytest.approx(whole.coarse, rel=1e-6)

@@ -40,7 +40,7 @@ class Design:
     remeshed: bool = False  #: whether its mesh was made for it, rather than moved from another rod's
     mesh: int = 0  #: number of the mesh that was made for it or that its own was moved from
     #: of each speed, the smallest film on the fine grid over that on the coarse one, on that mesh
-    finer: Sequence[float] = ()
+    finer: Sequence[tuple[float, float]] = ()
 
     @property
     def margin(self) -> float:
@@ -66,7 +66,7 @@ class _Made:
     number: int
     coarsest: float
     moving: MovingRod | None = None
-    finer: Sequence[float] = ()
+    finer: Sequence[tuple[float, float]] = ()
 
 
 class Designs:
@@ -185,7 +185,7 @@ class Designs:
         return design
 
     def _films(
-        self, rod: PreparedRod, results: Sequence[SpeedResult], finer: Sequence[float]
+        self, rod: PreparedRod, results: Sequence[SpeedResult], finer: Sequence[tuple[float, float]]
     ) -> list[Thinnest]:
         """The film at each speed: whole on a mesh's first rod; of others on the coarse grid, corrected.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.analysis.buckling import buckling_report
-from fea.analysis.film import FilmResult, film_error
+from fea.analysis.film import FilmResult
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
 from fea.base.units import UM
@@ -133,17 +133,18 @@ class Thinnest:
     """The smallest film of a rod at one speed, µm; whether it is sound, neither starving nor too hot."""
 
     coarse: float  #: of the coarse grid
-    finer: float  #: of the fine grid over that: of this rod, or of another one
+    #: That of the fine grid over it, and its error, percent: of this rod, or of another one
+    finer: tuple[float, float]
     sound: bool
 
     @classmethod
     def of(cls, found: FilmResult) -> "Thinnest":
         """Take it from a whole result."""
         fine, coarse = (float(film.thinnest.min()) / UM for film in (found.cycle, found.coarse))
-        return cls(coarse, fine / coarse, found.sound)
+        return cls(coarse, (fine / coarse, found.figures.h_min_error_percent), found.sound)
 
     @classmethod
-    def like(cls, rod: PreparedRod, rpm: float, finer: float) -> "Thinnest":
+    def like(cls, rod: PreparedRod, rpm: float, finer: tuple[float, float]) -> "Thinnest":
         """Compute it on the coarse grid, with what the fine one changed for another rod."""
         try:
             film = rod.films.coarse(rod.crank_cycle(rpm))
@@ -153,7 +154,8 @@ class Thinnest:
 
     def limit(self, required: float) -> Limit:
         """The limit that it is."""
-        thickness = self.coarse * self.finer
+        finer, error = self.finer
+        thickness = self.coarse * finer
         if not self.sound:
             thickness = min(thickness, _UNSOUND * required)
-        return Limit(FILM, thickness, film_error(self.finer, 1.0), required)
+        return Limit(FILM, thickness, error, required)
