@@ -421,9 +421,14 @@ class PressurePatterns(ContactUnits):
         motions = instants.motions
         return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
 
-    def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:  # noqa: ARG002
-        """Estimate between solved instants: see `UnitLoads.sampled`."""
-        return EstimatedWeights(self, instants)
+    def sampled(
+        self,
+        instants: Instants,
+        cycle: CrankCycle,  # noqa: ARG002
+        like: Sequence[tuple[float, SampledWeights]] = (),
+    ) -> SampledWeights:
+        """Estimate between solved instants, or from other cycles: see `UnitLoads.sampled`."""
+        return EstimatedWeights(self, instants, like)
 
     def balanced(self) -> Weights:
         """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
@@ -443,33 +448,39 @@ class PressurePatterns(ContactUnits):
 
 
 class EstimatedWeights(SampledWeights):
-    """Weights of contact: solved at every few instants, estimated between them, and solved on demand."""
+    """Weights of contact: estimated from other cycles, or between solved instants, and solved on demand.
 
-    def __init__(self, units: PressurePatterns, instants: Instants) -> None:
+    Attributes: `pressure`: (n, n_instants) before further instants are solved on demand.
+    """
+
+    def __init__(
+        self, units: PressurePatterns, instants: Instants, like: Sequence[tuple[float, SampledWeights]]
+    ) -> None:
         self._units, self._instants = units, instants
-        problem, count = units.contact.problem, len(instants)
-        gaps, forces = units.contact.acting(instants)
-        self._pressure = np.zeros_like(gaps)
-        knots = np.unique(np.append(np.arange(0, count, KNOTS), count - 1))
-        self._solve_pressures(knots)
-        left = np.setdiff1d(np.arange(count), knots)
-        guess = interpolated(self._pressure[:, knots], knots, left)
-        pressure, error = problem.estimator.estimate(guess, gaps[:, left], forces[:, left])
-        self._pressure[:, left] = pressure
-        super().__init__(units.of_pressures(self._pressure, instants))
-        self.error[left] = error / np.sqrt(problem.unfolding.images)
-        self.solve(np.flatnonzero(~np.isfinite(self.error)))
+        problem, every = units.contact.problem, np.arange(len(instants))
+        known = [share * other.pressure for share, other in like if isinstance(other, EstimatedWeights)]
+        knots = every[:0] if known else np.unique(np.append(every[::KNOTS], every[-1]))
+        left, error = np.setdiff1d(every, knots), np.zeros(len(every))
+        gaps, forces = (acting[:, left] for acting in units.contact.acting(instants))
+        self.pressure: Floats = np.zeros((len(gaps), len(every)))
+        self.pressure[:, knots] = self._solved(knots)
+        guess = np.sum(known, axis=0) if known else interpolated(self.pressure[:, knots], knots, left)
+        self.pressure[:, left], error[left] = problem.estimator.estimate(guess, gaps, forces)
+        unknown = np.flatnonzero(~np.isfinite(error))
+        self.pressure[:, unknown], error[unknown] = self._solved(unknown), 0.0
+        super().__init__(units.of_pressures(self.pressure, instants))
+        self.error = error / np.sqrt(problem.unfolding.images)
 
-    def _solve_pressures(self, which: Ints) -> None:
-        states = self._units.pins.states(self._instants[which])
-        self._pressure[:, which] = np.stack([state.values for state in states], axis=1)
+    def _solved(self, which: Ints) -> Floats:
+        """Pressures (n, k) at some instants."""
+        values = [state.values for state in self._units.pins.states(self._instants[which])]
+        return np.reshape(values, (len(which), self._units.contact.problem.unfolding.size)).T
 
     def solve(self, which: Ints) -> None:
         """Solve some instants: see `SampledWeights.solve`."""
         which = which[self.error[which] > 0]
         if which.size:
-            self._solve_pressures(which)
-            exact = self._units.of_pressures(self._pressure[:, which], self._instants[which])
+            exact = self._units.of_pressures(self._solved(which), self._instants[which])
             for known, new in zip(self.weights, exact, strict=True):
                 known[:, which] = new
             self.error[which] = 0.0

@@ -179,8 +179,16 @@ class UnitLoads(ABC):
         """
         return None
 
-    def sampled(self, instants: Instants, cycle: CrankCycle) -> SampledWeights:
-        """Weights at n instants of a cycle in their order, of which only some are exact at first."""
+    def sampled(
+        self,
+        instants: Instants,
+        cycle: CrankCycle,
+        like: Sequence[tuple[float, SampledWeights]] = (),  # noqa: ARG002
+    ) -> SampledWeights:
+        """Weights at n instants of a cycle in their order, of which only some are exact at first.
+
+        `like`: shares and samples of other cycles, the sum of whose loads is nearly that of this one.
+        """
         return SampledWeights(self.weights(instants, cycle))
 
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002

@@ -104,7 +104,7 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
     monkeypatch.setattr("fea.pins.contact.KNOTS", 15)  # estimates err more, and more must be solved
     speeds = list(rod.study.speed.rpm * np.array([0.4, 1.0]))
     estimated = SpeedSearch(cycle, rod.crank_cycle, speeds)
-    found = {rpm: estimated.at(rpm) for rpm in speeds}
+    found = {rpm: estimated.at(rpm) for rpm in (*speeds, np.mean(speeds))}
     monkeypatch.setattr(PressurePatterns, "sampled", UnitLoads.sampled)
     every = SpeedSearch(cycle, rod.crank_cycle, speeds)
     for rpm, own in found.items():
@@ -115,9 +115,15 @@ def test_estimated_contact_leads_to_the_places_of_every_degree_solved(in_contact
             assert factors[0] == pytest.approx(factors[1], rel=1e-4)
 
 
-def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact):
-    cycle, loads = in_contact.crank_cycle(in_contact.study.speed.rpm), in_contact.full_cycle.loads
-    exact, estimated = loads.weights(cycle.degrees, cycle), loads.sampled(cycle.degrees, cycle)
+@pytest.mark.parametrize("apart", [0.0, 0.03])
+def test_the_error_of_estimated_pressures_is_within_its_bound(in_contact, apart):
+    """Between instants of the cycle, or between those of cycles at speeds that lie `apart`."""
+    loads, rpm = in_contact.full_cycle.loads, in_contact.study.speed.rpm
+    cycle, *beside = (
+        in_contact.crank_cycle(rpm * part) for part in (1.0, 1 - apart, (2 - (1 - apart) ** 2) ** 0.5)
+    )
+    like = [(0.5, loads.sampled(one.degrees, one)) for one in beside] if apart else []
+    exact, estimated = loads.weights(cycle.degrees, cycle), loads.sampled(cycle.degrees, cycle, like)
     apart = np.concatenate(exact) - np.concatenate(estimated.weights)
     length, largest = np.linalg.norm(apart, axis=0), np.linalg.norm(np.concatenate(exact), axis=0).max()
     assert (length <= estimated.error * (1 + 1e-6) + 1e-9 * largest).all()

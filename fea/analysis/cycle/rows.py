@@ -1,5 +1,6 @@
 """A rod whose stresses are superposed: those of its places over cycles, and bounds that need few instants."""
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,8 +57,8 @@ def counting(masked: Mask) -> Mask:
     return np.ones_like(masked) if masked.all() else ~masked
 
 
-# Number of nodes for which bounds are computed at once.
-_NODES = 2000
+# Number of nodes for which bounds are computed at once, and bytes of stress that are superposed at once.
+_NODES, _BYTES = 2000, 2**21
 # Relative allowance for rounding in the bounds, in single precision.
 ROUNDING = 1e-6
 # That for what rounding takes from differences of sums of squares.
@@ -149,13 +150,18 @@ class PartRows:
         """Upper bound of the largest von Mises stress (n_rows, n_sectors) over each sector."""
         along = path(weights, self.joint)
         strays, ends, first = self.strayed(along.strays), along.at_ends(), first_chords(along)
-        largest = np.empty((len(self.points), len(first)), np.float32)
-        for start in range(0, len(largest), _NODES):
-            rows = np.arange(start, min(start + _NODES, len(largest)))
-            at_ends = deviator_norm(self.stress(ends, rows))
-            chords = np.maximum(at_ends[:, :-1], at_ends[:, 1:]) + strays[rows]
-            largest[rows] = (1 + ROUNDING) * np.maximum.reduceat(chords, first, axis=1)
-        return largest
+        (at_ends,) = self.measured(ends, lambda stress: deviator_norm(stress)[None])
+        chords = np.maximum(at_ends[:-1], at_ends[1:]).T + strays
+        return np.asarray((1 + ROUNDING) * np.maximum.reduceat(chords, first, axis=1), np.float32)
+
+    def measured(self, weights: Weights, measures: Callable[[Reals], Reals]) -> Floats:
+        """Measures (m, n_instants, n_rows) of every row, given as (m, n, n_instants) of stress of some."""
+        instants, sides, found = weights.even.shape[1], len(self.sides), []
+        count = max(1, _BYTES // (48 * sides * instants))
+        for start in range(0, len(self._even), count):
+            of_some = measures(self.every(weights, slice(start, start + count))).swapaxes(1, 2)
+            found.append(of_some.reshape(len(of_some), instants, sides, -1))
+        return np.asarray(np.concatenate(found, axis=3).reshape(len(found[0]), instants, -1), float)
 
     def yielding_bound(self, largest: Floats) -> Floats:
         """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`."""

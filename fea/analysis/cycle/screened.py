@@ -126,9 +126,6 @@ def _square_distances(paths: Reals, squares: Reals, center: Reals) -> Reals:
 # Bytes of stress at the ends of chords that each thread computes at a time; the quantities derived from it
 # take about three times as much.
 BLOCK_BYTES = 4 * 2**20
-# Matrix products up to this size run in one thread: OpenBLAS divides larger ones among threads of its own,
-# which would compete with the threads that have a block each.
-SLAB = 2**18
 # Avoids a division by zero at a place without stress, MPa.
 _TINY = 1e-30
 
@@ -176,7 +173,7 @@ class Block:
 
     `rows`: of the part's nodes; `sides`: 1 for the nodes, −1 for their images across y = 0: rows of what is
     found are those of the first side, then of the next; `measures`: what is found of stress (n, 6,
-    n_instants), the von Mises stress first, as of `_measures`.
+    n_instants), the von Mises stress first, as of `stress_measures`.
     """
 
     def __init__(
@@ -189,7 +186,7 @@ class Block:
     ) -> None:
         units = [deviatoric(unit[rows]).astype(np.float32) for unit in (part.even, part.odd)]
         (self._even, self._odd), self._path, self._sides = units, path, sides
-        self.count, self._measures = len(self._even), measures or _measures
+        self.count, self._measures = len(self._even), measures or stress_measures
         self._at_ends = superposed(self._even, self._odd, self._sides, path.at_ends())
         bounds = [_bounds(*item) for item in zip(units, path.strays, path.joint, strict=True)]
         # (3, n_rows, n_chords): of the von Mises, the largest and the negative least principal stress.
@@ -280,25 +277,11 @@ def superposed(even: Reals, odd: Reals, sides: tuple[int, ...], weights: Weights
 
 def product(units: Reals, weights: Reals) -> Reals:
     """Stress (n, 6, n_instants): units (n, 6, n_units) times weights (n_units, n_instants)."""
-    flat = units.reshape(-1, units.shape[2])
-    return _product(flat, weights.astype(units.dtype)).reshape(len(units), 6, -1)
+    flat = units.reshape(-1, units.shape[2])  # one product for all nodes
+    return np.reshape(flat @ weights.astype(units.dtype), (len(units), 6, -1))
 
 
-def _product(units: Reals, weights: Reals) -> Reals:
-    """Multiply (n, k) by (k, m) in slabs of rows so small that BLAS stays in the calling thread."""
-    slab = max(1, SLAB // max(1, weights.size))
-    whole = len(units) // slab * slab
-    stress = np.empty((len(units), weights.shape[1]), units.dtype)
-    np.matmul(
-        units[:whole].reshape(-1, slab, units.shape[1]),
-        weights,
-        out=stress[:whole].reshape(-1, slab, weights.shape[1]),
-    )
-    np.matmul(units[whole:], weights, out=stress[whole:])
-    return stress
-
-
-def _measures(stress: Reals) -> Reals:
+def stress_measures(stress: Reals) -> Reals:
     """Von Mises, largest and negative least principal stress (3, n, n_instants)."""
     equivalent = deviator_norm(stress)
     largest, least = extreme_principals(stress, equivalent)
@@ -309,7 +292,7 @@ def _bounds(units: Reals, strays: Reals, joint: slice) -> Reals:
     """Bounds (2, n, n_chords) on von Mises and principal stresses of the deviations from the chords."""
     equivalent, mean = norms(units, joint)
     strays = strays.astype(units.dtype)
-    return np.stack([_product(equivalent, strays), _product(mean + 2 / 3 * equivalent, strays)])
+    return np.stack([equivalent @ strays, (mean + 2 / 3 * equivalent) @ strays])
 
 
 def _at_either_end(values: Reals) -> Reals:

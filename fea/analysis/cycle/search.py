@@ -16,12 +16,12 @@ finish of the surface there.
 Places are evaluated at every degree in the order of their bounds, until the next bound is not worse than the
 worst place found: the places left out cannot be the worst.
 
-Where contact makes weights costly, they are solved at every few degrees and estimated between these, with an
-upper bound of their error (`PressureEstimator` in `fea.contact.active_set`). Loads do not depend on it, so
-that the stress away from the bores hardly does. A place on a bore could by this bound err by much more than
-any does: its estimates are trusted to a part of its largest stress as well, until a solution shows otherwise.
-Degrees are solved as long as what estimates may err by leaves the worst place, or the instants that decide on
-it, in doubt (`fea.analysis.cycle.criteria`).
+Where contact makes weights costly, they are solved at every few degrees of the anchors and estimated between
+these and between the anchors, with an upper bound of their error (`PressureEstimator` in
+`fea.contact.active_set`). Loads do not depend on it, so that the stress away from the bores hardly does. A
+place on a bore could by this bound err by much more than any does: its estimates are trusted to a part of its
+largest stress as well, until a solution shows otherwise. Degrees are solved as long as what estimates may err
+by leaves the worst place, or the instants that decide on it, in doubt (`fea.analysis.cycle.criteria`).
 """
 
 import dataclasses
@@ -32,15 +32,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.analysis.cycle.basis import joined
 from fea.analysis.cycle.criteria import Judge, crossland, tiring, yielding
 from fea.analysis.cycle.rows import ROUNDING, PartRows, first_chords
-from fea.analysis.cycle.screened import path, sizes
+from fea.analysis.cycle.screened import Path, path, sizes, stress_measures
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.figures import CaseFigures, PlaceFigures
 from fea.judge.fatigue import crossland_factors
-from fea.judge.history import deviator_norm, extreme_principals, signed_equivalent
+from fea.judge.history import deviator_norm, signed_equivalent
 from fea.judge.verdict import CAP, safety_factor
-from fea.pins.model import SampledWeights, Weights
+from fea.machine.threads import side_by_side
+from fea.pins.model import JointBounds, SampledWeights, Weights
 from geometry.arrays import Floats, Ints, Reals, vector
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
@@ -52,8 +54,8 @@ from loads.slider_crank import cycle_angles
 ALLOWED = 0.1
 # Of stresses in single precision, MPa.
 _TINY = 1e-2
-# Where weights are estimated, places are evaluated at every instant: as many at once.
-ESTIMATED_ROWS = 200
+# Places evaluated at every instant at once: the first are likely to exclude the others.
+EXACT_ROWS = 16
 # How many instants are solved at once for each place in doubt.
 _INSTANTS = 40
 
@@ -76,6 +78,7 @@ class EstimatedCycle:
         pairs = zip(degrees.weights, of_peaks, strict=True)
         self.weights = Weights(*(np.append(w, c, axis=1)[:, self._order] for w, c in pairs))
         self.error = np.append(degrees.error, np.zeros(len(peaks)))[self._order]
+        self._along: Path | None = None
 
     @property
     def estimated(self) -> bool:
@@ -89,7 +92,12 @@ class EstimatedCycle:
         self.degrees.solve(degrees)
         for known, exact in zip(self.weights, self.degrees.weights, strict=True):
             known[:, which] = exact[:, degrees]
-        self.error[which] = 0.0
+        self.error[which], self._along = 0.0, None
+
+    def along(self, joint: JointBounds) -> Path:
+        """Return the path of all instants."""
+        self._along = self._along or path(self.weights, joint)
+        return self._along
 
 
 def judged(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge, best: float) -> Floats:
@@ -97,8 +105,8 @@ def judged(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge, best
     factors = np.full(len(rows), np.inf)
     least = _roughly(part, rows, cycle, judge)
     order = np.argsort(least)
-    for start in range(0, len(order), ESTIMATED_ROWS):
-        some = order[start : start + ESTIMATED_ROWS]
+    for start in range(0, len(order), EXACT_ROWS):
+        some = order[start : start + EXACT_ROWS]
         some = some[least[some] < best]
         if not some.size:
             break
@@ -109,7 +117,7 @@ def judged(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge, best
 
 def _roughly(part: PartRows, rows: Ints, cycle: EstimatedCycle, judge: Judge) -> Floats:
     """Lower bounds (n,) of the factors of rows: all of a chord is as near to its middle as its ends."""
-    along = path(cycle.weights, part.joint)
+    along = cycle.along(part.joint)
     at_ends = part.stress(along.at_ends(), rows)
     half = deviator_norm(np.diff(at_ends, axis=2)) / 2
     within = np.maximum(np.maximum.reduceat(cycle.error, along.ends[:-1]), cycle.error[along.ends[1:]])
@@ -151,6 +159,15 @@ class Place:
     figures: PlaceFigures  #: without the factor against fatigue
 
 
+class PeakStress(NamedTuple):
+    """The peak cases at one speed, superposed."""
+
+    cases: Instants
+    weights: Weights
+    figures: tuple[CaseFigures, ...]
+    largest: list[Reals]  #: (n_rows,) of each part: upper bound of the von Mises stress of those in the cycle
+
+
 @dataclass(frozen=True)
 class Worst:
     """The worst of the cycle at one speed."""
@@ -182,12 +199,14 @@ STRAYED = 0.2
 ROWS = 2000
 # Size of the first batch, which is likely to contain the worst place.
 FIRST_ROWS = 50
+# Speeds whose peak cases are superposed at once.
+AT_ONCE = 10
 
 
 class SpeedSearch:
     """Finds the worst places at any speed between the first and the last.
 
-    It needs memory for a copy of the unit stresses, and 8 bytes per place and anchor.
+    It needs memory for a copy of the unit stresses, and per place 100 bytes an anchor and 4 a speed.
 
     `cycles`: the crank cycle at a speed, rpm; `speeds`: rpm; at least one.
     """
@@ -206,35 +225,60 @@ class SpeedSearch:
         self._largest = [[part.bound(weights) for part in self._parts] for weights in self._weights]
         along = path(self._weights[0], analysis.units.joint)
         self._starts = along.ends[first_chords(along)]
+        blocks = [speeds[start : start + AT_ONCE] for start in range(0, len(speeds), AT_ONCE)]
+        found = [peaks for block in side_by_side(self._at_peaks, blocks) for peaks in block]
+        self._peaks = dict(zip(speeds, found, strict=True))
 
     def at(self, rpm: float) -> Worst:
         """Find the worst places at a speed between the first and the last, rpm."""
-        cases = peak_cases(self._cycles(rpm)).cases
-        of_cases, cyclic = self._analysis.basis.weights(cases), cases.in_cycle
-        sampled, peaks = self._sampled.get(rpm) or self._sample(rpm), cases[cyclic]
-        cycle = EstimatedCycle(rpm, self._degrees, sampled, peaks.crank_angle, of_cases.at(cyclic))
-        at_cases = [part.every(of_cases) for part in self._parts]
-        at_peaks = [deviator_norm(stress[..., cyclic]).max(axis=1, initial=0.0) for stress in at_cases]
+        peaks = self._peaks.get(rpm) or self._at_peaks([rpm])[0]
+        cases, cyclic = peaks.cases, peaks.cases.in_cycle
+        sampled = self._sampled.get(rpm) or self._sample(rpm, self._estimates(rpm))
+        angles = cases[cyclic].crank_angle
+        cycle = EstimatedCycle(rpm, self._degrees, sampled, angles, peaks.weights.at(cyclic))
         allowed = 0.0
         while cycle.allowed > allowed:  # solutions may have shown that more must be allowed
-            allowed = cycle.allowed
-            yielding, fatigue = (self._worst(cycle, at_peaks, mode) for mode in (YIELDING, FATIGUE))
+            allowed, largest = cycle.allowed, self._bounds(cycle, peaks.largest)
+            yielding, fatigue = (self._worst(cycle, largest, mode) for mode in (YIELDING, FATIGUE))
         yielding = dataclasses.replace(yielding, factor=min(yielding.factor, CAP))
-        worst = tuple(self._peak([stress[..., k] for stress in at_cases]) for k in range(len(cases)))
-        return Worst(tuple(cases), worst, yielding, fatigue if np.isfinite(fatigue.factor) else None)
+        return Worst(tuple(cases), peaks.figures, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
-    def _sample(self, rpm: float) -> SampledWeights:
+    def _at_peaks(self, speeds: Sequence[float]) -> list[PeakStress]:
+        """Superpose the peak cases of some speeds: many are hardly more work than those of one."""
+        cases = [peak_cases(self._cycles(rpm)).cases for rpm in speeds]
+        weights = [self._analysis.basis.weights(of_speed) for of_speed in cases]
+        found, stop = list[PeakStress](), 0
+        stress = [part.measured(joined(*weights), stress_measures) for part in self._parts]
+        for own, at in zip(cases, weights, strict=True):
+            start, stop = stop, stop + len(own)
+            figures = tuple(self._figures([of_part[:, k] for of_part in stress]) for k in range(start, stop))
+            cyclic = np.flatnonzero(own.in_cycle) + start
+            largest = ((1 + ROUNDING) * sizes[cyclic].max(axis=0, initial=0.0) for sizes, *_ in stress)
+            found.append(PeakStress(own, at, figures, [most.astype(np.float32) for most in largest]))
+        return found
+
+    def _sample(self, rpm: float, like: Sequence[tuple[float, SampledWeights]] = ()) -> SampledWeights:
         cycle = self._cycles(rpm)
-        return self._analysis.loads.sampled(cycle.at(self._degrees), cycle)
+        return self._analysis.loads.sampled(cycle.at(self._degrees), cycle, like)
+
+    def _estimates(self, rpm: float) -> list[tuple[float, SampledWeights]]:
+        """Shares of the anchors on either side of a speed, of which the loads at it are nearly the sum."""
+        above, share = self._between(rpm)
+        low, high = (self._sampled[anchor] for anchor in self._anchors[above - 1 : above + 1])
+        return [(1 - share, low), (share, high)]
+
+    def _between(self, rpm: float) -> tuple[int, float]:
+        """Number of the anchor above a speed, and the share that it has in the forces of inertia."""
+        above = int(np.clip(np.searchsorted(self._anchors, rpm), 1, len(self._anchors) - 1))
+        low, high = self._anchors[above - 1 : above + 1] ** 2
+        return above, (rpm**2 - low) / (high - low)
 
     def _in_sectors(self, cycle: EstimatedCycle) -> list[Reals]:
         """Bound (n_rows, n_sectors) of the von Mises stress of each part, or of its estimate."""
         weights, joint = cycle.degrees.weights, self._analysis.units.joint
-        above = int(np.clip(np.searchsorted(self._anchors, cycle.rpm), 1, max(len(self._anchors) - 1, 1)))
         if len(self._anchors) == 1:
             return [part.bound(weights) for part in self._parts]
-        low, high = self._anchors[above - 1] ** 2, self._anchors[above] ** 2
-        share = (cycle.rpm**2 - low) / (high - low)
+        above, share = self._between(cycle.rpm)
         before, after = self._weights[above - 1], self._weights[above]
         strays = Weights(
             *(
@@ -249,13 +293,19 @@ class SpeedSearch:
             return [part.bound(weights) for part in self._parts]
         return [one + other for one, other in zip(straight, strayed, strict=True)]
 
-    def _worst(self, cycle: EstimatedCycle, at_peaks: list[Floats], mode: Mode) -> Place:
+    def _bounds(self, cycle: EstimatedCycle, at_peaks: list[Reals]) -> list[Floats]:
+        """Upper bounds (n_rows,) of the von Mises stress of each part; those of its peak cases are known."""
         error, bounds = np.maximum.reduceat(cycle.degrees.error, self._starts), []
         for part, sectors, peak in zip(self._parts, self._in_sectors(cycle), at_peaks, strict=True):
             away: Floats | float = 0.0
             if cycle.estimated:
                 away = part.errors(slice(None), error, cycle.allowed * sectors.max(axis=1))[0]
-            bounds.append(mode.bound(part, np.maximum((sectors + away).max(axis=1), peak)))
+            bounds.append(np.maximum((sectors + away).max(axis=1), peak))
+        return bounds
+
+    def _worst(self, cycle: EstimatedCycle, largest: list[Floats], mode: Mode) -> Place:
+        """Find the worst place against a mode of failure, given what the stress of each part is at most."""
+        bounds = [mode.bound(part, most) for part, most in zip(self._parts, largest, strict=True)]
         least = np.concatenate(bounds)  # lower bounds of the factors of the rows of all parts
         order, numbers = np.argsort(least), range(len(self._parts))
         part_of = np.repeat(numbers, [len(part.points) for part in self._parts])
@@ -294,19 +344,18 @@ class SpeedSearch:
         )
         return Place(factor, angle, history_figures)
 
-    def _peak(self, stresses: list[Floats]) -> CaseFigures:
+    def _figures(self, stress: Sequence[Floats]) -> CaseFigures:
+        """Figures of a case, from the measures (3, n_rows) of `screened` of each part."""
         peaks = []
-        for part, stress in zip(self._parts, stresses, strict=True):
-            equivalent = deviator_norm(stress[..., None])[:, 0]
-            largest, least = (sign * _largest_principal(sign * stress, equivalent) for sign in (1, -1))
+        for part, (equivalent, largest, opposite) in zip(self._parts, stress, strict=True):
             row = int(equivalent.argmax())
             factor = safety_factor(equivalent[row : row + 1], part.material.yield_strength)
             peaks.append(
                 CaseFigures(
                     max_von_mises_MPa=float(equivalent[row]),
                     at_mm=vector(part.points[row]),
-                    max_principal_MPa=largest,
-                    min_principal_MPa=least,
+                    max_principal_MPa=float(largest.max()),
+                    min_principal_MPa=-float(opposite.max()),
                     max_displacement_mm=None,
                     min_safety_factor=float(factor[0]),
                     error_percent=None,
@@ -319,12 +368,3 @@ class SpeedSearch:
             min_principal_MPa=min(peak.min_principal_MPa for peak in peaks),
             min_safety_factor=min(peak.min_safety_factor for peak in peaks),
         )
-
-
-def _largest_principal(stress: Floats, equivalent: Floats) -> float:
-    """Largest principal stress of all (n, 6), evaluated only where the bound σ_m + ⅔ σ_vM requires it."""
-    bound = stress[:, 5] + 2 / 3 * equivalent
-    best = [bound.argmax()]
-    largest = extreme_principals(stress[best].T, equivalent[best])[0]
-    high = bound > largest
-    return float(np.append(extreme_principals(stress[high].T, equivalent[high])[0], largest).max())
