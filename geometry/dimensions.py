@@ -177,6 +177,20 @@ class Dimensions:
         "9.0",
         _times("shank_width", 0.15, 0.9),
     )
+    cap_boss_round: float = _option(
+        "radius to which the bosses are rounded about the bolts, at both faces",
+        "7.0",
+        _times("big_end_width", 0.02, 0.5),
+    )
+    cap_rib: float = _option(
+        "height of a rib over the back of the cap; for a thick crown it is as wide as the big end",
+        "4.0",
+        _times("big_end_bore", 0.02, 0.35),
+    )
+    cap_rib_width: float = _option("along the pins", "14.0", _times("big_end_width", 0.1, 1.0))
+    cap_rib_groove: float = _option(
+        "width of a groove that makes two ribs of it", "6.0", _times("big_end_width", 0.05, 0.9)
+    )
 
     @property
     def big_end_radius(self) -> float:

@@ -99,16 +99,20 @@ def turned_over(body: int) -> int:
 
 def bottom_rounded(body: int, z: float, radius: float) -> int:
     """Round the edges of a body that lie in the plane `z`."""
-    gmsh.model.occ.synchronize()
     slack = 1e-6 * (1 + abs(z))
+    return rounded(body, radius, lambda _x, _y, middle: abs(middle - z) < slack)
+
+
+def rounded(body: int, radius: float, chosen: Callable[[float, float, float], bool]) -> int:
+    """Round the edges of a body that are `chosen` by the middles of their bounding boxes."""
+    gmsh.model.occ.synchronize()
     edges = []
     for _, tag in gmsh.model.getBoundary([(SOLID, body)], combined=False, oriented=False, recursive=False):
         for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False):
-            _, _, low, _, _, high = gmsh.model.getBoundingBox(1, edge)
-            if max(abs(low - z), abs(high - z)) < slack:
+            low_x, low_y, low_z, x, y, z = gmsh.model.getBoundingBox(1, edge)
+            if chosen((low_x + x) / 2, (low_y + y) / 2, (low_z + z) / 2):
                 edges.append(edge)
-    rounded = gmsh.model.occ.fillet([body], sorted(set(edges)), [radius])
-    return _only_volume(rounded)
+    return _only_volume(gmsh.model.occ.fillet([body], sorted(set(edges)), [radius]))
 
 
 def _loop(chain: Sequence[Curve], place: Placing) -> int:

@@ -3,13 +3,14 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
+from geometry.rib import Rib, rib
 from geometry.segments import Arc, Line, Point, Segment, half_chord, mirrored
+from geometry.steps import ring_steps
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,12 @@ class Bosses:
     #: bolt_at, bolt_radius: y of the bolt's axis and radius of its hole, mm
     bolt_at: float
     bolt_radius: float
+    width: float  #: half of it, along the pins, mm
+    round: float  #: radius of its edges along the bolt, mm; 0 where they are sharp
+
+    def half_width(self, y: Floats) -> Floats:
+        """Return z of its faces at heights `y` up to its top, mm."""
+        return self.width - self.round + half_chord(self.round, np.maximum(y - self.top + self.round, 0.0))
 
     @property
     def seat(self) -> float:
@@ -37,6 +44,12 @@ class Bosses:
             Arc.towards((-x, y), self.fillet, origin, (math.inf, y), anticlockwise=True),
             Arc.towards((x, y), self.fillet, (-math.inf, y), origin, anticlockwise=True),
         )
+
+    @property
+    def from_middle(self) -> float:
+        """Angle from the middle of the cap at which the boss's fillet begins, seen from the bore, rad."""
+        x, y = self.fillets()[0].start
+        return math.atan2(y, -x)
 
     def outline(self) -> tuple[Segment, ...]:
         """Return the pieces from ring to ring, over the boss."""
@@ -57,6 +70,8 @@ def bosses(rod: Dimensions) -> Bosses | None:
         ring=rod.big_end_radius,
         bolt_at=at,
         bolt_radius=rod.cap_bolt / 2,
+        width=rod.big_end_width / 2,
+        round=rod.cap_boss_round,
     )
 
 
@@ -134,6 +149,18 @@ class Outline:
         return bosses(self.rod)
 
     @cached_property
+    def rib(self) -> Rib | None:
+        """The rib over the back of the cap."""
+        if self.bosses is None or not self.rod.cap_rib:
+            return None
+        return rib(self.rod, self.bosses.from_middle)
+
+    @property
+    def back(self) -> tuple[Arc, ...]:
+        """The upper half of the rib's back, from (−, 0) to where it ends on the ring."""
+        return () if self.rib is None else (self.rib.crown, self.rib.end)
+
+    @cached_property
     def shank_sector(self) -> float:
         """Half the angle about the crank pin that holds the shank and no boss, rad; π without bosses."""
         if self.bosses is None:
@@ -151,7 +178,9 @@ class Outline:
         around: tuple[Segment, ...] = (ring,)
         if self.bosses is not None:
             cap, shank = self.bosses.fillets()
+            left = left if self.rib is None else self.rib.end.center
             around = (
+                *self.back,
                 Arc.towards(origin, rod.big_end_radius, left, cap.center, anticlockwise=False),
                 *self.bosses.outline(),
                 Arc.towards(origin, rod.big_end_radius, shank.center, big.center, anticlockwise=False),
@@ -173,13 +202,15 @@ class Outline:
         big, *shank = self.upper[-4:]
         above = tuple(piece.turned(self.turn) for piece in boss.outline())
         below = tuple(piece.turned(self.turn) for piece in mirrored(boss.outline()))
+        rib = tuple(piece.turned(self.turn) for piece in (*mirrored(self.back), *self.back))
 
         def along_ring(first: Segment, last: Segment) -> Arc:
             return Arc.towards(origin, ring, first.end, last.start, anticlockwise=False)
 
         over, under = (big, *shank), mirrored((big, *shank))
         return (
-            along_ring(below[-1], above[0]),
+            along_ring(below[-1], (*rib, above[0])[0]),
+            *((*rib, along_ring(rib[-1], above[0])) if rib else ()),
             *above,
             along_ring(above[-1], big),
             *over,
@@ -201,80 +232,6 @@ class Outline:
         """Return the largest y of the outline at `x`, mm; 0 outside the rod."""
         highest = np.max([piece.height(x) for piece in self.upper], axis=0)
         return np.asarray(np.maximum(highest, 0.0))
-
-
-# The step begins outside the ring, by this fraction of its outer radius, so that it crosses the outline at
-# an angle; at the ring itself it would touch the outline tangentially.
-LAND = 0.06
-
-
-@dataclass(frozen=True)
-class RingStep:
-    """A ring's side face and the step at its rim, as half-width z over the distance from the bore's axis."""
-
-    center: float  #: x of the bore's axis, mm
-    rim: float  #: distance at which the ring's face ends, mm
-    foot: float  #: distance from which on the shank's face is flat, mm; equals `rim` where there is no step
-    #: ring, shank: half-widths of ring and shank, mm
-    ring: float
-    shank: float
-    radius: float  #: of the concave arc at the foot, mm
-
-    @property
-    def height(self) -> float:
-        """Height of the step, mm."""
-        return self.ring - self.shank
-
-    @property
-    def sweep(self) -> float:
-        """Angle of the concave arc, rad."""
-        return math.acos(1 - min(self.height / self.radius, 1.0)) if self.height else 0.0
-
-    def half_width(self, distance: Floats) -> Floats:
-        """Return z of the faces at distances from the bore's axis, mm."""
-        short = np.clip(self.foot - distance, 0.0, self.radius)
-        flank = self.shank + self.radius - half_chord(self.radius, short)
-        return np.where(distance <= self.rim, self.ring, flank)
-
-    def space_above(self, top: float, far: float) -> tuple[Segment, ...]:
-        """Closed profile (distance, z) of what lies above these faces, up to `top` and out to `far`, mm."""
-        ceiling = 1.1 * max(top, self.shank + self.radius)
-        beyond, roof = (far, self.shank), (far, ceiling)
-        center, quarter = (self.foot, self.shank + self.radius), math.pi / 2
-        if self.height == 0:
-            return _chain([(0.0, self.shank), beyond, roof, (0.0, ceiling), (0.0, self.shank)])
-        if self.ring < top:  # the ring's own face is part of it
-            arc = Arc(center, self.radius, -quarter - self.sweep, self.sweep)
-            wall = [(self.rim, self.ring)] if self.height > self.radius else []
-            axis = [(0.0, ceiling), (0.0, self.ring)]
-            return (arc, *_chain([arc.end, beyond, roof, *axis, *wall, arc.start]))
-        # The arc goes on above the ring's face to the vertical: it then crosses that face cleanly.
-        arc = Arc(center, self.radius, -2 * quarter, quarter)
-        return (arc, *_chain([arc.end, beyond, roof, (arc.start[0], ceiling), arc.start]))
-
-
-def ring_steps(rod: Dimensions) -> tuple[RingStep, RingStep]:
-    """Return the steps of big and small end."""
-    return (
-        _step(0.0, rod.big_end_radius, rod.big_end_width / 2, rod),
-        _step(rod.length, rod.small_end_radius, rod.small_end_width / 2, rod),
-    )
-
-
-def _step(center: float, ring_radius: float, ring: float, rod: Dimensions) -> RingStep:
-    shank = rod.shank_width / 2
-    height = ring - shank
-    # A wall lower than a twentieth of the radius would be a sliver: the arc then takes the whole step.
-    radius = rod.ring_step_radius
-    radius = height if radius < height < 1.05 * radius else radius
-    rim = (1 + LAND) * ring_radius
-    rise = min(height, radius)
-    reach = math.sqrt(radius**2 - (radius - rise) ** 2)
-    return RingStep(center, rim, rim + reach, ring, shank, radius)
-
-
-def _chain(points: list[Point]) -> tuple[Line, ...]:
-    return tuple(Line(a, b) for a, b in pairwise(points))
 
 
 @dataclass(frozen=True)

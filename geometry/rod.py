@@ -6,7 +6,9 @@ from typing import Any
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
 from geometry.errors import require, require_number, require_positive
-from geometry.outline import Bosses, Outline, Pocket, ring_steps, web_pocket
+from geometry.outline import Bosses, Outline, Pocket, web_pocket
+from geometry.rib import LEAST, highest, rib
+from geometry.steps import ring_steps
 
 _LEAST, _MOST = 0.1, 10_000.0  # mm
 _ENDS = ("big_end", "small_end")
@@ -28,8 +30,17 @@ def _check(rod: Dimensions) -> None:
     _shank(rod)
     _small_end(rod)
     _chamfers(rod)
-    if (bosses := Outline(rod).bosses) is not None:
+    bosses = Outline(rod).bosses
+    for name in ("cap_boss_round", "cap_rib"):
+        rule = "needs bolts that hold the cap"
+        require_of(rod, name, bosses is not None or not getattr(rod, name), rule, "Give cap_bolt_mm.")
+    for name in ("cap_rib_width", "cap_rib_groove"):
+        rule = "belongs to a rib over the cap"
+        require_of(rod, name, rod.cap_rib > 0 or not getattr(rod, name), rule, "Give cap_rib_mm.")
+    if bosses is not None:
         _bosses(rod, bosses)
+        if rod.cap_rib:
+            _rib(rod, bosses)
     if rod.has_pockets:
         remedy = 'Reduce it, or choose shank_section = "rectangular".'
         across, what = (rod.least_depth, "depth") if rod.has_side_pockets else (rod.shank_width, "width")
@@ -149,6 +160,28 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     rule = f"must be at least {least:.4g} mm, so that the holes clear the bore and the bolts have plane seats"
     wide = rod.cap_bolt_spacing >= least
     require_of(rod, "cap_bolt_spacing", wide, rule, "Increase it, or lengthen the bosses.")
+    most = max(min(0.9 * bosses.width, bosses.top - bosses.ring), 0.0)
+    what = ": 0.9 of half the big end's width, and what the bosses stand out from the ring"
+    _at_most(rod, "cap_boss_round", most, what, "Reduce it.")
+
+
+def _rib(rod: Dimensions, bosses: Bosses) -> None:
+    least, most = LEAST * bosses.ring, highest(bosses.ring, bosses.from_middle)
+    rule = (
+        f"must be at least {least:.4g} mm, {LEAST:g} of the ring's outer radius, and at most {most:.4g} mm, "
+        "to run out on the ring between the bosses"
+    )
+    require_of(rod, "cap_rib", least <= rod.cap_rib <= most, rule, "Change it, or shorten the bosses.")
+    foot, width = rib(rod, bosses.from_middle).side.radius, rod.big_end_width
+    rule = (
+        f"must be the big end's width, {width:g} mm, or leave room for the arcs at its foot: "
+        f"{0.1 * width:.4g} to {width - 2.1 * foot:.4g} mm"
+    )
+    fits = rod.cap_rib_width == width or 0.1 * width <= rod.cap_rib_width <= width - 2.1 * foot
+    require_of(rod, "cap_rib_width", fits, rule, "Change it, or lower the rib.")
+    groove, least, most = rod.cap_rib_groove, 2.1 * foot, 0.8 * rod.cap_rib_width
+    rule = f"must be 0 (one rib) or {least:.4g} to {most:.4g} mm, with arcs at its floor between two ribs"
+    require_of(rod, "cap_rib_groove", groove == 0 or least <= groove <= most, rule, "Lower or widen the rib.")
 
 
 def _pocket(rod: Dimensions, pocket: Pocket) -> None:

@@ -7,12 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 from geometry.dimensions import Dimensions
 from geometry.mass import MassProperties
-from geometry.outline import Outline, Pocket, RingStep, ring_steps, slant_half_width, web_pocket
+from geometry.outline import Outline, Pocket, slant_half_width, web_pocket
 from geometry.rod import Rod
 from geometry.segments import half_chord
+from geometry.steps import RingStep, ring_steps
 
 # Gauss points over the angle of a half circle: accurate also for arcs that end with a vertical tangent.
 _ANGLES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -80,7 +81,16 @@ class HeightField:
         beside = np.arctan2(y, x) > self.outline.shank_sector  # the bosses and the ring between them
         z_big = np.where(beside, big.ring, big.half_width(np.hypot(x, y)))
         z = np.maximum(z_big, small.half_width(np.hypot(x - small.center, y)))
+        if (boss := self.outline.bosses) is not None and boss.round:
+            z = np.where(y > boss.top - boss.round, np.minimum(z, boss.half_width(y)), z)
+        if (rib := self.outline.rib) is not None:
+            z = np.where(self.on_rib(x, y), rib.side.half_width(np.hypot(x, y)), z)
         return np.minimum(z, slant_half_width(self.rod, x))
+
+    def on_rib(self, x: Floats, y: Floats) -> Mask:
+        """Whether points lie in the sector that holds the rib."""
+        rib = self.outline.rib
+        return np.arctan2(np.abs(y), -x) < (0.0 if rib is None else rib.sector)
 
     def half_width(self, x: Floats, y: Floats) -> Floats:
         """Return z of the upper surface at points of the plan, mm; 0 in the bores."""
@@ -100,6 +110,8 @@ class HeightField:
         z = np.maximum(z, half_chord(self._drilled_radius(x), y))
         if self.pocket is not None and self.pocket.in_sides:
             z = np.maximum(z, self.pocket.half_height(x, np.abs(y)))
+        if (rib := self.outline.rib) is not None:
+            z = np.where(self.on_rib(x, y), rib.groove_depth(np.hypot(x, y)), z)
         if bosses is not None:
             bolt = half_chord(bosses.bolt_radius, y - bosses.bolt_at)
             z = np.maximum(z, np.where(np.abs(x) < bosses.half_length, bolt, 0.0))
@@ -167,7 +179,11 @@ class HeightField:
             ends += [center - rim, center + rim]
         for step, side in zip(self.steps, (1, -1), strict=True):
             for radius in (step.rim, step.foot):
-                ends += [step.center + side * radius, self._crossing(step.center, side, radius)]
+                begin = self.outline.fillets[0].start[0] if side > 0 else self.outline.fillets[1].end[0]
+                ends += [step.center + side * radius, self._crossing(step.center, begin, radius)]
+        if (rib := self.outline.rib) is not None:
+            for radius in rib.rings:
+                ends += [-radius, self._crossing(0.0, rib.end.end[0], radius)]
         if self.pocket is not None:
             big, small = self.pocket.corners()
             for inset in (0.0, self.pocket.floor_radius):
@@ -196,10 +212,9 @@ class HeightField:
                 yield x + radius * (1 - short)
                 short *= 4
 
-    def _crossing(self, center: float, side: int, radius: float) -> float:
-        """Return x where a circle about a bore crosses the outline, by bisection."""
-        big, small = self.outline.fillets
-        begin = big.start[0] if side > 0 else small.end[0]  # on the ring, inside the circle
+    def _crossing(self, center: float, begin: float, radius: float) -> float:
+        """Return x where a circle about a bore crosses the outline, by bisection from x inside of it."""
+        side = math.copysign(1.0, begin - center)
         low, high = abs(begin - center), radius
         for _ in range(50):
             middle = (low + high) / 2
@@ -213,6 +228,8 @@ class HeightField:
         circles = [(bore.center[0], bore.radius) for bore in self.outline.bores]
         circles += [(center, rim) for center, rim, _ in self.chamfers]
         circles += [(step.center, radius) for step in self.steps for radius in (step.rim, step.foot)]
+        if (rib := self.outline.rib) is not None:
+            circles += [(0.0, radius) for radius in rib.rings]
         seams = [half_chord(radius, x - center) for center, radius in circles]
         levels = [self.rod.oil_hole / 2]
         if self.rod.oil_gallery or self.rod.shank_bore:
@@ -224,8 +241,9 @@ class HeightField:
             seams += [self.pocket.upper_side(x, inset) for inset in (0.0, self.pocket.floor_radius)]
             seams += [np.full_like(x, center[1]) for center in self.pocket.corner_centers()]
         if self.outline.bosses is not None:
-            at, radius = self.outline.bosses.bolt_at, self.outline.bosses.bolt_radius
-            levels += [at - radius, at + radius]
+            boss = self.outline.bosses
+            levels += [boss.bolt_at - boss.bolt_radius, boss.bolt_at + boss.bolt_radius]
+            levels += [boss.top - boss.round] if boss.round else []
         seams += [np.full_like(x, level) for level in levels]
         stacked = np.stack([np.zeros_like(x), *seams, top], axis=-1)
         return np.sort(np.clip(stacked, 0.0, top[:, None]), axis=-1)

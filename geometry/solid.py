@@ -15,17 +15,19 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
 from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
-from geometry.outline import Outline, Pocket, RingStep, ring_steps, slant_half_width, space_beside, web_pocket
+from geometry.outline import Outline, Pocket, slant_half_width, space_beside, web_pocket
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
+from geometry.rib import Rib
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc, Line, Segment
+from geometry.steps import RingStep, ring_steps
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 # Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or
@@ -86,6 +88,11 @@ def expected_features(rod: Rod, turn: float = 0.0) -> Iterator[Expected]:
     for step in field.steps:
         matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
         yield Expected(FeatureKind.RING_STEP, matches, _ring_step(field, step), step.radius, step.sweep)
+    if (rib := outline.rib) is not None:
+        matches = partial(Face.is_torus, x=0.0, major=rib.rings[1], minor=rib.side.radius)
+        sides = (rib.side.height > 0) + (rib.groove > 0)
+        area = sides * _foot(field, rib.side, -1, math.pi / 2, field.on_rib)
+        yield Expected(FeatureKind.RING_STEP, matches, area, rib.side.radius, math.pi / 2)
     if field.pocket is not None:
         yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
 
@@ -173,14 +180,21 @@ def _ring_step(field: HeightField, step: RingStep) -> float:
     if step.height == 0:
         return 0.0
     side = 1 if step is field.steps[0] else -1
-    azimuth, rise = np.meshgrid(_ALONG * math.pi / 2, _ACROSS * step.sweep)
-    distance = step.foot - step.radius * np.sin(rise)
+    return _foot(field, step, side, step.sweep, lambda x, y: np.arctan2(y, x) < field.outline.shank_sector)
+
+
+def _foot(
+    field: HeightField, step: RingStep, side: int, sweep: float, counts: Callable[[Floats, Floats], Mask]
+) -> float:
+    azimuth, rise = np.meshgrid(_ALONG * math.pi / 2, _ACROSS * sweep)
+    foot = step.rim + step.radius * math.sin(sweep)
+    distance = foot - step.radius * np.sin(rise)
     x = step.center + side * distance * np.cos(azimuth)
     height = step.shank + step.radius * (1 - np.cos(rise))
     y = distance * np.sin(azimuth)
-    within = (np.arctan2(y, x) < field.outline.shank_sector) & (y < field.outline.height(x))
+    within = counts(x, y) & (y < field.outline.height(x))
     within &= height < slant_half_width(field.rod, x)
-    return 4 * step.radius * step.sweep * (math.pi / 2) * float((within * distance).mean())
+    return 4 * step.radius * sweep * (math.pi / 2) * float((within * distance).mean())
 
 
 def check_contacts(
@@ -275,27 +289,9 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
     gmsh.model.add("rod")
     turn = 0.0 if assembly is None else math.radians(assembly.split or 0.0)
-    body = _plan(rod, mirror, turn)
-    above = []
-    big, small = ring_steps(rod)
-    top = max(big.ring, small.ring)
-    if top > rod.shank_width / 2:
-        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
-        with kernel.attempt("draw the ring steps"):
-            around = _above(big, top, rod, Outline(rod, turn).shank_sector)
-            above.append(kernel.common(around, _above(small, top, rod)))
-    if rod.has_pockets and not rod.has_side_pockets:
-        above.append(_pocket(rod))
-    if profile := space_beside(rod):
-        with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
-            above.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
-    if mirror is Mirror.NONE:
-        above += [kernel.turned_over(tool) for tool in above]
-    if rod.has_side_pockets:
-        aside = _pocket(rod)
-        above += [aside] if mirror is Mirror.QUARTER else [aside, kernel.turned_over(aside)]
+    outline, body = Outline(rod, turn), _plan(rod, mirror, turn)
     with kernel.attempt("cut ring steps and web pockets"):
-        body = kernel.cut(body, above)
+        body = kernel.cut(body, _beside(rod, mirror, outline))
     with kernel.attempt("separate the bushing from the rod (rod.bushing_mm)"):
         volumes = _bushed(rod, body)
     with kernel.attempt("drill and chamfer (rod.cap_bolt_mm, rod.oil_hole_mm, rod.…_chamfer_mm)"):
@@ -323,6 +319,31 @@ def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None =
     return solid
 
 
+def _beside(rod: Rod, mirror: Mirror, outline: Outline) -> list[int]:
+    """Draw what is cut off the extruded outline beside shank, rib and small end."""
+    above: list[int] = []
+    big, small = ring_steps(rod)
+    top = max(big.ring, small.ring)
+    if top > rod.shank_width / 2:
+        # Their common part is what lies above both rings' faces: no seam where they meet on the shank.
+        with kernel.attempt("draw the ring steps"):
+            around = _above(big, top, rod, outline.shank_sector)
+            above.append(kernel.common(around, _above(small, top, rod)))
+    if rod.has_pockets and not rod.has_side_pockets:
+        above.append(_pocket(rod))
+    if profile := space_beside(rod):
+        with kernel.attempt("slant the small end (rod.small_end_crown_width_mm)"):
+            above.append(kernel.prism_along_y(profile, rod.small_end_radius * 2))
+    if mirror is Mirror.NONE:
+        above += [kernel.turned_over(tool) for tool in above]
+    if rod.has_side_pockets:
+        aside = _pocket(rod)
+        above += [aside] if mirror is Mirror.QUARTER else [aside, kernel.turned_over(aside)]
+    if outline.rib is not None:
+        above += _beside_rib(outline.rib, top, rod, mirror, outline.turn)
+    return above
+
+
 def with_contacts(
     solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]]
 ) -> Solid:
@@ -344,9 +365,19 @@ def _plan(rod: Rod, mirror: Mirror, turn: float) -> int:
             big, small = (bore.reversed() for bore in outline.bores)
             cap, crown = outline.upper[0].start, outline.upper[-1].end
             back = (Line(crown, small.start), small, Line(small.end, big.start), big, Line(big.end, cap))
-            return kernel.prism((*outline.upper, *back), (), 0.0, top)
-        holes = [(bore, bore.mirrored()) for bore in outline.bores]
-        return kernel.prism(outline.whole, holes, 0.0 if mirror is Mirror.HALF else -top, top)
+            body = kernel.prism((*outline.upper, *back), (), 0.0, top)
+        else:
+            holes = [(bore, bore.mirrored()) for bore in outline.bores]
+            body = kernel.prism(outline.whole, holes, 0.0 if mirror is Mirror.HALF else -top, top)
+    if (boss := outline.bosses) is None or not boss.round:
+        return body
+    slack = SLACK * rod.length
+
+    def outermost(x: float, y: float, z: float) -> bool:
+        return abs(math.hypot(x, y) - boss.top) < slack and abs(abs(z) - boss.width) < slack
+
+    with kernel.attempt("round the bosses (rod.cap_boss_round_mm)"):
+        return kernel.rounded(body, boss.round, outermost)
 
 
 def _pocket(rod: Rod) -> int:
@@ -414,6 +445,18 @@ def _bushed(rod: Rod, body: int) -> dict[str, int]:
 def _above(step: RingStep, top: float, rod: Rod, sector: float = math.pi) -> int:
     far = 3 * (rod.length + rod.big_end_radius + rod.small_end_radius)
     return kernel.revolution(step.space_above(top, far), step.center, sector)
+
+
+def _beside_rib(rib: Rib, top: float, rod: Rod, mirror: Mirror, turn: float) -> list[int]:
+    tools = []
+    with kernel.attempt("draw the rib of the cap (rod.cap_rib_mm)"):
+        if rib.side.height:
+            tools.append(_above(rib.side, top, rod, rib.sector))
+            tools += [kernel.turned_over(tools[0])] if mirror is Mirror.NONE else []
+        if rib.groove:
+            tools.append(kernel.revolution(rib.groove_profile(2 * rod.length), 0.0, rib.sector))
+    gmsh.model.occ.rotate([(kernel.SOLID, tool) for tool in tools], 0, 0, 0, 0, 0, 1, math.pi + turn)
+    return tools
 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:

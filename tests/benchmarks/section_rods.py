@@ -75,9 +75,9 @@ def of_twice_the_order(rod):
         return HeightField(rod).mass()
 
 
-def outcome(seed, section):
+def outcome(seed, section, ribbed):
     """What became of a rod."""
-    rod = random_rod(seed, section, SPREAD)
+    rod = random_rod(seed, section, SPREAD, ribbed=ribbed)
     if isinstance(rod, InvalidValue):
         return {"outcome": "refused", "by": rod.name}
     own = HeightField(rod).mass()
@@ -127,6 +127,9 @@ def main():
     parser.add_argument("--count", type=int, default=500, help="rods to solve of each section")
     parser.add_argument("--sections", nargs="+", default=[str(one) for one in ShankSection])
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
+    parser.add_argument(
+        "--ribs", action="store_true", help="with bolts, rounded bosses and ribs on every cap"
+    )
     arguments = parser.parse_args()
     kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
     seed = 0
@@ -138,7 +141,7 @@ def main():
         for name in open_:
             own = kept.setdefault(name, {})
             if str(seed) not in own:
-                own[str(seed)] = outcome(seed, ShankSection(name))
+                own[str(seed)] = outcome(seed, ShankSection(name), arguments.ribs)
         if arguments.resume:
             arguments.resume.write_text(json.dumps(kept))
         seed += 1

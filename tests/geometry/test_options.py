@@ -2,10 +2,13 @@ import math
 from dataclasses import replace
 
 import gmsh
+import numpy as np
 import pytest
 
+from geometry.assembly import Assembly
 from geometry.errors import InvalidValue
 from geometry.faces import FeatureKind
+from geometry.outline import Outline
 from geometry.rod import proportioned
 from geometry.section import HeightField
 from geometry.session import session
@@ -20,6 +23,16 @@ OPTIONS = {
     "cap bolts": {"cap_bolt": 9.0},
     "chamfers": {"big_end_chamfer": 1.5, "small_end_chamfer": 0.8},
     "chamfered bushing": {"oil_hole": 4.0, "bushing": 2.0, "small_end_chamfer": 0.9, "cap_bolt": 9.0},
+    "rounded bosses": {"cap_bolt": 9.0, "cap_boss_round": 6.0},
+    "thick crown": {"cap_bolt": 9.0, "cap_rib": 5.0, "cap_rib_width": 25.0},
+    "rib": {"cap_bolt": 9.0, "cap_rib": 5.0, "cap_rib_width": 12.0},
+    "two ribs": {
+        "cap_bolt": 9.0,
+        "cap_boss_round": 6.0,
+        "cap_rib": 4.0,
+        "cap_rib_width": 17.0,
+        "cap_rib_groove": 7.0,
+    },
     "everything": {"oil_hole": 4.0, "bushing": 2.0, "small_end_crown_width": 14.0, "cap_bolt": 9.0},
 }
 
@@ -37,6 +50,31 @@ def test_the_drawn_solid_is_what_the_dimensions_say(name, mirror):
     assert computed.center[0] == pytest.approx(drawn.center[0], rel=1e-5)
     for i in range(3):
         assert computed.inertia[i][i] == pytest.approx(drawn.inertia[i][i], rel=1e-5)
+
+
+def test_ribs_turn_with_the_joint():
+    # The kernel's volume of the turned rod is that of the straight one: a joint turns what the rod is not.
+    cap = {"cap_boss_length": 28.0, "cap_boss_fillet": 3.0, "big_end_fillet": 8.0}
+    rod = proportioned(**PLAIN, **(OPTIONS["two ribs"] | cap))
+    expected = HeightField(rod).mass()
+    for mirror in (Mirror.NONE, Mirror.HALF):
+        with session():
+            solid = build(rod, mirror, Assembly(split=25.0))
+        cap = next(part.mass for part in solid.parts if part.name == "cap")
+        assert solid.mass.mass == pytest.approx(expected.mass, rel=1e-6)
+        assert math.degrees(math.atan2(-cap.center[1], -cap.center[0])) == pytest.approx(25.0, abs=1e-3)
+
+
+def test_a_rib_adds_what_it_should():
+    # By hand: between two circles that cross at the ring's height, a rib as wide as the big end.
+    plain = proportioned(**PLAIN, cap_bolt=9.0)
+    crowned = replace(plain, cap_rib=5.0, cap_rib_width=25.0)
+    x = np.linspace(-plain.big_end_radius - 5.0, 0.0, 200_001)
+    heights = [Outline(rod).height(x) for rod in (plain, crowned)]
+    more = 2 * 25.0 * float(np.trapezoid(heights[1] - heights[0], x))
+    assert HeightField(crowned).mass().mass - HeightField(plain).mass().mass == pytest.approx(more, rel=1e-5)
+    back = Outline(crowned).rib.crown
+    assert back.start == pytest.approx((-plain.big_end_radius - 5.0, 0.0), abs=1e-9)
 
 
 def test_an_option_takes_what_it_should():
@@ -96,6 +134,15 @@ def test_the_bosses_are_blended_into_the_ring():
         ("rod.cap_boss_length_mm", {"cap_boss_length": 68.0}),
         ("rod.cap_boss_length_mm", {"cap_boss_length": 56.0, "big_end_fillet": 40.0}),
         ("rod.big_end_width_mm", {"small_end_width": 27.0}),
+        ("rod.cap_boss_round_mm", {"cap_boss_round": 12.0}),
+        ("rod.cap_rib_mm", {"cap_rib": 1.0, "cap_rib_width": 12.0}),
+        ("rod.cap_rib_mm", {"cap_rib": 30.0, "cap_rib_width": 12.0}),
+        ("rod.cap_rib_width_mm", {"cap_rib": 5.0, "cap_rib_width": 24.0}),
+        ("rod.cap_rib_width_mm", {"cap_rib": 5.0}),
+        ("rod.cap_rib_width_mm", {"cap_rib_width": 5.0}),
+        ("rod.cap_rib_groove_mm", {"cap_rib": 5.0, "cap_rib_width": 14.0, "cap_rib_groove": 5.0}),
+        ("rod.cap_rib_mm", {"cap_bolt": 0.0, "cap_rib": 5.0, "cap_rib_width": 12.0}),
+        ("rod.cap_boss_round_mm", {"cap_bolt": 0.0, "cap_boss_round": 5.0}),
     ],
 )
 def test_an_option_that_does_not_fit_is_refused_by_name(key, change):

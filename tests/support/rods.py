@@ -9,7 +9,9 @@ from geometry.errors import InvalidValue
 from geometry.rod import Rod, proportioned
 
 
-def random_rod(seed: int, section: ShankSection | None = None, spread: float = 0.25) -> Rod | InvalidValue:
+def random_rod(
+    seed: int, section: ShankSection | None = None, spread: float = 0.25, *, ribbed: bool = False
+) -> Rod | InvalidValue:
     """Draw a rod: usual proportions, every dimension then scaled at random; or the refusal it met.
 
     Parameters
@@ -20,6 +22,8 @@ def random_rod(seed: int, section: ShankSection | None = None, spread: float = 0
         That of the shank, with an oil gallery in half of the rods; None: an I-section or a rectangle.
     spread
         Standard deviation of the logarithm of each dimension over the usual one.
+    ribbed
+        Give every rod cap bolts with rounded bosses, and one rib or two over the cap.
     """
     draw = np.random.default_rng(seed)
     length = float(np.exp(draw.uniform(np.log(40), np.log(600))))
@@ -30,6 +34,8 @@ def random_rod(seed: int, section: ShankSection | None = None, spread: float = 0
         optional = _options(rod, draw)
         if section and np.random.default_rng([seed, 1]).random() < 0.5:
             optional["oil_gallery"] = 0.3 * rod.drilled_thickness
+        if ribbed:
+            optional |= _cap(rod, np.random.default_rng([seed, 2]))
         rod = proportioned(**_given(rod), **optional)
         free = dimensions()[3:]  # beyond length and bores
         changes = {name: getattr(rod, name) * float(np.exp(draw.normal(0, spread))) for name in free}
@@ -40,6 +46,14 @@ def random_rod(seed: int, section: ShankSection | None = None, spread: float = 0
 
 def _given(rod: Rod) -> dict[str, object]:
     return {field.name: getattr(rod, field.name) for field in fields(Rod) if field.name not in options()}
+
+
+def _cap(rod: Rod, draw: np.random.Generator) -> dict[str, float]:
+    height = draw.uniform(0.1, 0.2) * rod.big_end_radius
+    width = rod.big_end_width * draw.uniform(0.3, 0.8)
+    cap = {"cap_bolt": 0.35 * rod.big_end_width, "cap_boss_round": 0.3 * rod.big_end_width}
+    cap |= {"cap_rib": height, "cap_rib_width": width}
+    return cap | ({"cap_rib_groove": min(1.8 * height, 0.7 * width)} if draw.random() < 0.5 else {})
 
 
 def _options(rod: Rod, draw: np.random.Generator) -> dict[str, float]:
