@@ -50,10 +50,10 @@ def _given(rod: Rod) -> dict[str, object]:
 
 def _cap(rod: Rod, draw: np.random.Generator) -> dict[str, float]:
     height = draw.uniform(0.1, 0.2) * rod.big_end_radius
-    width = rod.big_end_width * draw.uniform(0.3, 0.8)
-    cap = {"cap_bolt": 0.35 * rod.big_end_width, "cap_boss_round": 0.3 * rod.big_end_width}
+    width = rod.big_end_width * draw.uniform(0.3, 0.7)
+    cap = {"cap_bolt": 0.35 * rod.big_end_width, "cap_boss_round": 0.15 * rod.big_end_width}
     cap |= {"cap_rib": height, "cap_rib_width": width}
-    return cap | ({"cap_rib_groove": min(1.8 * height, 0.7 * width)} if draw.random() < 0.5 else {})
+    return cap | ({"cap_rib_groove": min(1.8 * height, 0.65 * width)} if draw.random() < 0.5 else {})
 
 
 def _options(rod: Rod, draw: np.random.Generator) -> dict[str, float]:
