@@ -178,6 +178,13 @@ class WeakestFigures(Figures):
     yield_MPa: float
 
 
+class LiningFigures(Figures):
+    """The lining of a bore in a load case: where it yields it settles, which does not end the rod."""
+
+    safety_factor: float  #: against yielding
+    specific_load_MPa: float  #: force of the pin over diameter times width of its bore
+
+
 class CaseFigures(Figures):
     """``results``: extremes of a load case away from singular places; None where they were not computed."""
 
@@ -199,6 +206,7 @@ class CaseFigures(Figures):
     singular_where: WhereKnown[str] = None  #: the place of the largest stress among those, in words
     sharp_edges: WhereKnown[tuple[SharpEdgeFigures, ...]] = None
     contact: WhereKnown[Mapping[str, BoreFigures]] = None
+    linings: WhereKnown[Mapping[str, LiningFigures]] = None  #: bushing and shells, by part
 
 
 class SurfaceFigures(Figures):

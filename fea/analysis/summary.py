@@ -24,6 +24,7 @@ from fea.analysis.figures import (
     EnvelopeFigures,
     EnvironmentFigures,
     FilmFigures,
+    LiningFigures,
     LoadFigures,
     ModelFigures,
     PassFigures,
@@ -51,9 +52,10 @@ from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
-from fea.judge.verdict import Verdict, peak, safety_factor
+from fea.judge.verdict import CAP, Verdict, peak, safety_factor
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
+from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface
 from geometry.system import peak_memory, usable_processors
@@ -274,12 +276,27 @@ def case_figures(
         **(_singular(rod, case) if case.error.masked.any() else {}),
         sharp_edges=sharp_edges or None,
         contact={surface.value: _bore(case, surface, length) for surface in case.touch} or None,
+        linings=dict(_linings(rod, case)) or None,
     )
+
+
+def _linings(rod: PreparedRod, case: CaseResult) -> Iterator[tuple[str, LiningFigures]]:
+    bores = rod.mesh.bores
+    small, big = bores.small_radius * bores.small_width, bores.big_radius * bores.big_width
+    for part, material, stress in zip(rod.mesh.parts, rod.materials, case.part_von_mises, strict=True):
+        if material.lining:
+            force, half = (case.load.pin, small) if part == BUSHING else (case.load.crank, big)
+            factor = min(material.yield_strength / float(np.nanmax(stress[case.counts])), CAP)
+            load = float(np.linalg.norm(force)) / (2 * half)
+            yield part, LiningFigures(safety_factor=factor, specific_load_MPa=load)
 
 
 def _weakest(rod: PreparedRod, case: CaseResult) -> WeakestFigures:
     node, strengths = case.worst.node, [material.yield_strength for material in rod.materials]
-    used = [stress[node] / own for stress, own in zip(case.part_von_mises, strengths, strict=True)]
+    used = [
+        np.nan if material.lining else stress[node] / material.yield_strength
+        for stress, material in zip(case.part_von_mises, rod.materials, strict=True)
+    ]
     part = int(np.nan_to_num(used).argmax())
     return WeakestFigures(
         at_mm=vector(rod.mesh.whole.points[node]),
@@ -317,7 +334,8 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
     )
     singular = not counts.all()
     return EnvelopeFigures(
-        min_safety_factor=float(found.safety_factor[worst]),
+        # of the rod: the field has the linings of the bores, too
+        min_safety_factor=max(float(found.safety_factor[worst]), min(1 / float(found.usage[worst]), CAP)),
         at_mm=vector(mesh.points[worst]),
         where=place_name(rod.mesh, worst),
         crank_deg=float(found.usage_angle[worst]) / DEG,

@@ -82,6 +82,8 @@ class Material:
     marin: Marin = Marin()  #: the factors between the limits of specimens and those of the part
     #: the S–N line of polished specimens, if known: none of the factors is contained in it
     basquin: Basquin | None = None
+    #: Whether it lines a bore: where a bushing or a bearing shell yields it settles, which does not end a rod
+    lining: bool = False
 
     def __post_init__(self) -> None:
         require_positive("material.E_GPa", self.youngs_modulus / 1e3)

@@ -53,6 +53,8 @@ class CaseResult(CaseFields):
     von_mises: Floats  #: (n_nodes,), MPa
     principal: Floats  #: (n_nodes, 3), MPa, largest first
     safety_factor: Floats  #: (n_nodes,) against yielding
+    #: (n_nodes,) the same of rod and cap alone, by which the case is judged; `CAP` in the linings of bores
+    of_rod: Floats
     #: Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
     #: the part that is closer to yielding.
     part_von_mises: tuple[Floats, ...]
@@ -156,8 +158,8 @@ class CaseResult(CaseFields):
     @property
     def judged(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Von Mises stress, and utilisation (one over the safety factor), each (n_nodes,) with its error."""
-        utilisation = 1 / self.safety_factor
-        free = self.safety_factor < CAP  # a capped factor does not depend on the stress
+        utilisation = 1 / self.of_rod
+        free = self.of_rod < CAP  # a capped factor does not depend on the stress
         ratio = np.divide(utilisation, self.von_mises, out=np.zeros_like(utilisation), where=free)
         return (self.von_mises, self.von_mises_error), (utilisation, self.von_mises_error * ratio)
 
@@ -213,10 +215,14 @@ def case_result(
         von_mises=equivalent,
         principal=principal(stress),
         safety_factor=factor,
+        of_rod=factor,
         part_von_mises=equivalents,
         von_mises_error=off,
         bore_datum=bore_datum,
     )
+    lasting = [own for own, material in zip(factors, materials, strict=True) if not material.lining]
+    if 0 < len(lasting) < len(factors):
+        result = replace(result, of_rod=np.nan_to_num(np.fmin.reduce(lasting), nan=CAP))
     if sharp is None:
         return result
     return replace(result, sharp=sharp(stress, off, factor, result.min_safety_factor))

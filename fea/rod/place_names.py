@@ -5,6 +5,7 @@ from math import hypot
 import numpy as np
 
 from fea.rod.meshed_rod import MeshedRod
+from fea.study.assembly_table import BUSHING, UPPER_SHELL
 from geometry.surfaces import Surface
 
 # Surfaces by which a place is known; where several meet, the first.
@@ -20,10 +21,10 @@ _NAMES = {
     Surface.SHELL_SEAT: "seat of the shells",
     Surface.SHELL_BACK: "seat of the shells",
 }
-# What lines a bore, by the surface that it has where it is there.
+# What lines a bore, where the rod has such a part.
 _LININGS = {
-    Surface.BIG_END_BORE: (Surface.SHELL_BACK, "bore of the bearing shells"),
-    Surface.SMALL_END_BORE: (Surface.BUSHING_BACK, "bore of the bushing"),
+    Surface.BIG_END_BORE: (UPPER_SHELL, "bore of the bearing shells"),
+    Surface.SMALL_END_BORE: (BUSHING, "bore of the bushing"),
 }
 # Shares of the length between the rings up to which a place on the shank is at its end, and towards it.
 _AT_END, _TOWARDS_END = 0.1, 0.4
@@ -34,8 +35,8 @@ def place_name(mesh: MeshedRod, node: int) -> str:
     whole = mesh.whole
     for surface, name in _NAMES.items():
         if surface in whole.facets and (whole.facets[surface] == node).any():
-            seat, lining = _LININGS.get(surface, (surface, name))
-            return lining if seat in whole.facets else name
+            part, lining = _LININGS.get(surface, ("", name))
+            return lining if part in mesh.parts else name
     x, y, _ = (float(value) for value in whole.points[node])
     length, along = mesh.bores.rod_length, whole.points[:, 0]
     big, small = -float(along.min()), float(along.max()) - length  # outer radii of the ends

@@ -10,7 +10,7 @@ from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.base.shipped import shipped_names, shipped_text, shipped_toml
-from fea.study.assembly_table import BOLT, AssemblyTable, assembled, bolt_material, table_name
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable, assembled, bolt_material, table_name
 from fea.study.engine_table import EngineTable
 from fea.study.film_table import FilmTable
 from fea.study.material_table import SN_KEYS, MaterialTable
@@ -259,7 +259,12 @@ class Study:
         for part in self.part_material.keys() - known:
             remedy = f"The parts of this rod are: {', '.join(names)}."
             raise InvalidValue(f"[material.{part}]", None, "does not name a part of this rod", remedy)
-        return tuple(self.part_material_table(name).material() for name in names)
+        tables = [self.part_material_table(name) for name in names]
+        linings = [table_name(name) in (BUSHING, SHELL) for name in names]
+        return tuple(
+            replace(table.material(), lining=lines and table is not self.material)
+            for table, lines in zip(tables, linings, strict=True)
+        )
 
     def part_material_table(self, part: str) -> MaterialTable:
         """Return the table of a part's material: its own, or that of [material].

@@ -44,7 +44,7 @@ class Envelope:
     amplitude: Floats
     ratio: Floats
     safety_factor: Floats  #: against yielding, at most `fea.judge.verdict.CAP`
-    #: usage, usage_angle: largest von Mises stress over yield strength, and its crank angle, rad
+    #: usage, usage_angle: largest von Mises stress over yield strength, 0 in linings; its crank angle, rad
     usage: Floats
     usage_angle: Floats
     #: Against fatigue: None if no part's strengths are known, NaN at nodes of parts whose are not
@@ -137,6 +137,7 @@ def _judged(
     surface: Floats | float = 1.0,
 ) -> Envelope:
     usage, angle = reach.von_mises / material.yield_strength, angles[reach.instant]
+    usage = 0.0 * usage if material.lining else usage
     return Envelope(
         von_mises=reach.von_mises,
         crank_angle=angle,
@@ -194,7 +195,7 @@ def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
     """
     for case in cases:
         more = case.von_mises > envelope.von_mises
-        worse = case.safety_factor < envelope.safety_factor  # so it is below the cap
+        worse = case.of_rod < envelope.safety_factor  # so it is below the cap
         angle = case.load.crank_angle
         envelope = dataclasses.replace(
             envelope,
@@ -202,8 +203,8 @@ def with_cases(envelope: Envelope, cases: Sequence[CaseResult]) -> Envelope:
             crank_angle=np.where(more & ~np.isnan(angle), angle, envelope.crank_angle),
             principal_1=np.maximum(envelope.principal_1, case.principal[:, 0]),
             principal_3=np.minimum(envelope.principal_3, case.principal[:, 2]),
-            safety_factor=np.where(worse, case.safety_factor, envelope.safety_factor),
-            usage=np.where(worse, 1 / case.safety_factor, envelope.usage),
+            safety_factor=np.where(worse, case.of_rod, envelope.safety_factor),
+            usage=np.where(worse, 1 / case.of_rod, envelope.usage),
             usage_angle=np.where(worse & ~np.isnan(angle), angle, envelope.usage_angle),
         )
     return envelope

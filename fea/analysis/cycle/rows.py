@@ -164,7 +164,18 @@ class PartRows:
         return np.asarray(np.concatenate(found, axis=3).reshape(len(found[0]), instants, -1), float)
 
     def yielding_bound(self, largest: Floats) -> Floats:
-        """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`."""
+        """Lower bound of the (uncapped) factors against yielding for stresses of at most `largest`.
+
+        They are infinite in the lining of a bore, which does not end the rod: see `lining_factor`.
+        """
+        return np.full_like(largest, np.inf) if self.material.lining else self._yielding(largest)
+
+    def lining_factor(self, highest: Floats, lowest: Floats) -> Floats:
+        """Factors (n,) against yielding as of `yielding_factor`, but of a lining alone."""
+        largest = np.maximum(np.abs(highest), np.abs(lowest))
+        return self._yielding(largest) if self.material.lining else np.full_like(largest, np.inf)
+
+    def _yielding(self, largest: Floats) -> Floats:
         return self.material.yield_strength / np.maximum(largest, np.finfo(float).tiny)
 
     def yielding_factor(self, highest: Floats, lowest: Floats, rows: Ints) -> Floats:  # noqa: ARG002

@@ -151,6 +151,7 @@ def _sentences(found: RodLimits) -> Iterator[str]:
         yield f"{least or 'U'}p to {with_bar(speed.value, speed.bar, 'rpm')} at {load}; there {ends(speed)}."
     if operation.burns:
         yield from _of_pressure(found, pressure)
+        yield from _of_linings(found)
     if closed is not None:
         yield f"With the throttle closed: {with_bar(closed.value, closed.bar, 'rpm')}; there {ends(closed)}."
     if found.estimated:
@@ -180,6 +181,17 @@ def _of_pressure(found: RodLimits, largest: Largest | None) -> Iterator[str]:
     boost = f"{largest.boost_bar:.2g} bar of boost" if largest.boost_bar > 0 else "no boost"
     most = with_bar(largest.value, largest.bar, "bar")
     yield f"{at} {least}up to {most} peak ({boost}); there {ends(largest)}."
+
+
+def _of_linings(found: RodLimits) -> Iterator[str]:
+    """Yield, of bushing and shells, which do not end the rod, from which peak pressure on they yield."""
+    rpm = found.at_rpm if found.pressure is None else found.pressure.rpm
+    peaks = np.linspace(found.operation.peak(rpm, LEAST_CHARGE), MOST_PEAK, 2000)
+    factors = found.of_rays.factors(np.full_like(peaks, rpm), found.operation.scale(rpm, peaks))
+    held = np.flatnonzero(factors.get(Mode.LINING, np.full(1, np.inf)) >= 1)
+    if held.size and held[-1] + 1 < len(factors.get(Mode.LINING, ())):
+        low = peaks[held[-1]] / BAR
+        yield f"At {rpm:.0f} rpm {ENDS[Mode.LINING.value]}, from about {low:.0f} bar peak on: the rod holds."
 
 
 def _of_life(found: RodLimits, load: str) -> Iterator[str]:

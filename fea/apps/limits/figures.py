@@ -16,6 +16,7 @@ ENDS = {
     "joint slip": "the joint slips",
     "bushing lifting": "the bushing begins to lift off its seat",
     "shell lifting": "a bearing shell begins to lift off its seat",
+    "lining yield": "the lining of a bore (bushing or shells) yields, and settles",
     "oil film": "the oil film of the big end is thinner than its surfaces are rough",
 }
 # Modes that end it at one crank angle.

@@ -50,10 +50,12 @@ class Mode(StrEnum):
     BUSHING = "bushing lifting"
     SHELLS = "shell lifting"
     FILM = "oil film"
+    LINING = "lining yield"
 
 
-# Parts lift off their seats at an edge first, and surfaces that touch wear: the answer tells from when on.
-ONSETS = frozenset({Mode.BUSHING, Mode.SHELLS, Mode.FILM})
+# Parts lift off their seats at an edge first, surfaces that touch wear, and a bushing or a shell that yields
+# settles in its bore: the answer tells from when on.
+ONSETS = frozenset({Mode.BUSHING, Mode.SHELLS, Mode.FILM, Mode.LINING})
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ _CLOSEST = 80
 _NEAR, _BETWEEN, _MOST = 0.85, 4, 60
 _BLOCK = 500  # nodes evaluated at once
 _TINY = 1e-12
-STRESSED = (Mode.YIELD, Mode.FATIGUE)
+STRESSED = (Mode.YIELD, Mode.FATIGUE, Mode.LINING)
 
 
 class States(ABC):
@@ -169,7 +171,7 @@ class SuperposedStates(States):
         self._surveyed: list[list[Floats]] = []
 
     def usage(self, cycle: CrankCycle) -> list[Floats]:
-        """Utilisations (2, n_rows) of every place of each part, against yield and fatigue."""
+        """Utilisations (3, n_rows) of every place of each part, by the modes `STRESSED`."""
         angles = np.append(np.arange(0, 720, EVERY_PLACE) * DEG, gas_peak(cycle))
         weights = self._analysis.weights(cycle, angles)
         return [usage_of(part, weights) for part in self._parts]
@@ -239,21 +241,22 @@ def gas_peak(cycle: CrankCycle) -> float:
 
 
 def usage_of(part: PartRows, weights: Weights) -> Floats:
-    """Utilisations (2, n_rows) of every place of a part at instants, against yield and fatigue."""
+    """Utilisations (3, n_rows) of every place of a part at instants, by the modes `STRESSED`."""
     rows = np.arange(len(part.points)).reshape(len(part.sides), -1)
 
     def block(start: int) -> Floats:
         nodes = slice(start, start + _BLOCK)
         stress = part.every(weights, nodes)
-        return judged(part, stress, rows[:, nodes].ravel()).reshape(2, len(rows), -1)
+        return judged(part, stress, rows[:, nodes].ravel()).reshape(len(STRESSED), len(rows), -1)
 
     blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
-    return np.concatenate(blocks, axis=2).reshape(2, -1)
+    return np.concatenate(blocks, axis=2).reshape(len(STRESSED), -1)
 
 
 def closest(usage: Floats) -> Ints:
-    """Return the rows of the largest of the utilisations (2, n)."""
-    return np.unique(np.argsort(-usage, axis=1)[:, :_CLOSEST])
+    """Return the rows of the largest of the utilisations (3, n)."""
+    used = usage[usage.any(axis=1)] if usage.any() else usage[:1]
+    return np.unique(np.argsort(-used, axis=1)[:, :_CLOSEST])
 
 
 def worst(places: Sequence[tuple[PartRows, Ints, Floats]], angles: Sequence[float]) -> dict[Mode, Worst]:
@@ -271,10 +274,11 @@ def worst(places: Sequence[tuple[PartRows, Ints, Floats]], angles: Sequence[floa
 
 
 def judged(part: PartRows, history: Floats, rows: Ints) -> Floats:
-    """Utilisations (2, n) against yield and fatigue of histories (n, 6, n_instants) of some rows."""
+    """Utilisations (3, n), by the modes `STRESSED`, of histories (n, 6, n_instants) of some rows."""
     signed = signed_equivalent(history)
     highest, lowest = signed.max(axis=1), signed.min(axis=1)
-    factors = part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)
+    factors = [part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)]
+    factors.append(part.lining_factor(highest, lowest))
     return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
 
 
@@ -284,7 +288,10 @@ def decisive(
     """Crank angles within so many degrees of the instants at which the worst places have their extremes."""
     found = set[int]()
     for mode in range(len(STRESSED)):
-        number = int(np.argmax([of_part[mode].max(initial=0.0) for of_part in usage]))
+        most = [of_part[mode].max(initial=0.0) for of_part in usage]
+        number = int(np.argmax(most))
+        if not most[number] and mode:  # no part fails in this way
+            continue
         for row in np.argsort(-usage[number][mode])[:3]:
             signed = signed_equivalent(histories[number][row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}

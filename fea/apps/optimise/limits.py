@@ -82,7 +82,7 @@ def _of_stress(rod: PreparedRod, result: SpeedResult, asked: Mapping[str, float]
     bar = max(case.error_percent for case in result.cases.values())
     if result.cycle is None:
         counts = np.all([case.counts for case in result.cases.values()], axis=0)
-        factors = {YIELDING: np.min([case.safety_factor for case in result.cases.values()], axis=0)}
+        factors = {YIELDING: np.min([case.of_rod for case in result.cases.values()], axis=0)}
     else:
         counts, envelope = result.cycle.counts, result.cycle.envelope
         factors = {YIELDING: 1 / np.maximum(envelope.usage, 1e-300)}

@@ -151,7 +151,7 @@ class Followed:
 
     def __init__(self, rod: PreparedRod, result: SpeedResult, surface: NumberedSurface) -> None:
         whole, cases = rod.mesh.mirrored, tuple(result.cases.values())
-        used = np.max([1 / case.safety_factor for case in cases], axis=0)
+        used = np.max([1 / case.of_rod for case in cases], axis=0)
         inside = np.flatnonzero(used >= _INSIDE * used.max())
         self.nodes = np.unique(whole.source[np.concatenate([surface.nodes, inside])])
         self.surface, self.symmetry, self._rod = surface, rod.mesh.symmetry, rod

@@ -31,6 +31,7 @@ _FITS = {
     "small-end bore": ("contact.small_end_clearance_mm", "contact.small_end_relief_mm"),
     "big-end bore": ("contact.big_end_clearance_mm",),
 }
+_FITS |= {"bore of the bushing": _FITS["small-end bore"], "bore of the bearing shells": _FITS["big-end bore"]}
 # Beyond this multiple of the yield strength another material is no remedy.
 _MOST_STRENGTH = 2.0
 # What makes the stress at a singular place finite.
@@ -48,6 +49,7 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from film_lines(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
+    yield from linings(summary)
     yield from singular(summary)
     yield from life(summary.life)
     yield from levers(summary)
@@ -259,6 +261,21 @@ def _fit(name: str, fit: FitFigures) -> str:
     slips, opens = max(face.slipping_percent for face in faces), max(face.open_percent for face in faces)
     lifted = f", lifts {opens:.0f} %" if opens >= 1 else ""
     return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, {slips:.0f} %{lifted}"
+
+
+def linings(summary: Summary) -> list[str]:
+    """Return what yields in bushing and shells, which the answer leaves out."""
+    worst: dict[str, tuple[float, float, str]] = {}
+    for case, result in summary.results.items():
+        for part, found in (result.linings or {}).items():
+            name, one = part.split()[-1], (found.safety_factor, found.specific_load_MPa, case)
+            worst[name] = min(worst.get(name, one), one)
+    said = [
+        f"{name} {factor(least)} against yielding ({case}), {load:.0f} MPa over its bore"
+        for name, (least, load, case) in worst.items()
+    ]
+    why = "where they yield they settle, which does not end the rod"
+    return [f"Linings, not counted: {'; '.join(said)}; {why}."] if said else []
 
 
 def buckling(found: BucklingFigures) -> list[str]:

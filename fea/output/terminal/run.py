@@ -215,6 +215,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *answer.levers(summary),
             *run_lines.sharp_edge_lines(summary),
             *([] if summary.assembly is None else assembly_lines(summary.assembly)),
+            *answer.linings(summary),
             *answer.cycle(summary),
             *run_lines.film_lines(summary),
             *life(summary.life),
