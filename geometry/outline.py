@@ -8,9 +8,8 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.dimensions import Dimensions
-from geometry.rib import Rib, rib
 from geometry.segments import Arc, Line, Point, Segment, half_chord, mirrored
-from geometry.steps import ring_steps
+from geometry.steps import Rib, rib, ring_steps
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ from typing import Any
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
 from geometry.errors import require, require_number, require_positive
 from geometry.outline import Bosses, Outline, Pocket, web_pocket
-from geometry.rib import LEAST, highest, rib
-from geometry.steps import ring_steps
+from geometry.steps import LEAST, highest, rib, ring_steps
 
 _LEAST, _MOST = 0.1, 10_000.0  # mm
 _ENDS = ("big_end", "small_end")
@@ -167,19 +166,13 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
 
 def _rib(rod: Dimensions, bosses: Bosses) -> None:
     least, most = LEAST * bosses.ring, highest(bosses.ring, bosses.from_middle)
-    rule = (
-        f"must be at least {least:.4g} mm, {LEAST:g} of the ring's outer radius, and at most {most:.4g} mm, "
-        "to run out on the ring between the bosses"
-    )
+    rule = f"must be {least:.4g} to {most:.4g} mm, to run out on the ring between the bosses"
     require_of(rod, "cap_rib", least <= rod.cap_rib <= most, rule, "Change it, or shorten the bosses.")
-    foot, width = rib(rod, bosses.from_middle).side.radius, rod.big_end_width
-    rule = (
-        f"must be the big end's width, {width:g} mm, or leave room for the arcs at its foot: "
-        f"{0.1 * width:.4g} to {width - 2.1 * foot:.4g} mm"
-    )
-    fits = rod.cap_rib_width == width or 0.1 * width <= rod.cap_rib_width <= width - 2.1 * foot
-    require_of(rod, "cap_rib_width", fits, rule, "Change it, or lower the rib.")
-    groove, least, most = rod.cap_rib_groove, 2.1 * foot, 0.8 * rod.cap_rib_width
+    foot, width, groove = rib(rod, bosses.from_middle).side.radius, rod.cap_rib_width, rod.cap_rib_groove
+    full, least, most = rod.big_end_width, 0.1 * rod.big_end_width, rod.big_end_width - 2.1 * foot
+    rule = f"must be the big end's, {full:g} mm, or {least:.4g} to {most:.4g} mm, with arcs at its foot"
+    require_of(rod, "cap_rib_width", width == full or least <= width <= most, rule, "Or lower the rib.")
+    least, most = 2.1 * foot, 0.8 * width
     rule = f"must be 0 (one rib) or {least:.4g} to {most:.4g} mm, with arcs at its floor between two ribs"
     require_of(rod, "cap_rib_groove", groove == 0 or least <= groove <= most, rule, "Lower or widen the rib.")
 

@@ -23,11 +23,10 @@ from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline, Pocket, slant_half_width, space_beside, web_pocket
 from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
-from geometry.rib import Rib
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc, Line, Segment
-from geometry.steps import RingStep, ring_steps
+from geometry.steps import Rib, RingStep, ring_steps
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 # Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or

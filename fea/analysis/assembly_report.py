@@ -23,7 +23,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepare import PreparedRod
 from fea.base.note import Note, omission, remark, warning
-from fea.base.units import DEG, UM
+from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import FITS, AssemblyState
 from fea.judge.bolt import BoltResult
 from fea.judge.bolt_choice import BOLTS
@@ -136,12 +136,8 @@ def onset_notes(found: AssemblyFigures | None) -> tuple[Note, ...]:
     return (omission(f"load at which {', '.join(what)}", why),)
 
 
-# Play of a bolt that fits its hole, mm.
-_FIT = 1e-3
-
-
 def touch_notes(found: AssemblyFigures | None) -> Iterator[Note]:
-    """Say where a seat's edge lifts, and where bolts touch their holes: the model has neither."""
+    """Say where a seat's edge lifts, which the model does not have, and where bolts bear on their holes."""
     if found is None:
         return
     bolts = found.bolts
@@ -151,14 +147,8 @@ def touch_notes(found: AssemblyFigures | None) -> Iterator[Note]:
             "carries; the model holds the whole seat, which overestimates bending",
             BOLTS,
         )
-    if bolts.sideways_mm > bolts.hole_play_mm:
-        fit, least = bolts.hole_play_mm < _FIT, bolts.hole_play_mm / UM
-        touch = f"touch their holes: {bolts.sideways_mm / UM:.2g} µm sideways, {least:.2g} µm of play"
-        yield (remark if fit else warning)(
-            f"they {'fit their holes and centre the cap' if fit else touch}; the shear that they take from "
-            f"the joint is left out: {bolts.shear_at_most_MPa:.2g} MPa if they took all of it",
-            BOLTS,
-        )
+    if round(bolts.shear_N) > 0:
+        yield remark(f"they bear on their holes, by up to {bolts.shear_N / KN:.2g} kN", BOLTS)
 
 
 # Share of the clamping force below which the load on the joint is too small for a ratio.
@@ -203,9 +193,8 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
         bending_fatigue_safety_factor=_where_finite(bent.bending_fatigue_safety),
         seat_lift_ratio=max((bolt.lift(one.force, one.ends) for one in bends if one.force > 0), default=0.0),
         hole_play_mm=bolt.play,
-        sideways_mm=bolt.grip * max(one.bow for one in bends) + max(state.joint.slip for state in every),
-        shear_at_most_MPa=max(state.joint.shear for state in every)
-        / (bolt.least_area * sum(one.count for one in states[ASSEMBLY].bolts)),
+        shear_N=max(one.shear for one in bends),
+        shear_MPa=max(one.shear_stress for one in all_judged),
         by_case={case: _by_bolt(state, states[ASSEMBLY]) for case, state in states.items()},
     )
 
@@ -220,6 +209,7 @@ def judged_bolts(assembling: Assembling, states: Sequence[AssemblyState]) -> lis
             np.array([one.force for one in course]),
             np.array([one.fibre for one in course]),
             np.array([one.thread_bending for one in course]),
+            max(one.shear for one in course),
             turned=turned,
         )
         for course in over_time

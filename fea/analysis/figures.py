@@ -409,6 +409,7 @@ class BoltCaseFigures(Figures):
     change_N: float  #: since the rod was put together, at the engine's temperature
     load_factor: float | None  #: Φ: change over its share in the separating load; None where that is tiny
     bending_MPa: float  #: largest bending stress of any section
+    shear_N: float  #: of the bolt on its hole
 
 
 class BoltsFigures(Figures):
@@ -437,11 +438,10 @@ class BoltsFigures(Figures):
     bending_alternating_stress_MPa: float
     bending_fatigue_safety_factor: float | None
     seat_lift_ratio: float  #: largest moment on a seat over that at which its edge lifts
-    #: Play of a centred bolt in its hole; the most by which the two move against each other, the bolt's bow
-    #: and the joint's slip; shear stress of the bolts if they took all of the joint's shear
-    hole_play_mm: float
-    sideways_mm: float
-    shear_at_most_MPa: float
+    hole_play_mm: float  #: slip of the joint from which on a bolt bears on its hole
+    #: shear_N, shear_MPa: of a bolt there, the largest, and its shear stress, which the factors contain
+    shear_N: float
+    shear_MPa: float
     by_case: Mapping[str, tuple[BoltCaseFigures, ...]]
 
 

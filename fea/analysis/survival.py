@@ -113,7 +113,7 @@ def factors(
 
 
 def factors_of_assembly(assembly: AssemblyFigures) -> list[Factor]:
-    """Return the safety factors of bolts and joint."""
+    """Return the safety factors of bolts and joint; bolts without play carry what friction does not."""
     bolts, joint = assembly.bolts, assembly.joint
     found = [Factor("yielding of the bolts", bolts.max_case or "", bolts.yield_safety_factor)]
     if bolts.bending_fatigue_safety_factor is not None:
@@ -123,7 +123,7 @@ def factors_of_assembly(assembly: AssemblyFigures) -> list[Factor]:
     found += [
         Factor("slip of the joint", name, reserve - _SLIDING)
         for name, reserve in reserves.items()
-        if reserve is not None
+        if reserve is not None and bolts.hole_play_mm > 0
     ]
     parts = joint.separates
     if parts is not None and parts.load_factor is not None:

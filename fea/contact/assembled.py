@@ -76,7 +76,9 @@ class Assembled:
     temperature at which the parts were put together to that of the engine; `names`: of the parts, for
     messages.
 
-    Attributes: `motions`: the rigid motions of the parts: parity and displacement (3 n_nodes,); `warming`.
+    Attributes: `bolts`, `stops`: unknowns of the forces of bolts, and two of each that may bear on its hole,
+    one either way; `motions`: the rigid motions of the parts: parity and displacement (3 n_nodes,);
+    `warming`.
     Raises `ContactError`: no contact between the parts carries the bolt forces.
     """
 
@@ -98,7 +100,8 @@ class Assembled:
         self._resultants = np.concatenate([np.zeros((0, n_loads)), *(of_part for _, of_part in moved)])
         bores, faces = len(problem.bores), len(problem.faces)
         self.pins = self._numbers(range(bores))
-        self.bolts = self._numbers(range(bores + faces, bores + faces + len(problem.bolts)))
+        first, last = bores + faces + problem.pulls, bores + faces + len(problem.bolts)
+        self.bolts, self.stops = self._numbers(range(bores + faces, first)), self._numbers(range(first, last))
         self.vertices = InterfaceVertices.of(problem)
         self._preload = np.tile(preload, len(self.bolts) // max(len(preload), 1))
         of_motion = [
@@ -125,12 +128,13 @@ class Assembled:
         position = np.full(self.problem.unfolding.size + 1, -1)  # the last one stands for none
         position[self._condensed.interface] = np.arange(len(self._condensed.interface))
         normal, shear = self.vertices.normal, self.vertices.shear
-        none = np.full((len(self.bolts), 2), -1)
+        single = np.concatenate([self.bolts, self.stops])
+        none = np.full((len(single), 2), -1)
         return Places(
-            normal=position[np.concatenate([normal, self.bolts])],
+            normal=position[np.concatenate([normal, single])],
             tangential=position[np.concatenate([shear, none])],
-            friction=np.full(len(normal) + len(self.bolts), friction),
-            bolt=np.arange(len(normal) + len(self.bolts)) >= len(normal),
+            friction=np.full(len(normal) + len(single), friction),
+            bolt=np.arange(len(normal) + len(single)) >= len(normal),
             rubbing=np.asarray((np.concatenate([shear, none]) >= 0).any(axis=1)),
         )
 
@@ -145,9 +149,10 @@ class Assembled:
         gap = C @ values + self._made - self._P @ contact.motion
         locked = np.concatenate([bolts, self.pins])
         self._made[bolts] -= gap[bolts]
-        self._made[self.pins] -= gap[self.pins] - self.problem.initial[self.pins]
-        gap[locked] = 0.0
-        places = np.concatenate([normal, bolts])
+        centred = np.concatenate([self.pins, self.stops])  # whatever tightening did
+        self._made[centred] -= gap[centred] - self.problem.initial[centred]
+        gap[locked], gap[self.stops] = 0.0, self.problem.initial[self.stops]
+        places = np.concatenate([normal, bolts, self.stops])
         opened = values[places] <= 0
         gap[places[~opened]] = 0.0
         return ContactState(
@@ -178,9 +183,9 @@ class Assembled:
         for number, (bore, growth) in enumerate(zip(problem.bores, warming.pins, strict=True)):
             even[problem.own(number)] -= growth * bore.multipliers.weights
         if problem.bolts:
-            even[-len(problem.bolts) :] += [
-                bolt.share * growth for bolt, growth in zip(problem.bolts, warming.bolts, strict=True)
-            ]
+            pulls, first = problem.bolts[: problem.pulls], len(even) - len(problem.bolts)
+            longer = [bolt.share * growth for bolt, growth in zip(pulls, warming.bolts, strict=True)]
+            even[first : first + problem.pulls] += longer
         return problem.gaps(even)
 
     def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:

@@ -55,7 +55,7 @@ class BoltState:
     thread_bending: tuple[float, float] = (0.0, 0.0)
     fibre: float = 0.0  #: largest stress of tension and bending together, MPa
     ends: tuple[float, float] = (0.0, 0.0)  #: moments on head and thread, N mm
-    bow: float = 0.0  #: the most by which it leaves the line between its seats, over its grip
+    shear: float = 0.0  #: of each, where it bears on its hole beside the joint, N
 
 
 @dataclass(frozen=True, kw_only=True)

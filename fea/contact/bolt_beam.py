@@ -19,13 +19,10 @@ class BoltBeam:
     places: Floats
     areas: Floats
     moduli: Floats
-
-    def bow(self, moments: Floats) -> float:
-        """Upper bound of how far it leaves the line between the seats, over its length.
-
-        A cubic whose ends turn by φ and ψ from that line stays within 4/27 (φ + ψ).
-        """
-        return float(4 / 27 * np.hypot(*(np.asarray(moments) @ self.flexibility)).sum())
+    #: Force over the offset of the parts that bends it where it bears on its hole, N/mm; and the slip of the
+    #: joint from which on it does, mm
+    lateral: float = 0.0
+    play: float = 0.0
 
     def bending(self, moments: Floats) -> Floats:
         """Bending stress (n, 2) in each plane at the sections of moments (2, 2) on the ends, MPa.

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from fea.contact.bolt_beam import BoltBeam
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.contact.multipliers import Direction, Multipliers, uniform
 from fea.solid.parity import Parity
@@ -328,6 +329,7 @@ class BoltPull(Interface):
     share: float  #: of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
     stiffness: float  #: of what the mesh does not hold, head, shank and thread, N/mm
     traction: dict[Surface, Floats]  #: per surface (n_nodes, 3) of a bolt force of 1 N, MPa
+    area: float = 1.0  #: force over its unknown, mm² where this is a stress
 
     @classmethod
     def of(
@@ -384,6 +386,36 @@ class BoltPull(Interface):
     def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
         """Elongation of what the mesh does not hold, for the share of the bolt."""
         return self.share / self.stiffness
+
+
+@dataclass(frozen=True)
+class BoltStop(BoltPull):
+    """A bolt that bears on its hole as the joint slips one way: its unknown is its force over `area`, MPa.
+
+    Its force acts on the joint around it, along the tangent in the plane of motion, on either part.
+    """
+
+    play: float = 0.0  #: slip from which on it bears, mm
+
+    @classmethod
+    def pair(
+        cls, joint: MatingFaces, around: Mask, beam: BoltBeam, *, share: float, n_nodes: int
+    ) -> tuple["BoltStop", "BoltStop"]:
+        """The stops either way of a bolt with these vertices (n,) of the joint around it."""
+        pressing = joint.pressing
+        tangent = replace(pressing, direction=lambda places: np.cross(_Z, pressing.direction(places)))
+        both = tangent.forces(n_nodes) - replace(tangent, facets=joint.opposite[1]).forces(n_nodes)
+        unit, area = np.asarray(both @ around.astype(float)), float(pressing.weights @ around) / share
+        one, other = (cls("stop", way * unit, share, beam.lateral, {}, area, beam.play) for way in (1, -1))
+        return one, other
+
+    def initial(self) -> Floats:
+        """Moment (1,) of the play."""
+        return np.array([self.share * self.area * self.play])
+
+    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
+        """Moment of the offset of the parts that a unit bends it by."""
+        return self.share * self.area**2 / self.stiffness
 
 
 def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from fea.contact.active_set import ContactSystem, PressureEstimator
-from fea.contact.interfaces import BoltPull, Interface, MatingFaces, PinInBore
+from fea.contact.interfaces import BoltPull, BoltStop, Interface, MatingFaces, PinInBore
 from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
 from fea.solid.supports import rigid_motions
@@ -33,11 +33,12 @@ class ContactProblem:
     n_nodes, n_loads) forces on the cell beside the unknowns, with weights of their own.
 
     Attributes: `forces`: (3 n_nodes, n_cell) nodal forces of a unit of each unknown of the cell;
-    `cell_loads`: the loads; `nodes`: (n_cell,) node of the cell at which each of them acts; −1 for bolts;
-    `unfolding`: leads from the cell to all unknowns; `cell_compliance`: per parity (n_cell, n_cell) moments
-    of the displacements of unit unknowns; `compliance`, `initial`, `rigid`: C (n, n), the moments (n,) of the
-    gaps as made and those (n, m) of the pins' free motions, R in `fea.contact.active_set`; `loaded`: (n,
-    n_loads) moments of the gaps that unit loads open.
+    `cell_loads`: the loads; `pulls`: how many of the `bolts`, the first ones, are no stops; `nodes`:
+    (n_cell,) node of the cell at which each of them acts; −1 for bolts; `unfolding`: leads from the cell to
+    all unknowns; `cell_compliance`: per parity (n_cell, n_cell) moments of the displacements of unit
+    unknowns; `compliance`, `initial`, `rigid`: C (n, n), the moments (n,) of the gaps as made and those (n,
+    m) of the pins' free motions, R in `fea.contact.active_set`; `loaded`: (n, n_loads) moments of the gaps
+    that unit loads open.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class ContactProblem:
     ) -> None:
         self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
         self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
-        self.cell_loads = loads
+        self.cell_loads, self.pulls = loads, sum(not isinstance(bolt, BoltStop) for bolt in bolts)
         self._interfaces: tuple[Interface, ...] = (*self.bores, *self.faces, *self.bolts)
         self.unfolding = MirrorUnfolding(
             np.concatenate([interface.on_y for interface in self._interfaces]),

@@ -94,13 +94,15 @@ class Bolt(BoltShape):
             return force / self.least_area
         return vdi2230.tightening_stress(force, self.thread, self.least_diameter, self.thread_friction)
 
-    def working_stress(self, tension: float, *, torsion: bool = True) -> float:
-        """σ_red,B = √[σ_z² + 3 (k_τ τ)²] of a tensile stress, MPa (R8); a stretched bolt has no torsion."""
-        if not torsion:
-            return tension
-        twisting = vdi2230.thread_torque(self.assembly_preload, self.thread, self.thread_friction)
-        shear = twisting / (math.pi / 16 * self.least_diameter**3)
-        return math.hypot(tension, math.sqrt(3) * _TORSION_LEFT * shear)
+    def working_stress(self, tension: float, across: float = 0.0, *, torsion: bool = True) -> float:
+        """σ_red,B = √[σ_z² + 3 (k_τ τ + τ_Q)²] of a tensile stress and of shear across the bolt, MPa (R8).
+
+        A stretched bolt has no torsion.
+        """
+        if torsion:
+            twisting = vdi2230.thread_torque(self.assembly_preload, self.thread, self.thread_friction)
+            across += _TORSION_LEFT * twisting / (math.pi / 16 * self.least_diameter**3)
+        return math.hypot(tension, math.sqrt(3) * across)
 
     def endurance(self, mean_force: float) -> float:
         """σ_AS of the thread at the mean force of the cycle, MPa."""
@@ -127,6 +129,7 @@ class BoltResult:
     #: bending_safety, bending_amplitude: S_F at the outer fibre, and σ_a with bending, MPa (σ_SAbb)
     bending_safety: float
     bending_amplitude: float
+    shear_stress: float  #: τ_Q: largest shear stress where it bears on its hole, MPa (R12)
 
     @property
     def fatigue_safety(self) -> float:
@@ -145,12 +148,12 @@ class BoltResult:
 
     @classmethod
     def of(
-        cls, bolt: Bolt, forces: Floats, fibre: Floats, bending: Floats, *, turned: bool = True
+        cls, bolt: Bolt, forces: Floats, fibre: Floats, bending: Floats, shear: float, *, turned: bool = True
     ) -> "BoltResult":
         """Judge a bolt by its force (k,) at k instants, N; it was tightened by turning, or stretched.
 
         `fibre` (k,) is the largest stress of tension and bending, `bending` (k, 2) the bending stress of the
-        first thread that carries in two planes, MPa.
+        first thread that carries in two planes, MPa, `shear` the largest force on the hole, N.
         """
         top = int(forces.argmax())
         largest, least = float(forces[top]), float(forces.min())
@@ -158,7 +161,8 @@ class BoltResult:
         around = np.array([np.cos(_AROUND), np.sin(_AROUND)])
         in_thread = forces[:, None] / bolt.thread.stress_area + bending @ around
         tension = largest / bolt.least_area
-        outermost = bolt.working_stress(float(fibre.max()), torsion=turned)
+        across = shear / bolt.least_area
+        outermost = bolt.working_stress(float(fibre.max()), across, torsion=turned)
         return cls(
             largest_force=largest,
             least_force=least,
@@ -166,9 +170,11 @@ class BoltResult:
             amplitude=(largest - least) / (2 * bolt.thread.stress_area),
             endurance=bolt.endurance((largest + least) / 2),
             tightening_use=bolt.tightening_stress(turned=turned) / bolt.strength.yield_strength,
-            working_safety=bolt.strength.yield_strength / bolt.working_stress(tension, torsion=turned),
+            working_safety=bolt.strength.yield_strength
+            / bolt.working_stress(tension, across, torsion=turned),
             proof_use=largest / bolt.proof_load,
             seat_pressure=most / bolt.least_seat_area,
             bending_safety=bolt.strength.yield_strength / outermost,
             bending_amplitude=float(np.ptp(in_thread, axis=0).max()) / 2,
+            shear_stress=across,
         )

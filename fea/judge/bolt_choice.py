@@ -327,7 +327,7 @@ def _compliances(
     moduli = {"modulus": modulus, "counter_modulus": modulus if nut else rod_modulus}
     alike = {"grip": shape.grip, "free_thread": shape.free_thread, **moduli}
     bolt = vdi2230.bolt_compliance(shape.thread, shank_area=math.pi / 4 * shank**2, nut=nut, **alike)
-    beam = vdi2230.bolt_beam(shape.thread, shank_diameter=shank, nut=nut, **alike)
+    beam = vdi2230.bolt_beam(shape.thread, shank_diameter=shank, nut=nut, play=shape.play, **alike)
     parts = vdi2230.ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
     return bolt, beam, parts.compliance
 

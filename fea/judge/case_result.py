@@ -220,9 +220,9 @@ def case_result(
         von_mises_error=off,
         bore_datum=bore_datum,
     )
-    lasting = [own for own, material in zip(factors, materials, strict=True) if not material.lining]
-    if 0 < len(lasting) < len(factors):
-        result = replace(result, of_rod=np.nan_to_num(np.fmin.reduce(lasting), nan=CAP))
+    lasting = [part for part in zip(materials, equivalents, strict=True) if not part[0].lining]
+    if 0 < len(lasting) < len(materials):
+        result = replace(result, of_rod=np.nan_to_num(of_weakest(*zip(*lasting, strict=True))[0], nan=CAP))
     if sharp is None:
         return result
     return replace(result, sharp=sharp(stress, off, factor, result.min_safety_factor))

@@ -172,12 +172,13 @@ def bolt_beam(
     modulus: float,
     counter_modulus: float,
     nut: bool,
+    play: float = 0.0,
 ) -> BoltBeam:
     """Return a bolt that bends, with the sections and equivalent cylinders of its compliance δ_S.
 
     Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of nut or hole; a head is stiffer
     than its cylinder there (`HEAD_TURN`). Parameters are those of `bolt_compliance`. Stress in the thread is
-    that of its stress diameter.
+    that of its stress diameter. `play`: half of how much wider its hole is.
     """
     d, span = thread.diameter, 0.0
     flexibility = np.zeros((2, 2))
@@ -200,7 +201,11 @@ def bolt_beam(
     if free_thread < grip:
         sections += [(free_thread / grip, shank_diameter), (1.0, shank_diameter)]
     places, diameters = np.array(sections).T
-    return BoltBeam(flexibility, places, math.pi / 4 * diameters**2, math.pi / 32 * diameters**3)
+    # Across the joint it is built in half a diameter from it on either side, where its hole holds it.
+    across = d**3 / (12 * modulus * _bending_area(shank_diameter))
+    across += d / (_SHEAR * modulus * math.pi / 4 * shank_diameter**2)
+    areas, moduli = math.pi / 4 * diameters**2, math.pi / 32 * diameters**3
+    return BoltBeam(flexibility, places, areas, moduli, 1 / across, play)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
-from fea.contact.interfaces import BoltPull, MatingFaces
+from fea.contact.interfaces import BoltPull, BoltStop, MatingFaces
 from fea.contact.multipliers import radial, uniform
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
@@ -76,11 +76,20 @@ class AssemblyContact(BoreContact):
             faces.append(MatingFaces.of(mesh, sides, across, interference=tight, friction=friction > 0))
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
-        pulls, stiffness = [], specification.stiffness
+        pulls, stiffness = list[BoltPull](), specification.stiffness
         for count, (bolt, ends) in enumerate(zip(axes, seated, strict=True), 1):
             name, seats, share = f"bolt {count}", dict(ends.seats), ends.share
             along, point = np.array(bolt.direction), np.array(bolt.point)
             pulls.append(BoltPull.of(mesh, name, seats, along, stiffness, share=share, point=point))
+        if friction:
+            joint = next(face for face in faces if face.name == Surface.JOINT)
+            places = mesh.points[joint.pressing.nodes]
+            near = np.argmin([np.linalg.norm(places - bolt.point, axis=1) for bolt in axes], axis=0)
+            for place, ends in enumerate(seated):
+                around, share = near == place, ends.share
+                pulls += BoltStop.pair(
+                    joint, around, specification.beam, share=share, n_nodes=len(mesh.points)
+                )
         super().__init__(structure, fits, faces=faces, bolts=pulls, film=film)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved
@@ -336,7 +345,8 @@ class AssemblyUnits(ContactUnits):
         pressure, force = np.delete(largest, bolts).max(), largest[bolts].max(initial=0.0)
         scale = np.ones(len(problem.unfolding.on_y))
         if force > 0:  # both count in their own sizes
-            scale[len(scale) - len(problem.bolts) :] = pressure / force
+            first = len(scale) - len(problem.bolts)
+            scale[first : first + problem.pulls] = pressure / force
         scaled = {parity: scale[:, None] * own for parity, own in parts.items()}
         patterns, weights = _Parts(), _Parts()
         for parity, basis in _principal(scaled, _ERROR * pressure).items():

@@ -28,7 +28,9 @@ class AssemblyStates:
         self._names = [Surface(face.name) for face in problem.faces]
         both = problem.unfolding.both_sides
         self._bolts = np.concatenate([bolts, bolts * [1.0, -1.0, 1.0]]) if both else bolts
-        self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in problem.bolts]
+        pulls, stops = problem.bolts[: problem.pulls], problem.bolts[problem.pulls :]
+        self._count = [round(2 * bolt.share) if problem.cut_z else 1 for bolt in pulls]
+        self._sheared = np.array([stop.area for stop in stops])
         away = np.hypot(*assembled.vertices.place[:, :2].T)
         joint = self._names.index(Surface.JOINT) if Surface.JOINT in self._names else -1
         near = np.abs(away - big_radius) < _ON_EDGE * big_radius
@@ -44,8 +46,10 @@ class AssemblyStates:
         """Sum up one state; `known`: what `vertices` says of it, if that is at hand."""
         forces, beam = state.values[self._assembled.bolts], self._bending.beam
         counts, bent_by = np.resize(self._count, len(forces)), self._bending.moments(state)
+        bearing = np.resize(self._sheared, len(self._assembled.stops)) * state.values[self._assembled.stops]
+        shear = bearing.reshape(-1, 2).max(axis=1) if bearing.size else np.zeros(len(forces))
         bolts = []
-        for at, force, count, moments in zip(self._bolts, forces, counts, bent_by, strict=True):
+        for at, force, count, moments, cut in zip(self._bolts, forces, counts, bent_by, shear, strict=True):
             head, thread = np.hypot(*moments).tolist()
             stress = beam.bending(moments)
             bent = np.hypot(*stress.T)
@@ -58,7 +62,7 @@ class AssemblyStates:
                     (float(stress[0, 0]), float(stress[0, 1])),
                     float((force / beam.areas + bent).max()),
                     (head, thread),
-                    beam.bow(moments),
+                    float(max(cut, 0.0)),
                 )
             )
         known = known or self.vertices(state)

@@ -126,7 +126,8 @@ class BoreContact:
         problem = self.problem
         pressing = np.where(np.append(counts, True)[problem.nodes], 1.0, 0.0)
         for number, bolt in enumerate(problem.bolts, len(problem.bores) + len(problem.faces)):
-            pressing[problem.own(number)] = max(float(np.abs(unit).max()) for unit in bolt.traction.values())
+            units = [float(np.abs(unit).max()) for unit in bolt.traction.values()]
+            pressing[problem.own(number)] = max(units, default=0.0)
         return np.asarray(pressing)
 
     def tilted(self, weights: Floats) -> Floats | None:

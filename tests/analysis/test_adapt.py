@@ -55,7 +55,7 @@ def test_the_smallest_factor_decides_and_cases_that_cannot_govern_say_so(two_spe
     assert 1 / governing.utilisation == pytest.approx(least.min_safety_factor)
     assert governing.needed(least, 5.0) == pytest.approx(5.0)
     assert governing.needed(spare, 5.0) == pytest.approx(5.0 * governing.utilisation / spare.worst.value)
-    idle = dataclasses.replace(spare, safety_factor=10 * spare.safety_factor)
+    idle = dataclasses.replace(spare, of_rod=10 * spare.of_rod)
     assert governing.needed(idle, 5.0) == pytest.approx(15.0)
     # However wide the bar of the spare case: it counts only from where it could lower the smallest factor.
     for share, verdict in ((1.0, "sufficient"), (1.2, "not converged")):

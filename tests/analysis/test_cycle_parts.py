@@ -52,7 +52,7 @@ def test_a_case_that_is_larger_there_moves_no_angle_of_safety(met):
         load=SimpleNamespace(crank_angle=7.0),
         von_mises=np.array([1.0, 250.0, 30.0]),
         principal=np.zeros((3, 3)),
-        safety_factor=np.array([99.0, 600 / 250, 40 / 30]),
+        of_rod=np.array([99.0, 600 / 250, 40 / 30]),
     )
     found = with_cases(met, [case])
     np.testing.assert_array_equal(found.von_mises, [300, 250, 30])

@@ -334,7 +334,12 @@ def test_the_limits_are_those_of_the_run():
 def test_an_assembled_rod_shows_its_bolts_and_its_joint():
     _, result, _, _ = reported_rod()
     bolt = BoltCaseFigures(
-        at_mm=(0.0, 36.0, 0.0), force_N=31_200.0, change_N=1200.0, load_factor=0.2, bending_MPa=40.0
+        at_mm=(0.0, 36.0, 0.0),
+        force_N=31_200.0,
+        change_N=1200.0,
+        load_factor=0.2,
+        bending_MPa=40.0,
+        shear_N=600.0,
     )
     face = {
         "mean_pressure_MPa": 40.0, "min_pressure_MPa": 0.0, "max_pressure_MPa": 90.0, "open_percent": 3.0,
@@ -356,8 +361,8 @@ def test_an_assembled_rod_shows_its_bolts_and_its_joint():
         proof_use=0.93, yield_safety_factor=1.17, alternating_stress_MPa=16.4, endurance_MPa=53.0,
         fatigue_safety_factor=3.23, seat_pressure_MPa=310.0, max_bending_MPa=40.0,
         bending_yield_safety_factor=1.1, bending_alternating_stress_MPa=30.0,
-        bending_fatigue_safety_factor=2.1, seat_lift_ratio=0.2, hole_play_mm=0.1, sideways_mm=0.01,
-        shear_at_most_MPa=12.0, by_case={"tension": (bolt, bolt)},
+        bending_fatigue_safety_factor=2.1, seat_lift_ratio=0.2, hole_play_mm=0.1, shear_N=600.0,
+        shear_MPa=12.0, by_case={"tension": (bolt, bolt)},
     )  # fmt: skip
     found = AssemblyFigures(
         parts=("rod", "cap", "bushing"),

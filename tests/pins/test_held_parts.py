@@ -105,8 +105,10 @@ def test_a_patch_of_pressure_moves_the_bore_as_in_a_direct_solution(rod, parts, 
     weights[moved] -= weights @ along / along[moved]  # balanced
     forces = np.tensordot(weights, even, axes=1).ravel()
     stiff = np.full(problem.forces.shape[1], PENALTY)
-    own = problem.own(len(problem.bores) + len(problem.faces))
-    stiff[own] = [bolt.stiffness / bolt.share for bolt in problem.bolts]
+    stiff[problem.starts[len(problem.bores) + len(problem.faces)] :] = [
+        bolt.stiffness / bolt.share if number < problem.pulls else 0.0  # they do not bear on their holes
+        for number, bolt in enumerate(problem.bolts)
+    ]
     stiff[: problem.starts[len(problem.bores)]] = 0.0  # no pins
     K = rod.model.stiffness.full() + problem.forces @ sparse.diags_array(stiff) @ problem.forces.T
     free = ~plane_conditions(mesh, Parity.SYMMETRIC).ravel()

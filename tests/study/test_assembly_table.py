@@ -103,8 +103,8 @@ def test_materials_of_the_parts_are_their_own_or_usual_ones():
     parts = ("rod", "cap", "bushing", "upper shell", "lower shell")
     rod, cap, bushing, *shells = study.materials(parts)
     assert rod == cap == study.material.material()
-    assert bushing == MaterialTable(preset="cusn8p").material()
-    assert shells == [MaterialTable(preset="leon-2001").material()] * 2
+    assert bushing == dataclasses.replace(MaterialTable(preset="cusn8p").material(), lining=True)
+    assert shells == [dataclasses.replace(MaterialTable(preset="leon-2001").material(), lining=True)] * 2
     assert read("").materials(("rod", "bushing"))[1] == study.material.material()
     with pytest.raises(InvalidValue, match=r"\[material\.shell\] does not name a part"):
         study.materials(("rod", "cap"))

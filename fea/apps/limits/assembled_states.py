@@ -216,7 +216,8 @@ class AssembledStates(States):
         }
         joint, before = [state.joint for state in states], self._start.joint
         slip = [state.slip_reserve or math.inf for state in joint]
-        found[Mode.SLIP] = Worst(min(slip), None, angles[int(np.argmin(slip))])
+        if assembling.bolt.bolt.play:  # else the bolts carry what friction does not
+            found[Mode.SLIP] = Worst(min(slip), None, angles[int(np.argmin(slip))])
         edge = before.edge_pressure or 0.0
         lost = {Mode.OPENING: [_lost(state.edge_pressure or 0.0, edge, state) for state in joint]}
         for mode, seat in _SEATS.items():

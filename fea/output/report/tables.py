@@ -325,6 +325,7 @@ def assembly_tables(found: AssemblyFigures) -> list[Table]:
         ("safety factor against fatigue with bending", factor(bolts.bending_fatigue_safety_factor)),
         ("largest pressure under head or nut, MPa", figure(bolts.seat_pressure_MPa, 3)),
         ("largest moment on a seat over that which lifts its edge", number(bolts.seat_lift_ratio, ".2f")),
+        ("shear stress where it bears on its hole, MPa", figure(bolts.shear_MPa, 3)),
     )
     joint_rows = tuple(
         (

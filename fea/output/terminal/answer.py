@@ -271,11 +271,10 @@ def linings(summary: Summary) -> list[str]:
             name, one = part.split()[-1], (found.safety_factor, found.specific_load_MPa, case)
             worst[name] = min(worst.get(name, one), one)
     said = [
-        f"{name} {factor(least)} against yielding ({case}), {load:.0f} MPa over its bore"
-        for name, (least, load, case) in worst.items()
+        f"{name} {factor(f)} ({case}; {load:.0f} MPa over its bore)"
+        for name, (f, load, case) in worst.items()
     ]
-    why = "where they yield they settle, which does not end the rod"
-    return [f"Linings, not counted: {'; '.join(said)}; {why}."] if said else []
+    return [f"Linings, yield: {'; '.join(said)}; they settle, which does not end the rod."] if said else []
 
 
 def buckling(found: BucklingFigures) -> list[str]:
