@@ -160,7 +160,7 @@ class BoltResult:
         most = max(largest, bolt.assembly_preload)
         around = np.array([np.cos(_AROUND), np.sin(_AROUND)])
         in_thread = forces[:, None] / bolt.thread.stress_area + bending @ around
-        tension = largest / bolt.least_area
+        tension, limit = largest / bolt.least_area, bolt.strength.yield_strength
         across = shear / bolt.least_area
         outermost = bolt.working_stress(float(fibre.max()), across, torsion=turned)
         return cls(
@@ -170,8 +170,7 @@ class BoltResult:
             amplitude=(largest - least) / (2 * bolt.thread.stress_area),
             endurance=bolt.endurance((largest + least) / 2),
             tightening_use=bolt.tightening_stress(turned=turned) / bolt.strength.yield_strength,
-            working_safety=bolt.strength.yield_strength
-            / bolt.working_stress(tension, across, torsion=turned),
+            working_safety=limit / bolt.working_stress(tension, across, torsion=turned),
             proof_use=largest / bolt.proof_load,
             seat_pressure=most / bolt.least_seat_area,
             bending_safety=bolt.strength.yield_strength / outermost,

@@ -141,8 +141,8 @@ def test_factors_of_a_point_are_those_of_its_whole_cycle(rod, exact, point):
         Mode.FATIGUE: np.nanmin(exact.envelope.fatigue_factor[exact.counts]),
         Mode.BOLT_YIELD: min(one.working_safety for one in bolts),
         Mode.BOLT_FATIGUE: min(one.bending_fatigue_safety for one in bolts),
-        Mode.SLIP: min(state.joint.slip_reserve or np.inf for state in exact.states),
     }
+    assert Mode.SLIP not in found  # the bolts fit their holes, and bear what friction does not
     for mode, factor in expected.items():
         within = 1e-2 if mode is Mode.BOLT_FATIGUE else 5e-3
         assert found[mode].factor == pytest.approx(factor, rel=within), mode
