@@ -399,7 +399,7 @@ class BoltStop(BoltPull):
 
     @classmethod
     def pair(
-        cls, joint: MatingFaces, around: Mask, beam: BoltBeam, *, share: float, n_nodes: int
+        cls, joint: MatingFaces, around: Mask, beam: BoltBeam, share: float, n_nodes: int
     ) -> tuple["BoltStop", "BoltStop"]:
         """The stops either way of a bolt with these vertices (n,) of the joint around it."""
         pressing = joint.pressing

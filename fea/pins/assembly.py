@@ -86,8 +86,7 @@ class AssemblyContact(BoreContact):
             places = mesh.points[joint.pressing.nodes]
             near = np.argmin([np.linalg.norm(places - bolt.point, axis=1) for bolt in axes], axis=0)
             for place, ends in enumerate(seated):
-                of_cell = {"share": ends.share, "n_nodes": len(mesh.points)}
-                pulls += BoltStop.pair(joint, near == place, specification.beam, **of_cell)
+                pulls += BoltStop.pair(joint, near == place, specification.beam, ends.share, len(mesh.points))
         super().__init__(structure, fits, faces=faces, bolts=pulls, film=film)
         body = components(mesh)
         held = body[mesh.tets[0, 0]]  # the first part, to which the others are moved

@@ -31,7 +31,7 @@ def sheared(play):
     none = np.zeros((1, 1))
     beam = BoltBeam(np.eye(2), none[0], none[0], none[0], lateral=STIFF, play=play)
     around = np.ones(joint.pressing.size, dtype=bool)
-    stops = BoltStop.pair(joint, around, beam, share=0.5, n_nodes=len(mesh.points))
+    stops = BoltStop.pair(joint, around, beam, 0.5, len(mesh.points))
     loads = sum(
         traction_forces(mesh, surface, shear(0.0, way / AREA, 0.0))
         for surface, way in ((Surface.JOINT, 1.0), (Surface.JOINT_CAP, -1.0))
