@@ -161,9 +161,9 @@ def _sentences(found: RodLimits) -> Iterator[str]:
         yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
     for mode in sorted(ONSETS & factors.keys()):
         below = np.flatnonzero(factors[mode] < 1)
-        if below.size:
-            low, high = (f"{float(f'{at:.2g}'):.0f}" for at in rpm[below[[0, -1]]])
-            until = "" if below[-1] == rpm.size - 1 else f" to {high}"
+        for part in np.split(below, np.flatnonzero(np.diff(below) > 1) + 1) if below.size else ():
+            low, high = (f"{float(f'{at:.2g}'):.0f}" for at in rpm[part[[0, -1]]])
+            until = "" if part[-1] == rpm.size - 1 else f" to {high}"
             yield f"From about {low}{until} rpm {ENDS[mode.value]}."
 
 
