@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.figures import ONLY_WHERE_KNOWN, Summary
+from fea.analysis.figures import ONLY_WHERE_KNOWN, SCHEMA, Summary
 from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
 from fea.output.folder import SUMMARY
@@ -97,10 +97,12 @@ def as_dict(value: Any) -> Any:
 def read_summary(folder: Path) -> Summary:
     """Read a run's figures. Raises `OSError`: no `summary.json`; `ValueError`: not of this version."""
     raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+    if not isinstance(raw, dict) or raw.get("schema") != SCHEMA:
+        raise ValueError("it is not of a run of this version")
     try:
         summary: Summary = _read(Summary, raw)
     except (TypeError, KeyError, AttributeError) as error:
-        raise ValueError(f"{folder / SUMMARY} is not the summary of a run: {error}") from error
+        raise ValueError(f"it is damaged: {error}") from error
     return summary
 
 

@@ -1,6 +1,5 @@
 """A run on disk: what `fea run` has written."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -9,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.analysis.figures import SCHEMA, Summary
+from fea.analysis.figures import Summary
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
 from fea.output.folder import SUMMARY
@@ -93,18 +92,14 @@ Run = RunResult | StoredRun
 
 def read_run(folder: Path) -> StoredRun:
     """Read a run of one speed of `fea run`. Raises `InvalidValue`: it is none, or its files are damaged."""
-    _require_run(folder)
-    try:
-        summary = read_summary(folder)
-    except (OSError, ValueError) as error:
-        raise InvalidValue("RUN", str(folder), f"cannot be read ({error})", _AGAIN) from error
+    summary = _summary(folder)
     paths = {name: folder / f"{name}.vtu" for name in summary.results}
     complete = all(path.is_file() for path in paths.values())
     files = {name: read_vtu(path) for name, path in paths.items()} if complete else {}
     return StoredRun(folder, replace(load_study(folder / STUDY), name=summary.study), summary, files)
 
 
-def _require_run(folder: Path) -> None:
+def _summary(folder: Path) -> Summary:
     remedy = "Name the folder that fea run has written, such as results/leon-2001-6000rpm."
     require(folder.is_dir(), "RUN", str(folder), "is not a directory", remedy)
     speeds = sorted(place.parent.name for place in folder.glob(f"*/{SUMMARY}"))
@@ -112,11 +107,11 @@ def _require_run(folder: Path) -> None:
         rule = f"holds runs at several speeds: {', '.join(speeds[:8])}"
         raise InvalidValue("RUN", str(folder), rule, f"Name one of them, such as {folder / speeds[0]}.")
     try:
-        raw = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        summary = read_summary(folder)
     except (OSError, ValueError) as error:
         raise InvalidValue("RUN", str(folder), f"has no readable {SUMMARY} ({error})", remedy) from error
-    ours = isinstance(raw, dict) and raw.get("schema") == SCHEMA and (folder / STUDY).is_file()
-    require(ours, "RUN", str(folder), "is not the folder of a run of this version", remedy)
+    require((folder / STUDY).is_file(), "RUN", str(folder), f"has no {STUDY}", remedy)
+    return summary
 
 
 def read_vtu(path: Path) -> FileFields:
