@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -96,10 +96,7 @@ def held(mesh: TetMesh, supports: Mapping[Surface, tuple[int, ...]]) -> Mask:
 
 def nodes_of(mesh: TetMesh, *surfaces: Surface) -> Ints:
     """Nodes that lie on every one of the surfaces."""
-    common = np.arange(len(mesh.points))
-    for surface in surfaces:
-        common = np.intersect1d(common, mesh.facets[surface])
-    return common
+    return reduce(np.intersect1d, (mesh.facets[surface] for surface in surfaces), np.arange(len(mesh.points)))
 
 
 def furthest(values: Floats, target: float) -> float:
