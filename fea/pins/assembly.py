@@ -9,7 +9,7 @@ Sirovich 1987, Q. Appl. Math. 45, 561).
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from fea.contact.interfaces import BoltPull, BoltStop, MatingFaces
 from fea.contact.multipliers import radial, uniform
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
+from fea.pins.film_pressure import FilmPressure
 from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
@@ -45,9 +46,6 @@ from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
 
-if TYPE_CHECKING:
-    from fea.pins.film_pins import FilmLoad
-
 # Distance of the forces of the pins, over their size, within which the state of another instant, also solved
 # from rest, makes a good first guess.
 _ALIKE = 0.5
@@ -63,7 +61,7 @@ class AssemblyContact(BoreContact):
     forces.
     """
 
-    def __init__(self, structure: Structure, fits: Fits, film: "FilmLoad | None" = None) -> None:
+    def __init__(self, structure: Structure, fits: Fits, film: FilmPressure | None = None) -> None:
         if structure.assembly is None:
             raise ValueError("a rod of one piece is not an assembly")
         specification = structure.assembly

@@ -10,7 +10,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.contact.problem import ContactProblem
+from fea.pins.film_pressure import FilmPressure
 from fea.pins.fits import Fits, led_in_notes
 from fea.pins.model import (
     SMOOTH,
@@ -44,9 +45,6 @@ from geometry.errors import require
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
-
-if TYPE_CHECKING:
-    from fea.pins.film_pins import FilmLoad
 
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
 # Every so many instants of a sampled cycle are solved at first.
@@ -78,7 +76,7 @@ class BoreContact:
         *,
         faces: Sequence[MatingFaces] = (),
         bolts: Sequence[BoltPull] = (),
-        film: "FilmLoad | None" = None,
+        film: FilmPressure | None = None,
     ) -> None:
         model, bores, inertia = structure.model, structure.bores, structure.inertia
         mesh = model.mesh

@@ -14,12 +14,12 @@ import numpy as np
 from fea.base.note import assumption
 from fea.contact.friction_system import Load
 from fea.pins.assembly import AssemblyContact, AssemblyPins
+from fea.pins.film_pressure import FilmPressure
 from fea.pins.lubrication import TOPIC, Films
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.pins.pressure import Harmonics, PressedBore, PressedPins
 from fea.pins.yielding import End
-from fea.solid.bore import radial_loads, radial_traction
 from fea.solid.parity import Split
 from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
@@ -113,12 +113,8 @@ class FilmUnits(Harmonics):
         )
 
 
-class FilmLoad:
-    """What the film presses on the big end's bore, in its smooth functions.
-
-    `at_rest`: what presses on a rod at rest; nothing by default. Attributes: `counts`: how many of the
-    functions are even about y = 0, and odd.
-    """
+class FilmLoad(FilmPressure):
+    """What the film presses on the big end's bore at instants; `at_rest`: on a rod at rest, else nothing."""
 
     def __init__(
         self,
@@ -127,45 +123,12 @@ class FilmLoad:
         n_nodes: int,
         at_rest: PressedBore | None = None,
     ) -> None:
-        self._films, self._crank_cycle, self._n_nodes = films, crank_cycle, n_nodes
-        self._facets, self._functions = films.facets, films.functions
+        super().__init__(films.facets, films.functions, n_nodes)
+        self._films, self._crank_cycle = films, crank_cycle
         # Of the functions that are constant over the width, the harmonics.
-        n, m = self._functions.terms.T
+        n, m = self.functions.terms.T
         self._plain = np.flatnonzero(m == 0), len(n) + np.flatnonzero(m[n > 0] == 0)
         self._at_rest = at_rest and PressedBore(at_rest.bore, at_rest.arcs, n[m == 0])
-        self.counts = len(n), self._functions.count - len(n)
-
-    def loads(self, parity: int) -> Iterator[tuple[Floats, Floats]]:
-        """Forces and traction (n_nodes, 3) on the cell of each even function, or of each odd one."""
-        facets, z = self._facets, self._facets.corners[..., 2]
-        there = self._functions.at(facets.angle, z @ facets.shape_values.T)[parity]
-        return radial_loads(facets, self._n_nodes, there, self._nodal[parity])
-
-    @cached_property
-    def forces(self) -> list[list[Floats]]:
-        """Nodal forces (n_nodes, 3) on the cell of the even functions, and of the odd ones."""
-        return [[forces for forces, _ in self.loads(parity)] for parity in range(2)]
-
-    @cached_property
-    def _nodal(self) -> tuple[Floats, Floats]:
-        return self._functions.at(self._facets.node_angle, self._facets.corners[..., 2])
-
-    def traction(self, weights: Floats) -> Floats:
-        """Traction (n_nodes, 3, k) on the cell of sums of the functions, by weights (n_functions, k)."""
-        pressures = np.tensordot(weights.T, np.concatenate(self._nodal), axes=1)
-        each = [radial_traction(self._facets, self._n_nodes, pressure) for pressure in pressures]
-        return np.stack(each, axis=-1)
-
-    def pressed(self, weights: Floats) -> tuple[Split, Split]:
-        """Traction (n_nodes, 3) and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
-        odd, cut = np.arange(len(weights)) >= self.counts[0], self._facets.cut_y
-        parts = [np.where(odd, 0.0, weights), np.where(odd, weights, 0.0)] if cut else [weights]
-        traction = self.traction(np.stack(parts, axis=1))
-        along, nodes = np.zeros((self._n_nodes, 3)), self._facets.nodes
-        along[nodes, 0], along[nodes, 1] = np.cos(self._facets.node_angle), np.sin(self._facets.node_angle)
-        pressure = np.einsum("nd,ndk->nk", along, traction)
-        none = [None] * (2 - len(parts))
-        return Split(*np.moveaxis(traction, 2, 0), *none), Split(*pressure.T, *none)
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Floats:
         """Weights (n_functions, n_instants) of the pressure, whose resultant is the force of the pin.
@@ -174,7 +137,7 @@ class FilmLoad:
         multiple of what acts at an instant, it is the multiple of that instant's.
         """
         speeds = np.atleast_1d(instants.speed)
-        weights = np.zeros((self._functions.count, len(speeds)))
+        weights = np.zeros((self.functions.count, len(speeds)))
         for speed in np.unique(speeds[np.isfinite(speeds)]):
             here = speeds == speed
             own, angles = cycle or self._crank_cycle(float(speed)), instants.crank_angle[here]
@@ -184,21 +147,14 @@ class FilmLoad:
             weights[:, here] = factors * _between(fine.weights, angles)
         rest = ~np.isfinite(speeds)
         if self._at_rest is not None and rest.any():
-            still, scales = self._at_rest.weights(instants.crank[:, rest]), self._functions.scales
+            still, scales = self._at_rest.weights(instants.crank[:, rest]), self.functions.scales
             of_plain = scales[self._plain[0]][:, None]
             for plain, own_weights, scale in zip(self._plain, still, (of_plain, of_plain[1:]), strict=True):
                 weights[np.ix_(plain, rest)] = own_weights / scale
-        moved = self._functions.translations
-        missing = instants.crank.reshape(2, -1) - self._resultants @ weights
-        weights[moved] += np.linalg.solve(self._resultants[:, moved], missing)
+        moved = self.functions.translations
+        missing = instants.crank.reshape(2, -1) - self.resultants @ weights
+        weights[moved] += np.linalg.solve(self.resultants[:, moved], missing)
         return weights
-
-    @cached_property
-    def _resultants(self) -> Floats:
-        """Force (2, n_functions) on the whole rod's mesh of each function, N."""
-        facets = self._facets
-        both = self._functions.at(facets.angle, facets.corners[..., 2] @ facets.shape_values.T)
-        return np.concatenate(facets.resultants(*both), axis=1)
 
 
 def _between(weights: Floats, angles: Floats) -> Floats:
@@ -223,18 +179,21 @@ class FilmPartsPins(AssemblyPins):
         self.notes, self._touched = (*self.notes, assumption(text, TOPIC)), _Touched(self)
         self.films = Films(structure, End.BIG, self._touched)
 
+    @cached_property
+    def _film(self) -> FilmLoad:
+        return FilmLoad(self.films, self.structure.crank_cycle, len(self.structure.mesh.points))
+
     def _problem(self) -> AssemblyContact:
-        film = FilmLoad(self.films, self.structure.crank_cycle, len(self.structure.mesh.points))
-        return AssemblyContact(self.structure, self.fits, film)
+        return AssemblyContact(self.structure, self.fits, self._film)
 
     def loads(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Load]:
         """What acts between the parts: see `AssemblyPins.loads`."""
-        film, moving = self.assembly.film, np.flatnonzero(np.isfinite(instants.speed))
+        moving = np.flatnonzero(np.isfinite(instants.speed))
         states = self._touched.states(instants[moving], cycle)
         closed = moving[[not self.films.opened(state) for state in states]]
         weights = np.zeros((self.films.functions.count, len(instants)))
-        if film is not None and closed.size:
-            weights[:, closed] = film.weights(instants[closed], cycle)
+        if closed.size:
+            weights[:, closed] = self._film.weights(instants[closed], cycle)
         return self.assembly.loads(instants, weights)
 
 
