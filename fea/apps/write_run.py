@@ -10,7 +10,7 @@ from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
 from fea.analysis.result import RunResult, gathered_result, run_result
 from fea.analysis.speed import SpeedResult
-from fea.apps.run_study import Place, target_of
+from fea.apps.run_places import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
