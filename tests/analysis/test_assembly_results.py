@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -17,7 +18,7 @@ from written_figures import buckling, result, summary
 from fea import analyse, prepare
 from fea.analysis.adapt import Adapted
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
-from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, OnsetFigures
+from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, LiningFigures, OnsetFigures
 from fea.analysis.result import run_result
 from fea.analysis.speed import solve_speed
 from fea.analysis.survival import factors, factors_of_assembly, survival
@@ -27,7 +28,7 @@ from fea.base.choices import Symmetry
 from fea.output.json_file import read_summary
 from fea.output.report.tables import assembly_tables
 from fea.output.stored_run import StoredRun
-from fea.output.terminal.answer import assembly_lines
+from fea.output.terminal.answer import assembly_lines, linings
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
@@ -269,6 +270,18 @@ def test_a_joint_that_slides_does_not_survive():
     )
     figures.bolts = replace(figures.bolts, hole_play_mm=0.0)  # they bear what friction does not
     assert survival(factors({"tension": result()}, buckling(), None, figures)).text.startswith("survives")
+
+
+def test_bushing_and_shells_have_a_line_of_their_own():
+    bushing, upper, lower = (
+        LiningFigures(safety_factor=f, specific_load_MPa=p)
+        for f, p in ((0.9, 94.0), (1.4, 40.0), (1.2, 40.0))
+    )
+    cases = {"gas": result(linings={"bushing": bushing, "upper shell": upper, "lower shell": lower})}
+    cases |= {"tension": result(linings={"bushing": replace(bushing, safety_factor=1.1)})}
+    (said,) = linings(SimpleNamespace(results=cases))
+    assert "bushing 0.90 (gas; 94 MPa over its bore); shell 1.20 (gas; 40 MPa over its bore)" in said
+    assert linings(SimpleNamespace(results={"gas": result()})) == []
 
 
 def test_the_studio_counts_bolts_and_joint_as_a_run_does(rod):

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +8,7 @@ from fea.analysis.meshing import mesh_study
 from fea.base.choices import CONVERGED_PERCENT
 from fea.judge.case_error import CaseError
 from fea.judge.case_result import CaseFields, case_result
-from fea.judge.verdict import Verdict, peak, widened
+from fea.judge.verdict import CAP, Verdict, peak, widened
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import Recovery
 from fea.solid.singular import masked_nodes, singular_nodes
@@ -69,6 +70,26 @@ def test_where_hardly_any_stress_is_the_safety_factors_cap_hides_no_error_in_it(
     assert found.worst.value == pytest.approx(200 / 400)
     assert found.worst.error_percent == pytest.approx(5.0)
     assert found.error_percent == pytest.approx(50.0)  # of the stress: 300 MPa may be hidden in the second
+
+
+def test_a_lining_that_yields_does_not_end_a_rod():
+    # Three nodes: of steel alone, of both parts, and of the bushing alone, which yields at 100 MPa.
+    bushing = replace(STEEL, yield_strength=100.0, lining=True)
+    stresses = [np.zeros((3, 6)), np.zeros((3, 6))]
+    stresses[0][:, 0], stresses[1][:, 0] = (200.0, 50.0, np.nan), (np.nan, 90.0, 150.0)
+    error = CaseError((np.full(3, 4.0), np.full(3, 4.0)), np.zeros(1), np.zeros(3, dtype=bool))
+    fields = CaseFields(displacement=np.zeros((3, 3)), error=error)
+    mesh = TetMesh(np.zeros((3, 3)), np.zeros((0, 4), dtype=int))
+    rims = np.zeros(3, dtype=bool)
+    found = case_result(given(1.0), mesh, fields, stresses, materials=[STEEL, bushing], rims=rims)
+    np.testing.assert_allclose(found.safety_factor, [400 / 200, 100 / 90, 100 / 150])
+    np.testing.assert_allclose(found.of_rod, [400 / 200, 400 / 50, CAP])
+    assert found.min_safety_factor == 2.0
+    assert found.worst.error_percent == pytest.approx(2.0)
+    steel = case_result(
+        given(1.0), mesh, fields, stresses, materials=[STEEL, replace(bushing, lining=False)], rims=rims
+    )
+    assert steel.min_safety_factor == pytest.approx(100 / 150)
 
 
 def bracket(fillet: float) -> Prism:

@@ -142,6 +142,12 @@ def test_factors_of_a_point_are_those_of_its_whole_cycle(rod, exact, point):
         Mode.BOLT_YIELD: min(one.working_safety for one in bolts),
         Mode.BOLT_FATIGUE: min(one.bending_fatigue_safety for one in bolts),
     }
+    whole, materials = rod.mesh.whole, np.array([material.lining for material in rod.materials])
+    alone = np.setdiff1d(*(whole.tets[materials[whole.part] == lines] for lines in (True, False)))
+    lining = next(material for material in rod.materials if material.lining)
+    stress = np.where(exact.counts, exact.envelope.von_mises, 0.0)[alone]
+    expected[Mode.LINING] = lining.yield_strength / stress.max()
+    assert (exact.envelope.usage[alone] == 0).all()
     assert Mode.SLIP not in found  # the bolts fit their holes, and bear what friction does not
     for mode, factor in expected.items():
         within = 1e-2 if mode is Mode.BOLT_FATIGUE else 5e-3

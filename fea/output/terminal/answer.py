@@ -274,7 +274,8 @@ def linings(summary: Summary) -> list[str]:
         f"{name} {factor(f)} ({case}; {load:.0f} MPa over its bore)"
         for name, (f, load, case) in worst.items()
     ]
-    return [f"Linings, yield: {'; '.join(said)}; they settle, which does not end the rod."] if said else []
+    settled = "What yields there settles, and does not end the rod"
+    return [f"Linings, against yielding: {'; '.join(said)}. {settled}."] if said else []
 
 
 def buckling(found: BucklingFigures) -> list[str]:
