@@ -1,6 +1,6 @@
 """What a run of a bolted rod prints; that of other rods is looked at where they are run."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from io import StringIO
 
 import pytest
@@ -8,6 +8,7 @@ from printed import after_the_table, flowing, require_brief
 from rich.console import Console
 
 from fea import analyse
+from fea.analysis.figures import FilmFigures
 from fea.output.terminal.run import print_runs
 
 
@@ -36,6 +37,17 @@ def test_bolts_joint_and_fits_take_a_line_each(bolted, tmp_path, monkeypatch):
     weakest = bolted.results["tension"].weakest
     assert (weakest.where, weakest.part) == ("shank towards the small end", "rod")
     assert {case.singular_where.partition(" ")[0] for case in bolted.results.values()} == {"rim"}
+
+
+def test_films_leave_room_for_bolts_and_joint(bolted, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    values = dict.fromkeys((item.name for item in fields(FilmFigures)), 12.5)
+    film = FilmFigures(**values | {"verdict": "mixed"})
+    text = printed(replace(bolted, film={"big_end": film, "small_end": film}), tmp_path)
+    require_brief(text)
+    heads = [line.partition(" ")[0].strip(",:") for line in after_the_table(text)]
+    kept = [head for head in heads if head in ("Governs", "Bolts", "Joint", "Oil")]
+    assert kept[:4] == ["Governs", "Bolts", "Joint", "Oil"]
 
 
 def test_what_governs_of_them_gets_its_table(bolted, tmp_path, monkeypatch):

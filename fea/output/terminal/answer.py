@@ -46,6 +46,8 @@ def statements(summary: Summary) -> Iterator[str]:
     """Yield the statements by consequence: failed checks, what governs, doubts, remedies, the rest."""
     yield from failed_checks(summary)
     yield governs(summary)
+    if summary.film and summary.assembly is not None:  # films take several lines
+        yield from bolts_and_joint(summary.assembly)
     yield from film_lines(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
@@ -56,7 +58,7 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from cycle(summary)
     yield from _edges(summary)
     if summary.assembly is not None:
-        yield from assembly(summary.assembly)
+        yield from fits(summary.assembly) if summary.film else assembly(summary.assembly)
     least = summary.buckling.min_safety_factor
     near = least is not None and least < _NEAR * summary.survival.required_safety_factor
     if near or summary.buckling.modes:
@@ -228,7 +230,13 @@ def _edges(summary: Summary) -> Iterator[str]:
 
 
 def assembly(found: AssemblyFigures) -> Iterator[str]:
-    """Yield a line on the bolts, one on the joint and one on the fits."""
+    """Yield a line on the bolts, one on the joint, one on their tightening and one on the fits."""
+    yield from bolts_and_joint(found)
+    yield from fits(found)
+
+
+def bolts_and_joint(found: AssemblyFigures) -> Iterator[str]:
+    """Yield a line on the bolts and one on the joint."""
     bolts, joint = found.bolts, found.joint
     where = bolts.max_case or f"{number(bolts.max_crank_deg, '.0f')}°"
     fatigue = bolts.bending_fatigue_safety_factor
@@ -237,8 +245,6 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
         f"Bolts, {bolts.thread}: {bolts.max_force_N / KN:.1f} kN ({where}), bending "
         f"{bolts.max_bending_MPa:.0f} MPa; yield {factor(bolts.yield_safety_factor)}{against}."
     )
-    if bolts.tightened is not None:
-        yield f"Bolts tightened to {bolts.tightened}."
     widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
     reserves = {name: one.slip_reserve for name, one in joint.by_case.items() if one.slip_reserve is not None}
     gap = joint.by_case[widest].opening_um
@@ -250,9 +256,15 @@ def assembly(found: AssemblyFigures) -> Iterator[str]:
         least = min(reserves, key=lambda name: reserves[name])
         said.append(f"slip safety {number(reserves[least], '.3g')} ({least})")
     yield f"Joint: {', '.join(said)}."
-    fits = [_fit(name, fit) for name, fit in found.fits.items()]
-    if fits:
-        yield f"Fits, micro-slip: {'; '.join(fits)}."
+
+
+def fits(found: AssemblyFigures) -> Iterator[str]:
+    """Yield how the bolts were tightened, where they say so, and a line on the fits."""
+    if found.bolts.tightened is not None:
+        yield f"Bolts tightened to {found.bolts.tightened}."
+    said = [_fit(name, fit) for name, fit in found.fits.items()]
+    if said:
+        yield f"Fits, micro-slip: {'; '.join(said)}."
 
 
 def _fit(name: str, fit: FitFigures) -> str:
