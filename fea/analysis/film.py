@@ -33,6 +33,8 @@ from geometry.arrays import Floats
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
 _CARRIED = 0.1
+# Pressure at which surfaces flow, MPa: about the hardness of bronze; the model's asperities are elastic.
+_HARDNESS = 1000.0
 # Tilt over the clearance above which it is told.
 _TILTED = 1e-3
 
@@ -50,6 +52,7 @@ class Regime(StrEnum):
     METAL = "metal to metal"
     STARVED = "starved"
     OVERHEATED = "overheated"
+    OVERLOADED = "overloaded"
 
     @classmethod
     def of(cls, ratio: float, share: float) -> "Regime":
@@ -93,12 +96,14 @@ class FilmResult:
             return Regime.STARVED
         if self.cycle.too_hot or abs(self.cycle.unbalanced) > LIMITS["film_heat"]:
             return Regime.OVERHEATED
+        if self.cycle.highest.max() > _HARDNESS:
+            return Regime.OVERLOADED
         return Regime.of(self.ratio, float(self.cycle.asperities.max()))
 
     @property
     def sound(self) -> bool:
         """Whether there is a verdict on the regime."""
-        return self.verdict not in (Regime.STARVED, Regime.OVERHEATED)
+        return self.verdict not in (Regime.STARVED, Regime.OVERHEATED, Regime.OVERLOADED)
 
     @cached_property
     def ratio(self) -> float:
@@ -218,6 +223,11 @@ class FilmResult:
             yield (
                 f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
                 f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
+            )
+        elif self.verdict == Regime.OVERLOADED:
+            yield (
+                f"overloaded: asperities are pressed together with up to {found.p_max_MPa:.0f} MPa, where "
+                f"bearing metals flow ({_HARDNESS:.0f} MPa is the hardness of bronze); the model ends there"
             )
         elif self.verdict == Regime.METAL:
             yield (

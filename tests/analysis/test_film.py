@@ -2,13 +2,14 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fea import analyse
 from fea.__main__ import call
-from fea.analysis.film import Regime, film_error
+from fea.analysis.film import FilmResult, Regime, film_error
 from fea.analysis.prepare import prepare
 from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
@@ -246,3 +247,21 @@ def test_a_finer_mesh_softens_the_bore_as_estimated():
     assert 0.5 < np.exp(np.log((lacked - lacks)[short] / softer[short]).mean()) < 2.0
     afar = np.linalg.norm(fine.loaded - coarse.loaded) / np.linalg.norm(fine.loaded)
     assert 0.5 * afar < coarse.lacking[1] < 3 * afar
+
+
+def test_a_film_beyond_the_hardness_of_its_metals_is_overloaded():
+    cycle = SimpleNamespace(
+        starved=False,
+        too_hot=False,
+        repeats=True,
+        unbalanced=0.0,
+        highest=np.array([50.0, 1001.0]),
+        asperities=np.ones(2),
+    )
+    overloaded = FilmResult(cycle, cycle, cycle, SimpleNamespace(asperities=None), 1.0)
+    assert (overloaded.verdict, overloaded.sound) == ("overloaded", False)
+    (said,) = overloaded._doubts(SimpleNamespace(p_max_MPa=1001.0, lining_factor=None))
+    assert said.startswith("overloaded: asperities are pressed together with up to 1001 MPa")
+    cycle.highest[1] = 999.0
+    calm = FilmResult(cycle, cycle, cycle, SimpleNamespace(asperities=None), 1.0)
+    assert calm.verdict == "hydrodynamic"
