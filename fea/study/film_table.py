@@ -7,7 +7,6 @@ from itertools import pairwise
 
 from fea.base.shipped import shipped_toml
 from fea.study.tables import Table, key, not_negative, one_of, within
-from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, require, require_positive
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
@@ -29,7 +28,6 @@ FLOATING = "floating"
 TURNS = {FLOATING: 0.5, "fixed": 0.0}
 # Of the bore, grooves may leave this share at most to its ends, and cover this share in all.
 _WIDEST, _COVERED = 0.9, 0.5
-_THIN = Plausible(1.0, 200.0, "engine oils have 2 (hot) to 100 mPa·s (cold)")
 _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
 
@@ -50,12 +48,11 @@ class FilmTable(
     viscosity_40C_mPas: float | None = key(
         "58.0", "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C", require_positive
     )
-    viscosity_100C_mPas: float | None = key("8.5", "", require_positive, _THIN)
+    viscosity_100C_mPas: float | None = key("8.5", "", require_positive)
     viscosity_mPas: float | None = key(
         "8.0",
         "in place of both: of the film, at whatever temperature it has; dynamic, without pressure",
         require_positive,
-        _THIN,
     )
     piezoviscosity_1_GPa: float | None = key(
         "13.0", "of the viscosity under pressure (Roelands); 0: none", within(0, 40)
@@ -65,7 +62,6 @@ class FilmTable(
         "radius of the big end's bore less that of the crank pin; default: half of "
         "contact.big_end_clearance_mm; the small end has that of contact.small_end_clearance_mm",
         require_positive,
-        Plausible(0.3, 2.0, "about a thousandth of the radius is usual", {"rod.big_end_bore_mm": 1}, 4.0),
     )
     inlet_bar: float | None = key("4.0", "of the oil in the crank pin's hole", within(0.01, 100))
     inlet_C: float | None = key("110.0", "temperature of that oil", within(-40, 180))
@@ -77,9 +73,7 @@ class FilmTable(
         "angle of the hole in the crank pin, from the crank arm's outward direction in the sense of rotation",
         within(-360, 360),
     )
-    hole_diameter_mm: float | None = key(
-        "5.0", "", require_positive, Plausible(0.02, 0.4, "a tenth is usual", {"rod.big_end_bore_mm": 1}, 2.0)
-    )
+    hole_diameter_mm: float | None = key("5.0", "", require_positive)
     grooves_deg: tuple[float, ...] = key(
         "[90.0, 270.0]",
         "middle of each groove: in the shell from the rod's axis, in the pin as hole_deg",

@@ -11,25 +11,13 @@ from fea.study.paths import absolute, parse_speeds
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import LEAST, dimension_of
 from fea.study.tables import Table, choice, key, not_negative, read_keys, switch, within
-from geometry.dimensions import Plausible, dimensions
+from geometry.dimensions import dimensions
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
 # Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
 LARGEST_RPM = 50_000.0
 DEFAULT_RPM = 6000.0
-# Mean piston speed, m/s, is rpm times stroke, mm, over 30 000. Lower speeds are those of cranking.
-_SPEEDS = (
-    Plausible(30.0, 25_000.0, "from engines of ships to model engines", refuses_less=False),
-    Plausible(
-        2.2 * 30_000,
-        28.0 * 30_000,
-        "engines run at mean piston speeds of 2.2 (idling) to 28 m/s (racing)",
-        {"engine.stroke_mm": -1},
-        far=1.8,
-        refuses_less=False,
-    ),
-)
 LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
 
 
@@ -40,7 +28,6 @@ class SpeedTable(Table, table="speed"):
     rpm: float | tuple[float, ...] | None = key(
         "6000",
         "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
-        *_SPEEDS,
         stated=True,
         flag="rpm",
         help="Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
@@ -72,19 +59,7 @@ class ForcesTable(
 ):
     """[forces]: given pin forces instead of an engine."""
 
-    pin_N: tuple[float, ...] = key(
-        "[-45914.89, 0.0]",
-        "along the rod, and across it",
-        Plausible(
-            3.0,
-            400.0,
-            "mean pressures on the piston pin are up to 150 MPa",
-            {"rod.small_end_bore_mm": 1, "rod.small_end_width_mm": 1},
-            far=5.0,
-            refuses_less=False,
-        ),
-        default=MISSING,
-    )
+    pin_N: tuple[float, ...] = key("[-45914.89, 0.0]", "along the rod, and across it", default=MISSING)
 
     def pin(self) -> tuple[float, float]:
         """Return (axial, transverse), N, tension positive."""
@@ -103,9 +78,6 @@ class MeshTable(Table, table="mesh"):
         "3.0",
         "element size, smaller on fillets, bores and webs: no refinement unless a tolerance is given",
         require_positive,
-        Plausible(
-            0.004, 0.3, "usual sizes are a hundredth to a tenth of the length", {"rod.length_mm": 1}, 4.0
-        ),
         flag="size",
     )
     element: choices.Element = choice(
@@ -260,11 +232,6 @@ class OutputTable(Table, table="output"):
     )
 
 
-def _fit(bore: str, least: float) -> Plausible:
-    why = "0.3 to 2 thousandths of the bore are usual"
-    return Plausible(least, 5e-3, why, {f"rod.{bore}_mm": 1}, refuses_less=False)
-
-
 # Names of the [material.…] tables that belong to pins and not to parts of the rod.
 PISTON_PIN, CRANK_PIN = "piston_pin", "crank_pin"
 PINS = (PISTON_PIN, CRANK_PIN)
@@ -284,37 +251,21 @@ class ContactTable(
     """
 
     small_end_clearance_mm: float | None = key(
-        "0.0144",
-        "diametral, bore less pin; negative: a press fit",
-        require_number,
-        _fit("small_end_bore", 1e-4),
+        "0.0144", "diametral, bore less pin; negative: a press fit", require_number
     )
-    big_end_clearance_mm: float | None = key("0.052", "", require_number, _fit("big_end_bore", 2.5e-4))
+    big_end_clearance_mm: float | None = key("0.052", "", require_number)
     piston_pin: choices.PinBody = key(
         '"elastic"',
         'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
         default=choices.PinBody.ELASTIC,
     )
-    piston_pin_bore_mm: float | None = key(
-        "14.4",
-        "0: a solid pin",
-        not_negative,
-        Plausible(0.2, 0.9, "of hollow pins, 0.4 to 0.7 of their diameter", {"rod.small_end_bore_mm": 1}),
-    )
-    piston_pin_length_mm: float | None = key(
-        "64.8", "", not_negative, Plausible(1.1, 6.0, "2 to 4 pin diameters", {"rod.small_end_bore_mm": 1})
-    )
+    piston_pin_bore_mm: float | None = key("14.4", "0: a solid pin", not_negative)
+    piston_pin_length_mm: float | None = key("64.8", "", not_negative)
     piston_boss_gap_mm: float | None = key(
-        "26.4",
-        "distance of the piston's bosses, beyond which they carry the pin",
-        not_negative,
-        Plausible(0.6, 3.0, "the small end fits between the bosses", {"rod.small_end_width_mm": 1}),
+        "26.4", "distance of the piston's bosses, beyond which they carry the pin", not_negative
     )
     small_end_relief_mm: tuple[float, ...] | None = key(
-        "[4.0, 0.02]",
-        "length and radial depth by which the bore widens towards its ends",
-        require_positive,
-        Plausible(0.02, 0.5, "the length is a part of the end's width", {"rod.small_end_width_mm": 1}),
+        "[4.0, 0.02]", "length and radial depth by which the bore widens towards its ends", require_positive
     )
 
     def __post_init__(self) -> None:
@@ -340,7 +291,7 @@ class DutyTable(
 ):
     """[duty]: speeds with the hours at each, or with their shares of the time."""
 
-    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", "", require_positive, *_SPEEDS, default=MISSING)
+    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", "", require_positive, default=MISSING)
     hours: tuple[float, ...] | None = key(
         "[600, 350, 50]", "of a stretch of use, a value for each speed", require_positive
     )
@@ -418,7 +369,6 @@ class OptimiseTable(
         "1.0",
         "oil film of the big end, as [film] says, over the crank cycle at each speed, less its error bar",
         require_positive,
-        Plausible(0.2, 20.0, "films of 0.5 to 3 µm are usual in engines"),
     )
     min_rpm: float | None = key(
         "7500", "speed, rpm, at which they must hold too, as at the study's own speeds", require_positive
@@ -427,7 +377,6 @@ class OptimiseTable(
         "3.0",
         "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod",
         require_positive,
-        Plausible(0.004, 0.1, "walls of a fiftieth of the rod's length are usual", {"rod.length_mm": 1}),
     )
     evaluations: int | None = key("150", "most meshes to be solved", within(FEWEST, MOST))
 

@@ -1,19 +1,19 @@
 """Values of a study that no engine has: refused or noted, with the unit that they are likely to be in.
 
-The ranges are declared with the keys (`fea.study.tables.Key.plausible`), most of them as ratios to other
-keys: model engines and engines of ships are alike in their proportions.
+The ranges are those of `plausible.toml`, most of them as ratios to other keys: model engines and engines of
+ships are alike in their proportions.
 """
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from fea.base.note import UNITS, Note, doubt
+from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS
 from fea.study.quantities import own_unit
-from fea.study.tables import keys_of, unit_of
-from geometry.dimensions import Plausible
+from fea.study.tables import unit_of
 from geometry.errors import is_finite
 
 # What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.
@@ -25,6 +25,26 @@ _FILE_UNITS = (25.4, 1000.0, 10.0)
 
 
 @dataclass(frozen=True)
+class Plausible:
+    """The range of a key in engines, in its own unit: a table of `plausible.toml`, which explains it."""
+
+    least: float
+    most: float
+    why: str
+    of: Mapping[str, float] = field(default_factory=dict)
+    far: float = 2.5
+    refuses_less: bool = True
+    below: Mapping[str, float] = field(default_factory=dict)
+
+
+# By table and key.
+RANGES = {
+    table: {key: [Plausible(**one) for one in ranges] for key, ranges in keys.items()}
+    for table, keys in shipped_toml("study/plausible.toml").items()
+}
+
+
+@dataclass(frozen=True)
 class _Range:
     key: str  #: "table.key"
     given: Plausible
@@ -32,8 +52,9 @@ class _Range:
 
     def scale(self, values: Mapping[str, float]) -> float | None:
         """What bounds are multiplied by; None where the range does not apply."""
-        gate, most = self.given.below
-        if gate and not values.get(f"{self.key.rpartition('.')[0]}.{gate}", math.inf) < most:
+        table = self.key.rpartition(".")[0]
+        below = self.given.below.items()
+        if not all(values.get(f"{table}.{gate}", math.inf) < most for gate, most in below):
             return None
         if any(not values.get(name) for name in (self.key, *self.of)):
             return None
@@ -91,20 +112,16 @@ class Finding:
         return doubt(f"{self.key} = {_plain(self.value)}: {self.text}", UNITS)
 
 
-def findings(
-    values: Mapping[str, float], tables: Mapping[str, Any], measured: frozenset[str] = frozenset()
-) -> list[Finding]:
+def findings(values: Mapping[str, float], measured: frozenset[str] = frozenset()) -> list[Finding]:
     """Return the values that lie outside of the ranges of engines, the gravest first.
 
-    `values` are magnitudes by "table.key", `tables` the classes whose keys declare the ranges, by their
-    names, `measured` the lengths among the values of a rod from a file: its unit scales all of them.
+    `values` are magnitudes by "table.key", `measured` the lengths among them of a rod from a file: its unit
+    scales all of them.
     """
     ranges = []
     for name in values:
         table, _, key = name.rpartition(".")
-        cls = tables.get(table.partition(".")[0])
-        declared = None if cls is None else keys_of(cls).get(key)
-        for given in () if declared is None else declared.plausible:
+        for given in RANGES.get(table.partition(".")[0], {}).get(key, ()):
             of = {other if "." in other else f"{table}.{other}": power for other, power in given.of.items()}
             ranges.append(_Range(name, given, of))
     ranges = [each for each in ranges if each.scale(values) is not None]

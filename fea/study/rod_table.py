@@ -24,7 +24,7 @@ from fea.study.tables import (
 )
 from fea.study.toml_files import TomlTable
 from geometry.assembly import Assembly
-from geometry.dimensions import Plausible, dimensions, options
+from geometry.dimensions import dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFormat, MissingCap, RodFile, is_cad, require_readable
@@ -94,29 +94,10 @@ class _Sources(Table, table="rod"):
         "mass properties: with length_mm alone they are enough for `fea loads`; with dimensions they are the "
         "targets of `fea rod --fit`",
         require_positive,
-        Plausible(
-            0.08e-6,
-            0.42e-6,
-            "rods of titanium and steel weigh 0.08 to 0.42 g times the cube of their length in cm",
-            {"length_mm": 3},
-            far=4.0,
-        ),
     )
-    center_of_gravity_mm: float | None = key(
-        "64.0",
-        "from the crank pin",
-        Plausible(0.12, 0.55, "in the big end's half of the rod", {"length_mm": 1}),
-    )
+    center_of_gravity_mm: float | None = key("64.0", "from the crank pin")
     inertia_kg_m2: float | None = key(
-        "0.0038",
-        "about the pin-parallel axis through the centre of gravity",
-        require_positive,
-        Plausible(
-            0.09e-6,
-            0.3e-6,
-            "the radius of gyration is 0.3 to 0.55 of the length",
-            {"mass_kg": 1, "length_mm": 2},
-        ),
+        "0.0038", "about the pin-parallel axis through the centre of gravity", require_positive
     )
 
 
@@ -131,7 +112,6 @@ def _declared() -> list[tuple[str, Any, Any]]:
         declared = key(
             told.get("example", shown),
             told["help"],
-            *told.get("plausible", ()),
             above=told.get("above", ""),
             stated=field.name in least,
             flag=field.name if key_of(field.name) in _BORES else "",

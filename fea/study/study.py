@@ -176,7 +176,7 @@ class Study:
         found: dict[str, Finding] = {}
         for rpm in extremes:
             at = values if rpm is None else {**values, "speed.rpm": rpm}
-            for finding in findings(at, TABLES, frozenset(lengths)):
+            for finding in findings(at, frozenset(lengths)):
                 found.setdefault(finding.key, finding)
         return sorted(found.values(), key=lambda finding: not finding.refused)
 
@@ -409,7 +409,7 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
     try:
         return read_rod(raw["rod"], folder)
     except InvalidValue as error:
-        found = [each for each in findings(magnitudes(raw), TABLES) if each.unit and each.key[:4] == "rod."]
+        found = [each for each in findings(magnitudes(raw)) if each.unit and each.key[:4] == "rod."]
         if not found or not isinstance(error.value, float):
             raise
         remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()

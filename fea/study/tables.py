@@ -16,7 +16,6 @@ from typing import Any, ClassVar, TypeVar
 from fea.base.units import OTHER_UNITS, WRITTEN
 from fea.study.quantities import own_unit, quantity, stem
 from fea.study.toml_files import TomlTable
-from geometry.dimensions import Plausible
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 
 AnyTable = TypeVar("AnyTable")
@@ -38,7 +37,6 @@ class Key:
     #: describes it there, in the schema and in the help of its flag; the unit follows from the name
     comment: str = ""
     check: Check | None = None  #: refuses values
-    plausible: tuple[Plausible, ...] = ()  #: where it lies in engines (`fea.study.plausibility`)
     stated: bool = False  #: whether the commented study states the example, and not as a comment
     above: str = ""  #: a comment there on this key and those that follow it
     alias: str = ""  #: an earlier name of key and flag that is still read
@@ -53,12 +51,10 @@ class Key:
 
 
 def key(
-    example: str = "", comment: str = "", *rules: Check | Plausible, default: Any = None, **more: Any
+    example: str = "", comment: str = "", check: Check | None = None, *, default: Any = None, **more: Any
 ) -> Any:
-    """Declare a key: the default of its field, and the attributes of `Key`; of `rules` one may be a check."""
-    plausible = tuple(rule for rule in rules if isinstance(rule, Plausible))
-    check = next((rule for rule in rules if not isinstance(rule, Plausible)), None)
-    metadata = {"key": Key(example, comment, check, plausible, **more)}
+    """Declare a key: the default of its field, and the attributes of `Key`."""
+    metadata = {"key": Key(example, comment, check, **more)}
     if default is dict:
         return dataclasses.field(default_factory=dict, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from wrong_units import ENGINES, drawn, said_of, units_of
 
-from fea.study.plausibility import Finding
+from fea.study.plausibility import RANGES, Finding
 from fea.study.study import TABLES
 from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
@@ -74,9 +74,9 @@ def _undetectable() -> list[tuple[str, float]]:
     """Return keys with a unit, and which part of their range the other unit leaves within it."""
     spans: dict[str, list[float]] = {}
     for table, cls in TABLES.items():
-        for key, declared in keys_of(cls).items():
+        for key in keys_of(cls):
             spans.setdefault(f"{table}.{key}", [])
-            for each in declared.plausible:
+            for each in RANGES.get(table, {}).get(key, ()):
                 span = log(each.most / each.least)
                 spans[f"{table}.{key}"].append(span)
                 for other, power in each.of.items():

@@ -11,7 +11,9 @@ from fea.study.documents import template
 from fea.study.flags import Flags
 from fea.study.material_table import MaterialTable
 from fea.study.materials import LIBRARY
-from fea.study.study import Study, load_study, parse_study, shipped_studies
+from fea.study.plausibility import RANGES
+from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
+from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
 
 LEON = """[rod]
@@ -108,3 +110,16 @@ def test_the_unit_of_a_file_scales_all_of_its_lengths():
     found = of_file.unusual(inches)
     assert (found[0].key, found[0].refused) == ("rod.length_mm", True)
     assert "--unit): 0.03937 times as long, 141 mm, it would fit" in found[0].text
+
+
+def test_every_range_is_that_of_a_key_and_a_multiple_of_keys():
+    keys = {table: set(keys_of(cls)) for table, cls in TABLES.items()}
+    for table, rows in RANGES.items():
+        for key, ranges in rows.items():
+            assert key in keys[table]
+            for given in ranges:
+                assert 0 < given.least < given.most
+                assert given.far > 1
+                for other in (*given.of, *given.below):
+                    of_table, _, name = other.rpartition(".")
+                    assert name in keys[of_table or table]
