@@ -326,7 +326,7 @@ class Films:
         if bearing.bore is not None:
             bearing = bearing.yielding_by(bearing.bore.compliance + more)
         with suppress(FilmError), self._structure.clock("film"):
-            return integrate(bearing, acting, before=film, most=2)
+            return integrate(bearing, acting, before=film, most=1)
         return None
 
     def _integrated(
