@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from rich.console import Console
 from written_figures import load, result, summary
 
+from fea.analysis.forces import study_forces
 from fea.base.choices import UnitSystem
 from fea.output.pictures.shown import field_of
+from fea.output.plots import forces as plots
 from fea.output.report.sections import chart, input_tables
 from fea.output.report.tables import case_table, load_table
 from fea.output.terminal.run import print_runs
@@ -107,3 +109,22 @@ def test_fields_curves_and_inputs_are_converted(us):
     rod = next(table for table in input_tables(load_study()) if table.title == "Rod")
     length = next(row for row in rod.rows if row.name == "length")
     assert (length.value, length.unit) == ("5.55118", "in")
+
+
+@pytest.mark.parametrize("system", UnitSystem)
+def test_plotted_forces_are_those_of_the_table_in_the_unit_of_the_axis(monkeypatch, system, tmp_path):
+    """Each panel draws its column (SI) times the factor of the unit that stands at its axis."""
+    figures = []
+    monkeypatch.setattr(plots, "save", lambda figure, *_: figures.append(figure))
+    (report,) = study_forces(load_study("leon-2001"), every_cylinder=False)
+    with shown_in(system):
+        plots.plot_forces(tmp_path / "forces.png", [report], "leon-2001")
+    axes = [panel for panel in figures[0].axes if panel.lines]
+    assert len(axes) == 8
+    force = KNOWN["kN"] if system is UnitSystem.US else 1.0
+    torque = KNOWN["N·m"] if system is UnitSystem.US else 1.0
+    for number, column, factor in ((0, "gas_N", 1e-3 * force), (6, "torque_Nm", torque)):
+        drawn = max(
+            np.abs(line.get_ydata()).max() for line in axes[number].lines if len(line.get_ydata()) > 2
+        )
+        assert drawn == pytest.approx(np.abs(report.first[column]).max() * factor, rel=1e-9)

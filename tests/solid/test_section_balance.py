@@ -1,12 +1,14 @@
 """The stress in a section against the forces beyond it, on bars whose stress is known in closed form."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import gmsh
 import numpy as np
 import pytest
 
 from fea import run
+from fea.analysis import prepare as prepared
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.base.checks import LIMITS
@@ -114,3 +116,19 @@ def test_a_hole_amid_the_shank_is_no_reason_to_mark_a_run(tmp_path, monkeypatch)
     limit = LIMITS["section_balance"]
     assert through > limit > min(beside)
     assert solve_speed(analysis, None).checks["section_balance"].passed
+
+
+@pytest.mark.parametrize(
+    ("between", "middle"), [((40.0, 80.0), 60.0), ((60.0, 90.0), 75.0), ((5.0, 40.0), 22.5)]
+)
+def test_sections_lie_between_the_bores_of_a_rod_with_a_large_bore(monkeypatch, between, middle):
+    """Midway between the pins (120 mm) where that is outside the bores, else midway between these."""
+    monkeypatch.setattr(prepared, "SectionBalance", lambda *given: given[-1])
+    bores = SimpleNamespace(between=between, rod_length=120.0)
+    rod = SimpleNamespace(
+        mesh=SimpleNamespace(bores=bores, whole=None, cell=None),
+        model=SimpleNamespace(material=SimpleNamespace(density=7.8e-9)),
+    )
+    low, high = between
+    stations = prepared.PreparedRod.mid_sections.func(rod)
+    assert stations == pytest.approx((middle, (low + middle) / 2, (middle + high) / 2))
