@@ -8,6 +8,7 @@ from pathlib import Path
 from geometry.arrays import Vector
 from geometry.errors import InvalidValue, require
 from geometry.holes import Diameters
+from geometry.shipped import tables_beside
 
 CAP_ASSUMED = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
 
@@ -92,39 +93,23 @@ class CadFormat(StrEnum):
     FREECAD = "FreeCAD"
 
 
-_ENDINGS = {
-    CadFormat.STEP: (".step", ".stp"),
-    CadFormat.IGES: (".igs", ".iges"),
-    CadFormat.BREP: (".brep", ".brp"),
-    CadFormat.FREECAD: (".fcstd",),
-}
-FORMATS = {ending: kind for kind, endings in _ENDINGS.items() for ending in endings}
-
-
-# Files that only the program that wrote them reads, and the program.
-FOREIGN = {
-    ".prt": "NX or Creo",
-    ".asm": "Creo or Solid Edge",
-    ".par": "Solid Edge",
-    ".3dm": "Rhino",
-    ".dwg": "AutoCAD",
-    ".skp": "SketchUp",
-    ".sat": "a program with ACIS",
-    **dict.fromkeys((".sldprt", ".sldasm"), "SolidWorks"),
-    **dict.fromkeys((".ipt", ".iam"), "Inventor"),
-    **dict.fromkeys((".f3d", ".f3z"), "Fusion"),
-    **dict.fromkeys((".catpart", ".catproduct"), "CATIA"),
-    **dict.fromkeys((".x_t", ".x_b"), "a program with Parasolid"),
-}
-_TRIANGLES = (".3mf", ".amf", ".obj", ".ply")
+# The tables of `cad_formats.toml`, and the formats that are read by their endings.
+CAD_FORMATS = tables_beside(__file__, "cad_formats.toml")
+FORMATS = {ending: kind for kind in CadFormat for ending in CAD_FORMATS["read"][kind]["endings"]}
 
 
 def require_readable(name: str, path: Path) -> None:
     """Refuse a file that only a CAD program reads (`InvalidValue`); `name` is what gives it."""
     suffix = path.suffix.lower()
     rule = "is a surface of triangles in a format that is not read"
-    require(suffix not in _TRIANGLES, name, str(path), rule, "Save it as STL, or better export STEP.")
-    program = FOREIGN.get(suffix)
+    require(
+        suffix not in CAD_FORMATS["triangles"]["endings"],
+        name,
+        str(path),
+        rule,
+        "Save it as STL, or better export STEP.",
+    )
+    program = CAD_FORMATS["foreign"].get(suffix)
     if program is not None:
         rule = f"is in the format of {program}, which other programs do not read"
         raise InvalidValue(name, str(path), rule, f"Export STEP from {program}, and name that file.")

@@ -1,13 +1,12 @@
 """Rods of published engines, from `presets.toml`, which tells what is published and what is ours."""
 
-import tomllib
-from importlib.resources import files
 from types import MappingProxyType
 
 from geometry.dimensions import ShankSection
 from geometry.rod import Rod
+from geometry.shipped import tables_beside
 
-_TABLES = tomllib.loads((files(__name__.rpartition(".")[0]) / "presets.toml").read_text(encoding="utf-8"))
+_TABLES = tables_beside(__file__, "presets.toml")
 # What is published of each, and what is ours.
 ORIGINS = MappingProxyType({name: table.pop("origin") for name, table in _TABLES.items()})
 PRESETS = MappingProxyType(

@@ -22,7 +22,7 @@ import numpy as np
 from geometry import kernel
 from geometry.arrays import linked_groups, twins
 from geometry.errors import GeometryError
-from geometry.imports import DECLARED, FORMATS, CadFormat
+from geometry.imports import CAD_FORMATS, DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror
@@ -207,25 +207,6 @@ _PREFIXES = {b"$": "m", b".CENTI.": "cm", b".DECI.": "dm", b".KILO.": "km", b".M
 # Units that the kernel can convert the numbers of a STEP file to, mm.
 _TARGETS = {"MM": 1.0, "M": 1000.0, "CM": 10.0, "KM": 1e6, "UM": 1e-3, "INCH": 25.4, "FT": 304.8}
 _START = 400  # bytes from which a format is recognised
-# How each format begins, and what to do with a file that does not.
-_BEGINNINGS = {
-    CadFormat.STEP: (
-        rb"(?:\xef\xbb\xbf)?\s*ISO-10303-21",
-        "it must begin with ISO-10303-21. Export the rod from CAD as STEP",
-    ),
-    CadFormat.IGES: (
-        rb"[^\n]{72}[SFBC][^\r\n]{7}\r*(?:\n|\Z)",
-        "its first line must end with S and a number. Export the rod from CAD as STEP",
-    ),
-    CadFormat.BREP: (
-        rb"\s*(?:DBRep_DrawableShape|(?:Open )?CASCADE Topology)",
-        "it must begin with a line of Open CASCADE. Export the rod from CAD as STEP",
-    ),
-    CadFormat.FREECAD: (
-        rb"PK",
-        "it must be a zip archive. Save it again in FreeCAD, or export the rod as STEP",
-    ),
-}
 
 
 class NamedSolid(NamedTuple):
@@ -242,11 +223,10 @@ def read_solids(path: Path, unit: str | None = None, *, beside: bool = False) ->
     ending says, or holds no solid; `OSError`: the file cannot be read.
     """
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
-    beginning, remedy = _BEGINNINGS[kind]
+    told = CAD_FORMATS["read"][kind]
     with path.open("rb") as file:
-        if not re.match(beginning, file.read(_START)):
-            article = "an" if kind in (CadFormat.IGES, CadFormat.BREP) else "a"
-            raise GeometryError(f"{path} is not {article} {kind} file: {remedy}")
+        if not re.match(told["begins"], file.read(_START).decode("latin-1"), re.ASCII):
+            raise GeometryError(f"{path} is not {told['name']}: {told['remedy']}")
     if not beside:
         gmsh.model.add(path.stem)
     with quiet(), _in_millimetres(path, kind, unit):

@@ -3,36 +3,25 @@
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from geometry.holes import place_text
+from geometry.shipped import tables_beside
 from mesh.quality import shape
 from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_counts, folded
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
-# Kinds of elements by meshio's names: how messages call them, and of solids the number in Abaqus' name
-# (C3D10M, C3D20R; DC3D10 for heat) and gmsh's own.
-_KINDS: dict[str, tuple[str, str, int]] = {
-    "tetra": ("four-node tetrahedra", "4", 4),
-    "tetra10": ("ten-node tetrahedra", "10", 11),
-    "hexahedron": ("hexahedra", "8", 5),
-    "hexahedron20": ("20-node hexahedra", "20", 17),
-    "hexahedron27": ("27-node hexahedra", "", 12),
-    "wedge": ("wedges", "6", 6),
-    "wedge15": ("15-node wedges", "15", 0),
-    "pyramid": ("pyramids", "5", 7),
-    "triangle": ("triangles", "", 0),
-    "triangle6": ("six-node triangles", "", 0),
-    "quad": ("quadrilaterals", "", 0),
-    "line": ("lines", "", 0),
-    "vertex": ("points", "", 0),
-}
-OF_ABAQUS = {number: kind for kind, (_, number, _) in _KINDS.items() if number}
-OF_GMSH = {number: kind for kind, (*_, number) in _KINDS.items() if number}
+# Those of `formats.toml`.
+_TABLES = tables_beside(__file__, "formats.toml")
+_KINDS: dict[str, dict[str, Any]] = _TABLES["kinds"]
+FORMATS: dict[str, str] = _TABLES["formats"]
+OF_ABAQUS = {told["abaqus"]: kind for kind, told in _KINDS.items() if "abaqus" in told}
+OF_GMSH = {told["gmsh"]: kind for kind, told in _KINDS.items() if "gmsh" in told}
 # How meshio's names of solid elements begin.
 _SOLIDS: tuple[str, ...] = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
 _SOLIDS += ("VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
@@ -89,21 +78,9 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
 
 
 def _listed(count: Counter[str] | dict[str, int]) -> str:
-    return ", ".join(f"{number} {_KINDS.get(kind, (kind,))[0]}" for kind, number in count.items())
-
-
-# meshio's module for each suffix. It could guess them, but `meshio.read` prints errors and ends the program.
-FORMATS = {
-    ".inp": "abaqus",
-    ".msh": "gmsh",
-    **dict.fromkeys((".bdf", ".nas", ".fem"), "nastran"),
-    **{kind: kind[1:] for kind in (".med", ".vtk", ".vtu", ".xdmf")},
-    ".xmf": "xdmf",
-    ".mesh": "medit",
-    ".meshb": "medit",
-    ".vol": "netgen",
-    ".stl": "stl",
-}
+    return ", ".join(
+        f"{number} {_KINDS[kind]['words'] if kind in _KINDS else kind}" for kind, number in count.items()
+    )
 
 
 def is_mesh(path: Path) -> bool:
