@@ -46,7 +46,7 @@ def statements(summary: Summary) -> Iterator[str]:
     """Yield the statements by consequence: failed checks, what governs, doubts, remedies, the rest."""
     yield from failed_checks(summary)
     yield governs(summary)
-    if summary.film and summary.assembly is not None:  # films take several lines
+    if summary.assembly is not None:
         yield from bolts_and_joint(summary.assembly)
     yield from film_lines(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
@@ -58,7 +58,7 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from cycle(summary)
     yield from _edges(summary)
     if summary.assembly is not None:
-        yield from fits(summary.assembly) if summary.film else assembly(summary.assembly)
+        yield from fits(summary.assembly)
     least = summary.buckling.min_safety_factor
     near = least is not None and least < _NEAR * summary.survival.required_safety_factor
     if near or summary.buckling.modes:
