@@ -51,7 +51,7 @@ def statements(summary: Summary) -> Iterator[str]:
     yield from film_lines(summary)
     yield from of_kind(summary.notes, NoteKind.DOUBT)
     yield from not_converged(summary)
-    yield from linings(summary)
+    yield from linings(summary, summary.survival.required_safety_factor)
     yield from singular(summary)
     yield from life(summary.life)
     yield from levers(summary)
@@ -275,8 +275,8 @@ def _fit(name: str, fit: FitFigures) -> str:
     return f"{name} {min(pressures):.0f}–{max(pressures):.0f} MPa, {slips:.0f} %{lifted}"
 
 
-def linings(summary: Summary) -> list[str]:
-    """Return what yields in bushing and shells, which the answer leaves out."""
+def linings(summary: Summary, below: float = inf) -> list[str]:
+    """Return the factors of bushing and shells, which the answer leaves out, as far as they are `below`."""
     worst: dict[str, tuple[float, float, str]] = {}
     for case, result in summary.results.items():
         for part, found in (result.linings or {}).items():
@@ -285,6 +285,7 @@ def linings(summary: Summary) -> list[str]:
     said = [
         f"{name} {factor(f)} ({case}; {load:.0f} MPa over its bore)"
         for name, (f, load, case) in worst.items()
+        if f < below
     ]
     settled = "What yields there settles, and does not end the rod"
     return [f"Linings, against yielding: {'; '.join(said)}. {settled}."] if said else []
