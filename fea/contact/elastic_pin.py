@@ -7,7 +7,7 @@ K₀ + n K₁ + n² K₂, so that it is integrated only once.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -73,9 +73,14 @@ def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     """
     if pin.carried is None:
         return 0.0
-    half = ElasticPin(pin, highest=ORDERS[-1])
+    half = _under_half_cosines(pin)
     along = 1.0 if evenly else 1.5 * (1 - (half.stations / half.stations[-1]) ** 2)
     return half.bending(force, along, *pin.carried)
+
+
+@cache
+def _under_half_cosines(pin: Pin) -> "ElasticPin":
+    return ElasticPin(pin, highest=ORDERS[-1])
 
 
 class ElasticPin:
@@ -113,12 +118,16 @@ class ElasticPin:
         pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
         along = shape * self._along(0.0, length)[: len(self.stations)]
         moved = np.zeros_like(self.stations)
-        for answer, share in zip(self.harmonics(np.array(ORDERS)), HALF_COSINE, strict=True):
+        for answer, share in zip(self._of_half_cosine, HALF_COSINE, strict=True):
             around = np.pi * (1 + (answer.order == 0))
             opposite = (-1) ** answer.order
             moved += share * around * pressed * (answer.compliance @ along)
             moved += share * opposite * carrying * answer.carried
         return float(moved[0] - moved[-1])
+
+    @cached_property
+    def _of_half_cosine(self) -> tuple[Harmonic, ...]:
+        return tuple(self.harmonics(np.array(ORDERS)))
 
     def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
         """Answer of each harmonic."""
