@@ -225,11 +225,18 @@ def limit_memory(more: int) -> None:
     if sys.platform == "win32":
         _watch.limit(memory=more)
     elif sys.platform == "linux":
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        most = pages * resource.getpagesize() + more
+        most = _address_space() + more
         most = most if hard == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))
+
+
+def free_under_limit() -> int | None:
+    """Return what the limit of this process leaves of its address space, bytes; None where there is none."""
+    if sys.platform == "linux":
+        soft = resource.getrlimit(resource.RLIMIT_AS)[0]
+        return None if soft == resource.RLIM_INFINITY else soft - _address_space()
+    return None
 
 
 def memory_limit() -> int | None:
@@ -281,6 +288,10 @@ if sys.platform == "win32":
 else:
     import fcntl
     import resource
+
+    def _address_space() -> int:
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        return pages * resource.getpagesize()
 
     class PathLock:
         """The lock of a file or directory; the system frees it when the process ends."""

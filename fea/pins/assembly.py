@@ -40,6 +40,7 @@ from fea.solid.parity import Parity, Split
 from fea.solid.supports import components
 from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
+from geometry.holes import Axis
 from geometry.surfaces import Surface
 from loads.cases import assembled, peak_cases
 from loads.crank_cycle import CrankCycle
@@ -124,11 +125,8 @@ class AssemblyContact(BoreContact):
             weights = state.load.motion[first:]
             nodal = [own[:, first:] @ weights for own in self.problem.cell_loads.values()]
             pressed = Split(*(each.reshape(-1, 3) for each in nodal), *[None] * (2 - len(nodal)))
-            bore, traction, (pulls, presses) = (
-                Surface.BIG_END_BORE,
-                dict(forces.traction),
-                self.film.pressed(weights),
-            )
+            bore, traction = Surface.BIG_END_BORE, dict(forces.traction)
+            pulls, presses = self.film.pressed(weights)
             traction[bore] = total([traction[bore], pulls])
             pressures[bore] = total([pressures[bore], presses])
             forces = replace(forces, forces=total([forces.forces, pressed]), traction=traction)
@@ -268,11 +266,8 @@ def _ends(mesh: TetMesh, bolts: Sequence[BoltAxis]) -> list[BoltEnds]:
 def _owner(mesh: TetMesh, surface: Surface, bolts: Sequence[BoltAxis]) -> Ints:
     """Number of the bolt whose axis is nearest to each facet."""
     middle = mesh.points[mesh.facets[surface][:, :3]].mean(axis=1)
-    away = []
-    for bolt in bolts:
-        off, along = middle - np.array(bolt.point), np.array(bolt.direction)
-        away.append(np.linalg.norm(off - (off @ along)[:, None] * along, axis=1))
-    return np.asarray(np.stack(away).argmin(axis=0))
+    axes = [Axis(center=np.array(bolt.point), direction=np.array(bolt.direction)) for bolt in bolts]
+    return np.asarray(np.argmin([axis.beside(middle) for axis in axes], axis=0))
 
 
 def _warming(mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpecification) -> Warming | None:

@@ -63,8 +63,7 @@ class BondedBore:
         return BoreLoad(self._split(self.forces, force), self._split(self.traction, force), area / self.area)
 
     def _split(self, units: Floats, force: tuple[float, float]) -> Split:
-        along, across = force[0] * units[0], force[1] * units[1]
-        return Split(along, across) if self.cut_y else Split(along + across, None)
+        return Split.of(force[0] * units[0], force[1] * units[1], cut=self.cut_y)
 
 
 class BondedPins(PrescribedPins):

@@ -71,13 +71,8 @@ class FilmPins(PinModel):
         cut = self._prescribed.bores[0].facets.cut_y
         (forces, traction), (odd_forces, odd_traction) = parts
         return Response(
-            forces=Split(forces, odd_forces) if cut else Split(forces + odd_forces, None),
-            traction={
-                surface: Split(traction[surface], odd_traction[surface])
-                if cut
-                else Split(traction[surface] + odd_traction[surface], None)
-                for surface in traction
-            },
+            forces=Split.of(forces, odd_forces, cut=cut),
+            traction={at: Split.of(even, odd_traction[at], cut=cut) for at, even in traction.items()},
             largest=float(instant.largest_force),
         )
 

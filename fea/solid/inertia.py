@@ -42,7 +42,7 @@ class Inertia:
         m, mx, my, none = self.weight, self.weight_x, self.weight_y, np.zeros_like(self.weight)
         symmetric = np.stack([square * mx - ax * m, square * my, none], axis=1)
         antisymmetric = np.stack([alpha * my, -ay * m - alpha * mx, none], axis=1)
-        return Split(symmetric, antisymmetric) if self.cut_y else Split(symmetric + antisymmetric, None)
+        return Split.of(symmetric, antisymmetric, cut=self.cut_y)
 
 
 def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembly.BATCHED) -> Inertia:

@@ -24,6 +24,11 @@ class Split:
     symmetric: Floats
     antisymmetric: Floats | None
 
+    @classmethod
+    def of(cls, even: Floats, odd: Floats, *, cut: bool) -> "Split":
+        """Split by its parts on a model that is cut at y = 0, which add up on another."""
+        return cls(even, odd) if cut else cls(even + odd, None)
+
     def part(self, parity: Parity) -> Floats:
         """One of the two parts; zero where there is none."""
         if parity is Parity.SYMMETRIC:

@@ -30,8 +30,7 @@ from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiff
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solvers.linear.amg import conjugate_gradients
-from fea.solvers.linear.choice import Preconditioner
-from fea.solvers.linear.multigrid import chebyshev
+from fea.solvers.linear.multigrid import Multigrid, chebyshev
 from fea.solvers.linear.solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, Solution, right_hand_sides
@@ -358,7 +357,7 @@ class MixedModel(Model):
 
     def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures; if the iterative solver stagnates, by the direct one if it fits."""
-        if isinstance(self._solver, Preconditioner):
+        if isinstance(self._solver, Multigrid):
             try:
                 return system.iterate(partial(self._solver.precondition, slot), f)
             except StagnationError as error:

@@ -1,10 +1,8 @@
 """The choice among the linear solvers."""
 
 import importlib.util
-import sys
 from functools import partial
 from pathlib import Path
-from typing import Protocol, runtime_checkable
 
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
@@ -15,20 +13,11 @@ from fea.solvers.linear.amg import SmoothedAggregation
 from fea.solvers.linear.cholmod import CholmodCholesky
 from fea.solvers.linear.multigrid import Multigrid
 from fea.solvers.linear.solver import LinearSolver, Operator
-from geometry.arrays import Floats
-from geometry.system import free_memory
+from geometry.system import free_memory, free_under_limit
 from mesh.tetmesh import TetMesh
 
 _PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
 _PACKAGES[SolverName.AMG] = ("pyamg",)
-
-
-@runtime_checkable
-class Preconditioner(Protocol):
-    """An iterative solver whose preconditioner can be used by others."""
-
-    def precondition(self, slot: int, residual: Floats) -> Floats:
-        """Apply a symmetric positive definite approximate inverse of a slot's matrix to (n, k) residuals."""
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
@@ -116,7 +105,7 @@ def iterative_bytes(n_dofs: int, slots: int) -> float:
 
 def available_bytes() -> float:
     """Memory still available to this process, on the machine, in its control group and under its ulimit."""
-    limits = [free_memory(), _free_in_group(), _free_under_limit()]
+    limits = [free_memory(), _free_in_group(), free_under_limit()]
     return min((limit for limit in limits if limit is not None), default=float("inf"))
 
 
@@ -128,15 +117,3 @@ def _free_in_group() -> float | None:
     except OSError:
         return None
     return None if limit == "max" else float(limit) - float(used)
-
-
-def _free_under_limit() -> float | None:
-    if sys.platform != "linux":
-        return None
-    import resource  # noqa: PLC0415 - not on Windows
-
-    soft, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if soft == resource.RLIM_INFINITY:
-        return None
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-    return float(soft) - pages * resource.getpagesize()

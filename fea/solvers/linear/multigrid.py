@@ -16,7 +16,7 @@ from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
 from fea.solvers.linear.amg import TOLERANCE, conjugate_gradients
 from fea.solvers.linear.solver import LinearSolver
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints
 from mesh.tetmesh import EDGES, TetMesh
 
 
@@ -76,8 +76,11 @@ class Multigrid(LinearSolver):
         free = (matrix.row_sums != matrix.diagonal()).reshape(-1, 3)
         held = ~free[self._vertices]
         solve = self._factorise(self._coarse.constrained(held.ravel()))
-        transfer = _Transfer(self._interpolation, free, ~held)
-        self._levels[slot] = _Levels(matrix, transfer, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
+        # Constrained degrees of freedom stay zero.
+        kept, coarse = (sparse.diags_array(mask.ravel().astype(float)) for mask in (free, ~held))
+        prolong = sparse.csr_array(kept @ sparse.kron(self._interpolation, np.eye(3)) @ coarse)
+        largest = _largest_eigenvalue(matrix)
+        self._levels[slot] = _Levels(matrix, prolong, matrix.diagonal(), solve, largest)
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides. Raises `StagnationError`: the residual exceeds `TOLERANCE`."""
@@ -96,31 +99,9 @@ class Multigrid(LinearSolver):
 
 
 @dataclass(frozen=True)
-class _Transfer:
-    """Transfer between linear and quadratic functions; constrained degrees of freedom stay zero."""
-
-    interpolation: sparse.csr_array
-    free: Mask
-    coarse_free: Mask
-
-    def prolong(self, coarse: Floats) -> Floats:
-        nodal = np.where(self.coarse_free[..., None], coarse.reshape(*self.coarse_free.shape, -1), 0.0)
-        fine = self.interpolation @ nodal.reshape(len(nodal), -1)
-        return np.where(self.free[..., None], fine.reshape(*self.free.shape, -1), 0.0).reshape(
-            self.free.size, -1
-        )
-
-    def restrict(self, fine: Floats) -> Floats:
-        nodal = np.where(self.free[..., None], fine.reshape(*self.free.shape, -1), 0.0)
-        coarse = self.interpolation.T @ nodal.reshape(len(nodal), -1)
-        coarse = coarse.reshape(*self.coarse_free.shape, -1)
-        return np.where(self.coarse_free[..., None], coarse, 0.0).reshape(self.coarse_free.size, -1)
-
-
-@dataclass(frozen=True)
 class _Levels:
     matrix: SymmetricMatrix
-    transfer: _Transfer
+    prolong: sparse.csr_array  #: from linear functions to quadratic ones
     diagonal: Floats
     coarse_solve: Callable[[Floats], Floats]
     largest: float
@@ -128,8 +109,8 @@ class _Levels:
     def precondition(self, residual: Floats) -> Floats:
         """Smooth, correct on the coarse level, smooth: symmetric, as conjugate gradients require."""
         u = self._smoothed(residual)
-        left = self.transfer.restrict(residual - self.matrix @ u)
-        u += self.transfer.prolong(self.coarse_solve(left))
+        left = self.prolong.T @ (residual - self.matrix @ u)
+        u += self.prolong @ self.coarse_solve(left)
         return u + self._smoothed(residual - self.matrix @ u)
 
     def _smoothed(self, residual: Floats) -> Floats:

@@ -82,15 +82,15 @@ class _Handle:
         status, nothing, rows = ctypes.c_int32(0), np.zeros((1, 1)), len(self)
         sides = nothing if right_hand_sides is None else right_hand_sides
         self._library.pardiso(
-            _address(self._handle),
+            _pointer(self._handle),
             *(_integer(value) for value in (self._slots, slot + 1, self._kind, phase, rows)),
-            _doubles(values),
-            *(_integers(array) for array in (self._starts, self._columns, self._last)),
+            _pointer(values),
+            *(_pointer(array) for array in (self._starts, self._columns, self._last)),
             _integer(sides.shape[1]),
-            _integers(self._options),
+            _pointer(self._options),
             _integer(0),
-            _doubles(sides),
-            _doubles(nothing if solution is None else solution),
+            _pointer(sides),
+            _pointer(nothing if solution is None else solution),
             ctypes.byref(status),
         )
         if status.value == _NOT_POSITIVE_DEFINITE:
@@ -106,7 +106,7 @@ class _Handle:
         pivots, of_matrix = np.zeros((2, len(self)))
         status = ctypes.c_int32(0)
         self._library.pardiso_getdiag(
-            _address(self._handle),
+            _pointer(self._handle),
             ctypes.c_void_p(pivots.ctypes.data),
             ctypes.c_void_p(of_matrix.ctypes.data),
             _integer(slot + 1),
@@ -121,20 +121,12 @@ class _Handle:
             self(_RELEASE, 0, np.zeros(1))
 
 
-def _address(array: npt.NDArray[np.int64]) -> Any:
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int64))
+def _pointer(array: npt.NDArray[Any]) -> Any:
+    return array.ctypes.data_as(ctypes.POINTER(np.ctypeslib.as_ctypes_type(array.dtype)))
 
 
 def _integer(value: int) -> Any:
     return ctypes.byref(ctypes.c_int32(value))
-
-
-def _integers(array: npt.NDArray[np.int32]) -> Any:
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_int32))
-
-
-def _doubles(array: Floats) -> Any:
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
 class Pardiso(LinearSolver):
