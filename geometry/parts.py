@@ -90,7 +90,6 @@ def seat_disks(bolt: BoltAxis) -> list[int]:
 
 
 def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
-    """Name the pieces of the rod by the tools that they lie in."""
     lower, core = (set(became.get(tool, ())) for tool in (CAP, UPPER_SHELL))
     pieces: dict[str, list[int]] = {}
     for piece in became[ROD]:
@@ -136,7 +135,6 @@ def interfaces(
 
 
 def _sides(one: str, other: str) -> tuple[Surface, Surface] | None:
-    """Surfaces of two parts that touch, in the order of `NAMES`."""
     if other == BUSHING:
         return Surface.BUSHING_SEAT, Surface.BUSHING_BACK
     if other in _SHELLS and one not in _SHELLS:

@@ -233,10 +233,11 @@ def limit_memory(more: int) -> None:
 
 def free_under_limit() -> int | None:
     """Return what the limit of this process leaves of its address space, bytes; None where there is none."""
-    if sys.platform == "linux":
+    if sys.platform != "linux":
+        return None
+    else:  # noqa: RET505 - what stands after the block is read for Windows, too
         soft = resource.getrlimit(resource.RLIMIT_AS)[0]
         return None if soft == resource.RLIM_INFINITY else soft - _address_space()
-    return None
 
 
 def memory_limit() -> int | None:

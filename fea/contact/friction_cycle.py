@@ -67,8 +67,6 @@ _Part = dict[int, ContactState]  # by the numbers of the instants
 
 
 class _CycleOfEnd:
-    """A crank cycle of one end of the rod."""
-
     def __init__(self, assembled: Assembled, loads: Sequence[Load], exact: Exact, end: int) -> None:
         self._assembled, self._loads, self._steps = assembled, loads, partial(assembled.steps, exact, end)
         self._settled: list[ContactState] | None = None

@@ -419,5 +419,4 @@ class BoltStop(BoltPull):
 
 
 def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:
-    """Traction along `pull` with these coefficients."""
     return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull

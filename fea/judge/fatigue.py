@@ -10,7 +10,7 @@ hydrostatic stress. From the endurance limits f (fully reversed tension) and t (
 β = t, α = 3t/f − √3.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -35,13 +35,6 @@ def gerber(mean: Floats, amplitude: Floats, endurance: Floats | float, ultimate:
     return _inverse((a + np.sqrt(a**2 + 4 * m**2)) / 2)
 
 
-_LINES: dict[Fatigue, Callable[[Floats, Floats, Floats | float, float], Floats]] = {
-    Fatigue.GOODMAN: goodman,
-    Fatigue.GERBER: gerber,
-    Fatigue.SODERBERG: goodman,
-}
-
-
 def fatigue_factor(
     criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material, surface: Floats | float = 1.0
 ) -> Floats | None:
@@ -50,7 +43,7 @@ def fatigue_factor(
     Mean and amplitude of the signed equivalent stress, MPa, have one shape; so has the factor k_a of the
     surface on S_e, or it is one for all.
     """
-    line = _LINES[criterion]
+    line = gerber if criterion is Fatigue.GERBER else goodman
     strength, endurance = criterion_strength(criterion, material), material.endurance_limit
     if strength is None or endurance is None:
         return None
@@ -60,11 +53,8 @@ def fatigue_factor(
 
 def criterion_strength(criterion: Fatigue, material: Material) -> float | None:
     """Return the strength, MPa, that a mean stress is compared with; None if it is not known."""
-    return {
-        Fatigue.GOODMAN: material.ultimate_strength,
-        Fatigue.GERBER: material.ultimate_strength,
-        Fatigue.SODERBERG: material.yield_strength,
-    }[criterion]
+    soderberg = criterion is Fatigue.SODERBERG
+    return material.yield_strength if soderberg else material.ultimate_strength
 
 
 def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, material: Material) -> Floats:

@@ -207,7 +207,6 @@ class AssemblyPins(ContactPins):
         return self._from_rest[key]
 
     def _cycle(self, cycle: CrankCycle) -> tuple[FrictionCycle, dict[bytes, ContactState]]:
-        """The states of a cycle, and those that are known, by what acts."""
         key = _cycle_key(cycle)
         if key not in self._cycles:
             kept = {other: known for other, known in self._cycles.items() if other in self._spanned}

@@ -201,5 +201,4 @@ class _Touched(AssemblyPins):
 
     @property
     def assembly(self) -> AssemblyContact:
-        """The contact problem, in which the film does not act."""
         return self._pins.assembly

@@ -121,7 +121,6 @@ class _Answers:
 
     @cached_property
     def relief(self) -> Floats:
-        """That without loads."""
         return self.at()[2]
 
 

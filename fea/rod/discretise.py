@@ -141,7 +141,6 @@ class _Drawing:
         return drawn
 
     def close(self) -> None:
-        """End its process."""
         if self.process is not None:
             self.process.close()
             self.process = None
@@ -167,9 +166,7 @@ def moved(base: MeshedRod, rod: RodTable) -> MeshedRod | None:
     return put_together(Drawn(solid, mesh, meshing, base.creases, base.movable), base.symmetry)
 
 
-class _Model:
-    """A rod drawn in the open session."""
-
+class _Model:  # drawn in the open session
     def __init__(self, drawing: _Drawing, log: GmshLog, clock: Clock) -> None:
         self._log, self._materials = log, drawing.materials
         with clock("geometry"):

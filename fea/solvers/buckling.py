@@ -257,7 +257,6 @@ class Buckling:
         return -stacked.reshape(-1, stacked.shape[-1])
 
     def _leaving(self, model: Model) -> dict[Parity, Constrained]:
-        """The bodies antisymmetric about z = 0."""
         solver = linear_solver(SolverName(model.solver), self._mesh, model.material, slots=len(self._sides))
         bodies = {}
         for slot, side in enumerate(self._sides):

@@ -130,7 +130,6 @@ class Model:
         return self._factorised_by(partial(self._solver.condense, forces=free), parity)
 
     def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Made], parity: Parity) -> Made:
-        """Let the solver factorise the matrix of a parity, and return what it makes of that."""
         fixed, known = self._fixed(parity), parity in self._factorised
         require_restrained(self.mesh, fixed.reshape(-1, 3))
         slot = self._factorised.index(parity) if known else len(self._factorised)

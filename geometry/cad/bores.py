@@ -213,7 +213,6 @@ class _Opening(Axis):
     deviation: float  #: largest distance of the edge from it, mm
 
     def text(self) -> str:
-        """Say where it is and why it is no bore."""
         place = f"diameter {2 * self.radius:.5g} mm at {place_text(self.center)}"
         if self.deviation <= ROUND * self.radius:
             return f"{place}, whose wall is not a cylinder"
