@@ -105,10 +105,10 @@ _CLEAR_OF_SHANK = 2.0
 # the ring.
 _THINNEST, _THICKEST = 0.005, 0.5
 # Seats reach out to this part of the room that they have, and are at least this much wider than the hole.
-_ROOM, _WIDER = 0.98, 1.1
+ROOM, WIDER = 0.98, 1.1
 # Least distance of a bolt's hole from the bearing, over the bearing's radius; least length of a hole
 # without engaged thread, at the joint or at the rod's seat, over the hole's diameter.
-_WALL, _PLAIN = 0.02, 0.05
+_WALL, PLAIN = 0.02, 0.05
 # Lengths that are meant to be equal differ by less, relatively.
 _EQUAL = 1e-6
 
@@ -219,23 +219,23 @@ def _seat_fits(rod: Dimensions, bosses: Bosses, what: str, diameter: float) -> N
     key = f"bolt_{what}_mm"
     diameter = require_number(f"assembly.{key}", diameter)
     inwards, outwards = bosses.bolt_at - bosses.seat, bosses.top - bosses.bolt_at
-    most = 2 * _ROOM * min(inwards, outwards, rod.big_end_width / 2)
+    most = 2 * ROOM * min(inwards, outwards, rod.big_end_width / 2)
     remedy = "Take a smaller one."
     if inwards <= min(outwards, rod.big_end_width / 2):
-        spacing = 2 * (bosses.seat + diameter / 2 / _ROOM)
+        spacing = 2 * (bosses.seat + diameter / 2 / ROOM)
         remedy = (
             f"Increase rod.cap_bolt_spacing_mm to {spacing + 0.01:.2f} mm, or lengthen the bosses "
             "(rod.cap_boss_length_mm) to widen their plane ends."
         )
     rule = f"the seat of the {what} must fit on the plane end of the boss: at most {most:.4g} mm"
     _require(diameter <= most, key, diameter, rule, remedy)
-    least = _WIDER * rod.cap_bolt
-    rule = f"must be at least {least:.4g} mm, {_WIDER:g} times the hole's diameter, to have a seat"
+    least = WIDER * rod.cap_bolt
+    rule = f"must be at least {least:.4g} mm, {WIDER:g} times the hole's diameter, to have a seat"
     _require(diameter >= least, key, diameter, rule, "Take a larger one.")
 
 
 def _thread(rod: Dimensions, bosses: Bosses, grip: float, engaged: float) -> None:
-    length, plain = rod.cap_boss_length, _PLAIN * rod.cap_bolt
+    length, plain = rod.cap_boss_length, PLAIN * rod.cap_bolt
     least, room = bosses.half_length + plain, length - grip
     rule = (
         f"the thread must begin in the rod's half of the boss: {least:.4g} mm to less than "

@@ -26,12 +26,10 @@ from fea.study.bolts import (
     thread_in_hole,
 )
 from fea.study.material_table import MaterialTable
+from geometry.assembly import PLAIN, ROOM, WIDER
 from geometry.errors import InvalidValue, require
 from geometry.outline import bosses
 from geometry.rod import Rod
-
-# Of the room on the end of a boss, what a seat may take, as in `geometry.assembly`.
-_ROOM = 0.98
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ def seats_of(rod: Rod) -> BoltSeats:
         hole=rod.cap_bolt,
         length=2 * boss.half_length,
         cap=boss.half_length,
-        room=_ROOM * min(outside, across, boss.bolt_at - boss.seat),
+        room=ROOM * min(outside, across, boss.bolt_at - boss.seat),
         outer=2 * min(outside, across, boss.bolt_at - rod.big_end_bore / 2),
     )
 
@@ -66,11 +64,9 @@ def seats_of(rod: Rod) -> BoltSeats:
 _NUT_HEIGHT = 0.9
 # Engaged thread over d in steel: usual, and least (suppliers' tables for property class 10.9: 0.8 to 1.25).
 _ENGAGED, _LEAST_ENGAGED = 1.25, 0.8
-# Least seat over the hole, and least shank, of waisted bolts, over d.
-_LEAST_SEAT, _LEAST_SHANK = 1.1, 0.6
+# Least shank, of waisted bolts, over d.
+_LEAST_SHANK = 0.6
 _ALIKE = 1e-6
-# Least length of hole behind the thread over its diameter, as in `geometry.assembly`.
-_PLAIN = 0.05
 
 
 def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> BoltShape:
@@ -147,7 +143,7 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
         rule = f"must be at most {left:.4g} mm, what the grip of {grip:.4g} mm leaves of the hole"
         require(wanted <= left * (1 + _ALIKE), "assembly.bolt_engaged_mm", wanted, rule, remedy)
     # A thread that nearly reaches the end of the hole reaches it.
-    near = table.bolt_engaged_mm is None and left - wanted < _PLAIN * seats.hole
+    near = table.bolt_engaged_mm is None and left - wanted < PLAIN * seats.hole
     engaged, least = left if near else wanted, _LEAST_ENGAGED * thread.diameter
     rule = f"leaves {engaged:.4g} mm of engaged thread, less than {_LEAST_ENGAGED:g} d: it would strip"
     remedy = f"Engage at least {least:.4g} mm."
@@ -158,9 +154,9 @@ def _screwed(table: AssemblyTable, seats: BoltSeats, thread: Thread, assumed: As
 
 
 def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, assumed: Assumed) -> float:
-    key, least, most = f"bolt_{what}_mm", _LEAST_SEAT * seats.hole, 2 * seats.room
+    key, least, most = f"bolt_{what}_mm", WIDER * seats.hole, 2 * seats.room
     name, given = f"assembly.{key}", getattr(table, key)
-    needed = f"needs at least {least:.4g} mm, {_LEAST_SEAT:g} of the hole"
+    needed = f"needs at least {least:.4g} mm, {WIDER:g} of the hole"
     rule = f"{needed}, and the rod has a seat of {most:.4g} mm"
     remedy = "Increase rod.cap_bolt_spacing_mm, or rod.cap_boss_length_mm."
     require(most >= least, name, given, rule, remedy)

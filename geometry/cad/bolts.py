@@ -7,20 +7,17 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats, vector
-from geometry.assembly import BoltAxis, BoltSeat
+from geometry.assembly import PLAIN, ROOM, WIDER, BoltAxis, BoltSeat
 from geometry.cad.joint import USUAL, BoltHole, Seat
 from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError, require
 from geometry.faces import edge_points, solid_points
 from geometry.holes import place_text
 
-# Largest and least part of the room for a seat that is used.
-_ROOM, _WIDER = 0.98, 1.1
 # A round seat that a head covers to this part of its radius counts as covered.
 _WHOLE = 0.9
-# Length of an engaged thread over the hole's diameter, where nothing shows it; distance of the first thread
-# from the joint, over the hole's diameter.
-_ENGAGED, _PLAIN = 1.5, 0.05
+# Length of an engaged thread over the hole's diameter, where nothing shows it.
+_ENGAGED = 1.5
 # The hole in the rod is that of a nut's bolt, rather than a thread's, if it is not narrower than this part of
 # the cap's.
 _ALIKE = 0.97
@@ -186,7 +183,7 @@ class _BoltDimensions:
 
     def _thread(self, hole: BoltHole, head: Seat) -> tuple[float, float]:
         given, (low, high) = self._given, hole.rod_wall
-        top = min(high, -2 * _PLAIN * hole.radius)
+        top = min(high, -2 * PLAIN * hole.radius)
         first = head.level - given.grip if given.grip else top
         rule = (
             f"the thread must begin in the rod's hole, {head.level - top:.5g} to {head.level - low:.5g} mm "
@@ -223,8 +220,8 @@ def _require_room(key: str, diameter: float, seat: Seat, what: str) -> None:
 def _within(radius: float, seat: Seat) -> float:
     if seat.round and radius > _WHOLE * seat.outer:
         return seat.outer  # rather than a thin rim around the head
-    reduced = min(radius, _ROOM * seat.outer)
-    if reduced < _WIDER * seat.inner:
+    reduced = min(radius, ROOM * seat.outer)
+    if reduced < WIDER * seat.inner:
         raise GeometryError(
             f"a bolt's seat of {2 * seat.inner:.4g} to {2 * seat.outer:.4g} mm in diameter is too narrow to "
             "press on. Correct the CAD file"
