@@ -10,7 +10,6 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
@@ -257,7 +256,7 @@ class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
     def __init__(self, structure: Structure) -> None:
-        self.structure = structure
+        super().__init__(structure)
         mesh = structure.mesh
         # The small end's bore may widen towards its ends, like a parabola.
         x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
@@ -274,11 +273,6 @@ class ContactPins(PinModel):
         led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
         self.singular_surfaces = (*self.fits.sharp, *led_in)
         self.notes = (*self.fits.notes, *led_in_notes(led_in))
-
-    @classmethod
-    def of(cls, structure: Structure) -> Self:
-        """Complete what the study says of the pins: see `PinModel.of`."""
-        return cls(structure)
 
     @property
     def excluded_because(self) -> str:

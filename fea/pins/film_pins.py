@@ -7,7 +7,6 @@ functions represent it.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
@@ -39,13 +38,9 @@ class FilmPins(PinModel):
     )
 
     def __init__(self, structure: Structure) -> None:
+        super().__init__(structure)
         self.films, self._crank_cycle = Films(structure), structure.crank_cycle
         self._prescribed = PressedPins.of(replace(structure, pressure=PRESCRIBED))
-
-    @classmethod
-    def of(cls, structure: Structure) -> Self:
-        """Prepare the model for a rod."""
-        return cls(structure)
 
     @cached_property
     def _units(self) -> "FilmUnits":

@@ -204,15 +204,18 @@ class PinModel(ABC):
     notes: tuple[Note, ...] = ()  #: what a reader must know of the pins
     resting: Instants = joined(())  #: load cases of a rod on which nothing acts but the model itself
 
+    def __init__(self, structure: Structure) -> None:
+        self.structure = structure
+
     @property
     def excluded_because(self) -> str:
         """Why the model cannot be used for the rod, as a rule; empty where it can."""
         return ""
 
     @classmethod
-    @abstractmethod
     def of(cls, structure: Structure) -> Self:
         """Prepare the model for a rod; what takes long waits. Raises `InvalidValue`: a pin does not fit."""
+        return cls(structure)
 
     @abstractmethod
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> Sequence[Response]:
