@@ -59,15 +59,9 @@ def tightening_stress(preload: float, thread: Thread, diameter: float, thread_fr
     return tension * math.hypot(1.0, math.sqrt(3) * twist)
 
 
-def allowed_preload(
-    thread: Thread,
-    diameter: float,
-    thread_friction: float,
-    yield_strength: float,
-    utilisation: float = UTILISATION,
-) -> float:
-    """F_Mzul: the preload at which tightening uses a share of the yield strength (R7; tables A1 to A4)."""
-    return utilisation * yield_strength / tightening_stress(1.0, thread, diameter, thread_friction)
+def allowed_preload(thread: Thread, diameter: float, thread_friction: float, yield_strength: float) -> float:
+    """F_Mzul: the preload at which tightening uses ν of the yield strength (R7; tables A1 to A4)."""
+    return UTILISATION * yield_strength / tightening_stress(1.0, thread, diameter, thread_friction)
 
 
 # F_Sm/F_0.2 below which the endurance of threads rolled after heat treatment rises no further (step R9).

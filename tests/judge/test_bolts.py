@@ -166,9 +166,9 @@ def test_torque_and_preload_are_inverse_and_grow_together(thread, turning, under
 @given(THREADS, FRICTIONS, st.floats(300, 1500))
 def test_the_allowed_preload_uses_its_share_of_the_yield_strength(thread, friction, strength):
     diameter = thread.stress_diameter
-    force = allowed_preload(thread, diameter, friction, strength, 0.8)
-    assert tightening_stress(force, thread, diameter, friction) == pytest.approx(0.8 * strength, rel=1e-12)
-    assert allowed_preload(thread, diameter, 1.01 * friction, strength, 0.8) < force
+    force = allowed_preload(thread, diameter, friction, strength)
+    assert tightening_stress(force, thread, diameter, friction) == pytest.approx(0.9 * strength, rel=1e-12)
+    assert allowed_preload(thread, diameter, 1.01 * friction, strength) < force
 
 
 def test_a_shank_of_the_core_only_is_a_chain_of_cylinders():
