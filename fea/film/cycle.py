@@ -38,6 +38,14 @@ _TOLD, _FAR_OFF = 0.005, 5.0
 _STARVED, _SOON = 1 / 3, 4
 
 
+def between(values: Floats, places: Floats | float) -> Floats:
+    """Values (…) at places between the steps (n, …) of a cycle, which repeats, by linear interpolation."""
+    first = np.floor(places).astype(int)
+    share = np.reshape(places - first, (*np.shape(places), *(1,) * (values.ndim - 1)))
+    one, other = values[first % len(values)], values[(first + 1) % len(values)]
+    return np.asarray(one + share * (other - one))
+
+
 @dataclass(frozen=True, kw_only=True)
 class JournalLoads:
     """What acts at n equal steps of a cycle, which repeats; in the axes of the bore."""
@@ -61,17 +69,11 @@ class JournalLoads:
         """Number of steps of a cycle."""
         return len(self.speed)
 
-    def _at(self, values: Floats, place: float) -> Floats:
-        """Values at a place between steps, by linear interpolation."""
-        first = math.floor(place)
-        one, other = values[first % self.count], values[(first + 1) % self.count]
-        return np.asarray(one + (place - first) * (other - one))
-
     def supply(self, bearing: Bearing, place: float) -> Supply | None:
         """Return the holes and grooves at a place between steps."""
         share = self.grooves
         if self.hole_angle is not None and self.hole_diameter:
-            turned = complex(self._at(np.exp(1j * self.hole_angle), place))
+            turned = complex(between(np.exp(1j * self.hole_angle), place))
             angle = math.atan2(turned.imag, turned.real)
             hole = bearing.reynolds.grid.hole(angle, self.hole_diameter)
             hole = hole if self.turning is None else np.maximum(hole, self.turning(angle))
@@ -85,14 +87,14 @@ class JournalLoads:
     ) -> JournalState:
         """Solve at a place; `rate` and `before` as of `Conditions`. Raises `FilmError`: no convergence."""
         brought_up = min(1.0, 1 + place / (_RAMP * self.count))
-        speed, supply = float(self._at(self.speed, place)), self.supply(bearing, place)
+        speed, supply = float(between(self.speed, place)), self.supply(bearing, place)
         if self.compliance is not None:
-            bearing = bearing.yielding_by(self._at(self.compliance, place))
+            bearing = bearing.yielding_by(between(self.compliance, place))
         return bearing.solve(
             guess,
             Conditions(speed, supply, rate, before),
-            load=brought_up * self._at(self.load, place),
-            loaded=None if self.loaded is None else brought_up * self._at(self.loaded, place),
+            load=brought_up * between(self.load, place),
+            loaded=None if self.loaded is None else brought_up * between(self.loaded, place),
         )
 
 

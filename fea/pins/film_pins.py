@@ -12,6 +12,7 @@ import numpy as np
 
 from fea.base.note import assumption
 from fea.contact.friction_system import Load
+from fea.film.cycle import between
 from fea.pins.assembly import AssemblyContact, AssemblyPins
 from fea.pins.film_pressure import FilmPressure
 from fea.pins.lubrication import TOPIC, Films
@@ -134,7 +135,7 @@ class FilmLoad(FilmPressure):
             fine, *_ = self._films.at(own)
             forces = own.at(angles).crank
             factors = (instants.crank[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
-            weights[:, here] = factors * _between(fine.weights, angles)
+            weights[:, here] = factors * between(fine.weights, angles / CYCLE * len(fine.weights)).T
         rest = ~np.isfinite(speeds)
         if self._at_rest is not None and rest.any():
             still, scales = self._at_rest.weights(instants.crank[:, rest]), self.functions.scales
@@ -145,15 +146,6 @@ class FilmLoad(FilmPressure):
         missing = instants.crank.reshape(2, -1) - self.resultants @ weights
         weights[moved] += np.linalg.solve(self.resultants[:, moved], missing)
         return weights
-
-
-def _between(weights: Floats, angles: Floats) -> Floats:
-    """Weights (n_functions, n) at crank angles from those (n_steps, n_functions) at steps of a cycle."""
-    places = angles / CYCLE * len(weights)
-    first = np.floor(places).astype(int)
-    share = places - first
-    one, other = (weights[number % len(weights)].T for number in (first, first + 1))
-    return np.asarray(one + share * (other - one))
 
 
 class FilmPartsPins(AssemblyPins):
