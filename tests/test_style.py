@@ -62,4 +62,8 @@ def test_messages_avoid_what_the_glossary_lists():
         if words.search(source):
             found = [(line, words.search(text)) for line, text in messages(source)]
             wrong += [f"{path.relative_to(ROOT)}:{line}: {hit[0]}" for line, hit in found if hit]
+    for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.toml")):
+        lines = enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        found = [(number, words.search(line.partition("#")[0])) for number, line in lines]
+        wrong += [f"{path.relative_to(ROOT)}:{line}: {hit[0]}" for line, hit in found if hit]
     assert not wrong, "\n".join(wrong)
