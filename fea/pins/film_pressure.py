@@ -50,7 +50,7 @@ class FilmPressure:
         traction = self.traction(np.stack(parts, axis=1))
         along, nodes = np.zeros((self._n_nodes, 3)), self.facets.nodes
         along[nodes, 0], along[nodes, 1] = np.cos(self.facets.node_angle), np.sin(self.facets.node_angle)
-        pressure = np.einsum("nd,ndk->nk", along, traction)
+        pressure = np.einsum("ni,nik->nk", along, traction)
         none = [None] * (2 - len(parts))
         return Split(*np.moveaxis(traction, 2, 0), *none), Split(*pressure.T, *none)
 
