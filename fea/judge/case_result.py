@@ -53,7 +53,7 @@ class CaseResult(CaseFields):
     von_mises: Floats  #: (n_nodes,), MPa
     principal: Floats  #: (n_nodes, 3), MPa, largest first
     safety_factor: Floats  #: (n_nodes,) against yielding
-    #: (n_nodes,) the same of rod and cap alone, by which the case is judged; the cap on factors in the linings of bores
+    #: (n_nodes,) the same of rod and cap, by which the case is judged; the largest factor in linings of bores
     of_rod: Floats
     #: Per part (n_nodes,), MPa, NaN at nodes outside the part. At an interface the fields above are those of
     #: the part that is closer to yielding.
