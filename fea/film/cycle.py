@@ -275,8 +275,7 @@ class _Course:
             grid, gap, most = self.bearing.reynolds.grid, states[-1].thinnest / UM, states[-1].pressure.max()
             specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
             text = f"{gap:.2g} µm at {most:.3g} MPa under up to {specific:.3g} MPa of specific load"
-            remedy = "Reduce the load, or check film.roughness_um and the clearance"
-            raise FilmError(f"the oil film was not solved beyond {text}. {remedy}") from error
+            raise FilmError(f"the oil film was not solved beyond {text}: {error}") from error
         return replace(states[-1], parts=states[1:-1])
 
 

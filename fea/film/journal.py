@@ -28,12 +28,12 @@ _INSTANT = 1e-6
 _FULL = 1e-9
 # What is left of a step by an earlier response, and the most tries to find it; and after how many steps
 # each has its own response, as those that are hard to find need.
-_EXACT, _TRIES, _HARD = 1e-3, 8, 8
-# Largest change of a gap in one step, in clearances.
-_LARGEST = 3.0
+_EXACT, _TRIES, _HARD = 2e-4, 8, 8
+# Largest change of a gap in one step, in clearances, and in the hard ones: little oil hardly holds a journal.
+_LARGEST, _CAREFUL = 3.0, 0.3
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
-# roughness at least.
-_KEPT, _NEARER = 0.25, 0.5
+# roughness at least, and smooth ones meet at this gap, in clearances.
+_KEPT, _NEARER, _MET = 0.25, 0.5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -186,9 +186,8 @@ class Bearing:
 
     def touching(self, planes: Floats) -> tuple[Floats, Floats]:
         """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm."""
-        if self.asperities is None:
-            return np.zeros_like(planes), np.zeros_like(planes)
-        return self.asperities.pressure(planes)
+        none = np.zeros_like(planes)
+        return (none, none) if self.asperities is None else self.asperities.pressure(planes)
 
     def space(self, planes: Floats) -> tuple[Floats, Floats]:
         """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
@@ -256,13 +255,15 @@ class Bearing:
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
-        for step in range(1, _STEPS + 1):
-            if step > _HARD:
+        for most in [_LARGEST] * _HARD + [_CAREFUL] * (_STEPS - _HARD):
+            if most == _CAREFUL:
                 iterate = iterate._replace(response=None)
-            before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded)
+            before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded, most)
+            if self.asperities is None and iterate.planes.min() < _MET * self.clearance:
+                raise FilmError("smooth surfaces meet, which only oil keeps apart. Give film.roughness_um")
             if not limited and iterate.close_to(before, self):
                 return JournalState(*iterate[:4], self, conditions, iterate.response)
-        raise FilmError(f"the oil film was not solved within {_STEPS} steps. Check the values of [film]")
+        raise FilmError(f"no balance within {_STEPS} steps. Reduce the load or check roughness and clearance")
 
     @cached_property
     def _follows(self) -> Floats:
@@ -284,7 +285,7 @@ class Bearing:
         return works
 
     def _improved(
-        self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats
+        self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats, most: float
     ) -> tuple["_Iterate", bool]:
         """One of Newton's steps, and whether it was limited.
 
@@ -329,7 +330,7 @@ class Bearing:
             raise FilmError("the equations of the oil film are singular") from error
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
-        part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar)
+        part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar, most)
         thinner = np.where(at.film.full, 1.0, gap / self.space(planes)[0])  # what changes is θh, not θ
         by = part * thinner * change.reshape(grid.shape)
         film = at.film.changed(by, self.reynolds.oil.piezoviscosity)
@@ -337,9 +338,9 @@ class Bearing:
         bulge = at.bulge + part * moved[:count]
         return _Iterate(film, planes, position, bulge, response), part < 1 or held
 
-    def _moved(self, planes: Floats, wider: Floats) -> tuple[float, Floats, bool]:
+    def _moved(self, planes: Floats, wider: Floats, most: float) -> tuple[float, Floats, bool]:
         """Part of a step that is made, gaps after it, mm, and whether some are held open."""
-        part = min(1.0, _LARGEST * self.clearance / max(float(np.abs(wider).max()), self.clearance))
+        part = 1 / max(1.0, float(np.abs(wider).max()) / (most * self.clearance))
         least, after = _KEPT * planes, planes + part * wider
         if self.asperities is not None:
             least = np.minimum(least, planes - _NEARER * self.asperities.roughness)

@@ -125,6 +125,15 @@ def test_a_step_of_second_order_in_time():
     assert 1.6 < math.log2(np.linalg.norm(one - two) / np.linalg.norm(two - four)) < 2.6
 
 
+def test_smooth_surfaces_that_meet_are_named():
+    """A journal that is pressed long enough without turning squeezes out the oil of a cell."""
+    film, rate = bearing(24, 3), 0.1
+    state = film.start()
+    conditions = Conditions(0.0, rate=rate, before=rate * state.volume)
+    with pytest.raises(FilmError, match="smooth surfaces meet"):
+        film.solve(state, conditions, load=np.array([1e5, 0.0]))
+
+
 class Refusing(JournalLoads):
     """Loads whose film is not solved over more than a third of one of the steps."""
 
