@@ -154,6 +154,26 @@ def test_the_smallest_factors_of_a_small_basis_are_exact(rod, exact, known, monk
     assert small.checks()["superposition"].passed != coarse
 
 
+def test_a_small_basis_grows_where_the_peak_cases_show_that_it_errs(rod, solved):
+    """Its own estimate leaves out singular places: here all of the bores."""
+    cell, cycle = rod.mesh.cell, rod.crank_cycle(6000.0)
+    bores = [cell.facets[bore] for bore in (Surface.SMALL_END_BORE, Surface.BIG_END_BORE)]
+    masked = np.isin(np.arange(len(cell.points)), np.concatenate(bores))
+    basis = bases.SmallBasis(rod.full_cycle.loads, partial(rod.solved_units, single=True), ~masked, [cycle])
+    own = dataclasses.replace(rod.full_cycle, basis=basis, masked=masked)
+    angles, largest = np.random.default_rng(6).uniform(0, 4 * math.pi, 12), basis.largest(cycle)
+    stress, _ = direct(rod, 6000.0, angles)
+
+    def error():
+        apart = own.units.tensor(0, own.weights(cycle, angles), rod.mesh.mirrored) - stress
+        return von_mises(np.moveaxis(apart, 1, -1)).max() / largest
+
+    before = error()
+    found = own.at(cycle, tuple(solved(study()).values()))
+    assert found.checks()["superposition"].passed
+    assert error() < ACCURACY < before
+
+
 def test_a_neat_fit_of_rigid_pins_is_linear_in_its_load(rod):
     neat = study(small_end_clearance_mm=0.0, big_end_clearance_mm=0.0, piston_pin="rigid")
     given_forces = dataclasses.replace(neat, engine=None, forces=ForcesTable((1e3, 0.0)))

@@ -11,7 +11,8 @@ causes is of its own size.
 How large this stress is is measured: what is left out at the worst instants is solved directly. The largest
 stress per pressure found there, times the pressures that are still left out elsewhere, is the error that is
 stated. It is an estimate from a sample and no bound, which would need the very solutions that are saved.
-Singular places do not count: neither the pressure that is left out there, nor its stress.
+Singular places do not count, neither the pressure that is left out there, nor its stress, unless the peak
+cases, solved directly, show too large an error: then every place counts, with the stress per pressure found.
 """
 
 from abc import ABC, abstractmethod
@@ -141,7 +142,8 @@ class SmallBasis(Basis):
     ) -> None:
         self.loads, self._solve, self._counts = loads, solve, counts
         self._full = loads.fields()
-        self._pressing = [loads.contact.pressing(counts)[:, None] * fields.patterns for fields in self._full]
+        self._pressing = loads.contact.pressing(counts)[:, None]
+        self._stress = _RUBBED if loads.path_dependent else _PRESSED
         self._kept = [min(kept, of.count) for kept, of in zip(loads.kept, self._full, strict=True)]
         self._pressed = np.unique(loads.contact.problem.forces.nonzero()[0] // 3)
         self._remembered: dict[bytes, _States] = {}
@@ -200,8 +202,8 @@ class SmallBasis(Basis):
 
     def pressure(self, full: Weights) -> Floats:
         """Largest pressure (n_instants,) at places that count, MPa, of weights of the full unit loads."""
-        even, odd = (np.abs(by @ w) for by, w in zip(self._pressing, full, strict=True))
-        return np.asarray((even + odd).max(axis=0))
+        even, odd = (np.abs(of.patterns @ w) for of, w in zip(self._full, full, strict=True))
+        return np.asarray((self._pressing * (even + odd)).max(axis=0))
 
     def largest(self, cycle: CrankCycle) -> float:
         """Largest von Mises stress of a cycle, MPa, to a few per cent."""
@@ -223,6 +225,20 @@ class SmallBasis(Basis):
         """Make instants exact at every node: what is left out of them is solved and joins the basis."""
         self._extend([columns[:, :0] for columns in self._columns], self.left(full), self._nothing(full))
 
+    def corrected(self, cycle: CrankCycle, full: Weights, apart: Floats) -> bool:
+        """Grow if direct solutions show too large an error, also at singular places; whether it grew.
+
+        `full`: weights of the full unit loads in n peak cases; `apart` (n,): their largest errors, MPa.
+        """
+        count = self.units.count
+        if apart.max(initial=0.0) > ACCURACY * self.largest(cycle):
+            self._pressing = self.loads.contact.pressing(np.ones_like(self._counts))[:, None]
+            pressure = self.pressure(self.left(full))
+            found = apart[pressure > 0] / pressure[pressure > 0]
+            self._stress = float(found.max(initial=self._stress))
+            self._span(cycle, self._remembered.pop(_key(cycle.degrees)))
+        return self.units.count > count
+
     def _states(self, cycle: CrankCycle) -> _States:
         cases = peak_cases(cycle).cases
         degrees, peaks = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
@@ -231,7 +247,7 @@ class SmallBasis(Basis):
 
     def _span(self, cycle: CrankCycle, states: _States) -> None:
         every, largest = states.every, self._largest(states.every)
-        stress, error = _RUBBED if self.loads.path_dependent else _PRESSED, np.inf
+        stress, error = self._stress, np.inf
         while error > ACCURACY * largest:
             grown, left = self._grown(every, ACCURACY * largest / stress)
             self._extend(grown, left.at(_worst(self.pressure(left))), self._nothing(every))

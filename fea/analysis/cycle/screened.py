@@ -94,7 +94,6 @@ def _strays(weights: Floats, ends: Ints, joint: slice) -> Floats:
 
 # Number of times that a ball grows.
 GROWTHS = 4
-_TINY = 1e-30
 
 
 def distances_from_middle(paths: Reals, start: Reals) -> Reals:

@@ -30,6 +30,7 @@ from loads.instants import Instants, joined
 AT_JUMPS = 0.05
 # Stress per part (n_nodes, 6, n) of n instants of a cycle, solved without unit loads.
 Direct = Callable[[Instants, CrankCycle], Sequence[Floats]]
+Solved = Sequence[Sequence[Floats]]  # von Mises stress (n_nodes,) of each part at each of some instants
 _ALL_SOLVED = warning(
     "the smallest safety factors of the cycle could not be certified from a small basis: every instant is "
     "superposed exactly, as by --cycle-accuracy exact"
@@ -129,29 +130,29 @@ class CycleAnalysis(SpannedRod):
         of_peaks = joined([case.load for case in peaks])
         instants = cycle.at(np.concatenate([degrees, of_peaks.crank_angle]))
         whole = self.mesh.mirrored
-        counts = self.counts[whole.source]
-        count = len(degrees)
-        every = self.basis.weights(instants, cycle)
-        at_peaks, solved = every.at(slice(count, None)), [case.part_von_mises for case in peaks]
+        counts, count = self.counts[whole.source], len(degrees)
+        full, solved = self.basis.full(instants, cycle), [case.part_von_mises for case in peaks]
+        at_peaks = full.at(slice(count, None))
         if self.loads.path_dependent and peaks:  # they were solved without what came before
-            at_peaks = self.basis.weights(of_peaks)
+            at_peaks = self.basis.full(of_peaks)
         # An error of a small basis is stated relative to the largest stress of all instants.
         small = self.basis if isinstance(self.basis, SmallBasis) else None
         top = _largest(solved) if small is None else [small.largest(cycle)] * len(self.units.parts)
-        superposition = max(self._difference(at_peaks, solved, top), self.basis.error)
-        extremes, multiaxial = self._extremes(self.units, every, instants, count, counts)
+        apart = self._differences(at_peaks, solved, top)
+        while small is not None and small.corrected(cycle, at_peaks, apart * top[0]):
+            apart = self._differences(at_peaks, solved, top)
+        extremes, multiaxial = self._extremes(self.units, full, instants, count, counts)
         certain = True
         if small is not None:
             nodes, certain = self._made_exact(small, cycle, instants, extremes, counts)
-            every = self.basis.weights(instants, cycle)
-            exact, multiaxial = self._extremes(self.units.of(nodes), every, instants, count, counts)
+            exact, multiaxial = self._extremes(self.units.of(nodes), full, instants, count, counts)
             extremes = replaced(extremes, exact, np.isin(whole.source, nodes))
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         usage = np.where(counts, -extremes.usage, 0)
         worst = [node for node in distinct(points, usage, length) if counts[node]]
         weakest = _least(extremes.fatigue_factor, counts)
-        of_degrees = every.at(slice(count))
+        of_degrees = self.basis.projected(full.at(slice(count)))
         places = [(node, int(extremes.part[node])) for node in worst]
         places += [(node, int(extremes.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
@@ -161,8 +162,8 @@ class CycleAnalysis(SpannedRod):
             envelope=extremes,
             spots=histories[: len(worst)],
             weakest=histories[-1] if weakest else None,
-            superposition=superposition,
-            of_parts=self._remembered(of_degrees, cycle, histories, solved),
+            superposition=float(apart.max(initial=self.basis.error)),
+            of_parts=self._remembered(full, cycle, histories, solved),
             series_error=self.loads.series_error,
             unit_solutions=self.units.count,
             jumps=self.loads.jumps,
@@ -176,13 +177,13 @@ class CycleAnalysis(SpannedRod):
         )
 
     def _extremes(
-        self, units: UnitSolutions, weights: Weights, instants: Instants, degrees: int, counts: Mask
+        self, units: UnitSolutions, full: Weights, instants: Instants, degrees: int, counts: Mask
     ) -> tuple[Envelope, Spot | None]:
         """Envelope of the nodes of unit solutions, and the worst place by Crossland.
 
         The first instants are so many `degrees`, at which histories are taken.
         """
-        whole, angles = self.mesh.mirrored, instants.crank_angle
+        whole, angles, weights = self.mesh.mirrored, instants.crank_angle, self.basis.projected(full)
         regions = self.regions.at(whole.source)
         found = envelope(
             units, weights, angles, whole, materials=self.materials, criterion=self.fatigue, regions=regions
@@ -207,28 +208,22 @@ class CycleAnalysis(SpannedRod):
             basis.exact_at(basis.full(instants, cycle))
         return np.unique(np.concatenate(list(places.values()))), certain
 
-    def _difference(
-        self, weights: Weights, solved: Sequence[Sequence[Floats]], largest: Sequence[float]
-    ) -> float:
-        """Largest error of superposed von Mises stress, relative to the `largest` of each part.
+    def _differences(self, full: Weights, solved: Solved, largest: Sequence[float]) -> Floats:
+        """Largest errors (n_instants,) of superposed von Mises stress, relative to `largest` of each part.
 
-        `solved` (n_nodes,) of each part at each of them. Not relative to that of an instant: a cap that is
-        hardly stressed then has the error of the pressure beside it all the same.
+        Not relative to that of an instant: a cap that is hardly stressed then has the error of the pressure
+        beside it all the same. `full`: weights of the full unit loads.
         """
-        worst = 0.0
+        weights, worst = self.basis.projected(full), np.zeros(len(solved))
         for number in range(len(self.units.parts)):
             tensors = self.units.tensor(number, weights, self.mesh.mirrored)
             for k, stress in enumerate(solved):
                 apart = np.nanmax(np.abs(von_mises(tensors[..., k]) - stress[number]))
-                worst = max(worst, float(apart / largest[number]))
+                worst[k] = max(worst[k], apart / largest[number])
         return worst
 
     def _remembered(
-        self,
-        weights: Weights,
-        cycle: CrankCycle,
-        histories: Sequence[Spot],
-        peaks: Sequence[Sequence[Floats]],
+        self, full: Weights, cycle: CrankCycle, histories: Sequence[Spot], peaks: Solved
     ) -> float | None:
         """Error at the instants at which places are worst, if friction makes these depend on the cycle.
 
@@ -239,10 +234,10 @@ class CycleAnalysis(SpannedRod):
         which = np.unique([np.abs(spot.signed).argmax() for spot in histories])
         stresses = self.direct(cycle.degrees[which], cycle)
         solved = [[von_mises(stress[..., k]) for stress in stresses] for k in range(len(which))]
-        return self._difference(weights.at(which), solved, _largest([*solved, *peaks]))
+        return float(self._differences(full.at(which), solved, _largest([*solved, *peaks])).max())
 
 
-def _largest(solved: Sequence[Sequence[Floats]]) -> list[float]:
+def _largest(solved: Solved) -> list[float]:
     """Largest von Mises stress of each part, MPa, at any of the instants."""
     return [float(np.nanmax(of_part)) for of_part in zip(*solved, strict=True)]
 
