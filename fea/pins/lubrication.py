@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 # which the error follows.
 FINE, COARSE = (96, 7, 144), (64, 5, 96)
 # Cycles within which a film must repeat itself; what refills the small end fades from one to the next.
-CYCLES = {End.BIG: MOST_CYCLES, End.SMALL: 2 * MOST_CYCLES}
+CYCLES = {End.BIG: MOST_CYCLES, End.SMALL: 4 * MOST_CYCLES}
 # Clearance over radius: beyond, the film is not thin, or there is none.
 _CLEARANCES = (1e-4, 1e-2)
 MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
