@@ -7,7 +7,7 @@ K₀ + n K₁ + n² K₂, so that it is integrated only once.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -64,7 +64,6 @@ def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[
     return half.stations, tuple(half.harmonics_up_to(highest))
 
 
-@cache
 def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     """By how much the ends of what touches the bore stand out beyond the middle under a force, N: mm.
 
@@ -78,7 +77,7 @@ def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     return half.bending(force, along, *pin.carried)
 
 
-@cache
+@lru_cache(maxsize=1)  # for the forces on one pin: a mesh and its stiffness take megabytes
 def _under_half_cosines(pin: Pin) -> "ElasticPin":
     return ElasticPin(pin, highest=ORDERS[-1])
 

@@ -45,14 +45,12 @@ class FilmPressure:
 
     def pressed(self, weights: Floats) -> tuple[Split, Split]:
         """Traction (n_nodes, 3) and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
-        odd, cut = np.arange(len(weights)) >= self.counts[0], self.facets.cut_y
-        parts = [np.where(odd, 0.0, weights), np.where(odd, weights, 0.0)] if cut else [weights]
-        traction = self.traction(np.stack(parts, axis=1))
+        even, cut = np.arange(len(weights)) < self.counts[0], self.facets.cut_y
+        traction = self.traction(np.where([even, ~even], weights, 0.0).T)
         along, nodes = np.zeros((self._n_nodes, 3)), self.facets.nodes
         along[nodes, 0], along[nodes, 1] = np.cos(self.facets.node_angle), np.sin(self.facets.node_angle)
         pressure = np.einsum("ni,nik->nk", along, traction)
-        none = [None] * (2 - len(parts))
-        return Split(*np.moveaxis(traction, 2, 0), *none), Split(*pressure.T, *none)
+        return Split.of(*np.moveaxis(traction, 2, 0), cut=cut), Split.of(*pressure.T, cut=cut)
 
     @cached_property
     def resultants(self) -> Floats:
