@@ -243,6 +243,10 @@ def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats) -> None:
         number = int(np.abs(degrees - angle).argmin())
         at = x[number], y[number]
         axes.plot(*at, "o", color=_FILM, markersize=3)
-        axes.annotate(f"{angle}°", at, fontsize=7, xytext=(3, 3), textcoords="offset points")
-    axes.set(aspect="equal")
+        # The second revolution is labelled inside the orbit: both may pass the same place.
+        off = np.array(at) * (10 if angle < 360 else -10) / max(np.hypot(*at), 1e-9)
+        axes.annotate(
+            f"{angle}°", at, fontsize=7, xytext=off, textcoords="offset points", ha="center", va="center"
+        )
+    axes.set(aspect="equal", xmargin=0.1, ymargin=0.1)
     label_axes(axes, "along the rod", "across the rod")
