@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,12 +27,23 @@ class Oil:
     viscosity: float  #: μ₀ without pressure, MPa·s (1e-9 of it is 1 mPa·s)
     piezoviscosity: float = 0.0  #: α = d ln μ/dp without pressure, 1/MPa
 
+    @cached_property
+    def _roelands(self) -> tuple[float, float]:
+        """Logarithm of the viscosity over that of the pole, and the exponent of the pressure."""
+        log = math.log(self.viscosity * _PA_S) + _LOG_POLE
+        return log, self.piezoviscosity / (_PER_MPA * log)
+
+    @cached_property
+    def solid(self) -> float:
+        """Pressure at which the viscosity is the largest, MPa."""
+        log, exponent = self._roelands
+        return float(((1 + math.log(_MOST) / log) ** (1 / exponent) - 1) / _PER_MPA) if exponent else math.inf
+
     def relative_viscosity(self, pressure: Floats) -> Floats:
         """Return μ(p)/μ₀ at pressures p ≥ 0, MPa (Roelands 1966)."""
         if not self.piezoviscosity:
             return np.ones_like(pressure)
-        log = math.log(self.viscosity * _PA_S) + _LOG_POLE
-        exponent = self.piezoviscosity / (_PER_MPA * log)
+        log, exponent = self._roelands
         grown = log * ((1 + _PER_MPA * pressure) ** exponent - 1)
         return np.asarray(np.exp(np.minimum(grown, math.log(_MOST))))
 
@@ -43,8 +55,9 @@ class Oil:
         """
         if not self.piezoviscosity:
             return pressure, np.ones_like(pressure)
-        inner = 1 / self.relative_viscosity(pressure[..., None] * _PLACES)
-        return pressure * (inner @ _WEIGHTS), inner[..., -1]
+        liquid = np.minimum(pressure, self.solid)
+        inner = 1 / self.relative_viscosity(liquid[..., None] * _PLACES)
+        return liquid * (inner @ _WEIGHTS) + (pressure - liquid) / _MOST, inner[..., -1]
 
 
 # Of ASTM D341 in the form of Walther: lg lg(ν + 0.7) is linear in lg T, with ν in mm²/s and T in K.

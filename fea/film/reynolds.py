@@ -71,15 +71,18 @@ class Film:
         """A full film without pressure."""
         return cls(np.zeros(grid.shape), np.ones(grid.shape), np.ones(grid.shape, dtype=bool))
 
-    def changed(self, by: Floats, piezoviscosity: float) -> "Film":
+    def changed(self, by: Floats, oil: Oil) -> "Film":
         """Add a change (n_angle, n_width), of p where the film is full and of θ elsewhere.
 
-        The viscosity grows exponentially with the pressure. So a pressure at most doubles, but for the first
-        ones, and falls by less than the tangent of ∫₀ᵖ μ₀/μ dp says, in which the flow is linear.
+        The viscosity grows exponentially with the pressure, until the oil is solid. So a pressure at most
+        doubles, but for the first ones, and falls by less than the tangent of ∫₀ᵖ μ₀/μ dp says, in which the
+        flow is linear.
         """
-        most, rise = 2 * self.pressure + _FIRST, np.maximum(by, 0.0)
-        if piezoviscosity:
-            by = np.where(self.full, rise - np.log1p(piezoviscosity * (rise - by)) / piezoviscosity, by)
+        most, rise, alpha = 2 * self.pressure + _FIRST, np.maximum(by, 0.0), oil.piezoviscosity
+        if alpha:
+            solid = np.clip(self.pressure - oil.solid, 0.0, rise - by)
+            fall = solid + np.log1p(alpha * (rise - by - solid)) / alpha
+            by = np.where(self.full, rise - fall, by)
         pressure = np.where(self.full, np.minimum(self.pressure + by, most), 0.0)
         fill = np.where(self.full, 1.0, self.fill + by)
         full = np.where(self.full, pressure >= 0, fill > 1)

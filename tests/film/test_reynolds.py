@@ -219,18 +219,21 @@ def test_roelands_oil_thickens_under_pressure():
 def test_no_oil_thickens_without_limit():
     oil = Oil(8e-9, 0.02)
     assert oil.relative_viscosity(np.array([200.0, 5e3])) == pytest.approx([41.07, 1e3], rel=1e-3)
-    _, slope = oil.generalised(np.array([5e3]))
+    assert oil.relative_viscosity(np.array(oil.solid)) == pytest.approx(1e3)
+    q, slope = oil.generalised(np.array([oil.solid, oil.solid + 4e3]))
+    assert q[1] - q[0] == pytest.approx(4.0)
     assert slope == pytest.approx(1e-3)
 
 
 def test_a_pressure_falls_as_the_flow_does():
-    """Of 700 MPa, as of the oil that cannot flow, a step never leaves a cell without oil at once."""
-    film = Film(np.array([[700.0, 5.0]]), np.ones((1, 2)), np.ones((1, 2), dtype=bool))
-    after = film.changed(np.array([[-1000.0, -10.0]]), 0.015)
-    assert after.pressure == pytest.approx(np.array([[700.0 - math.log(16) / 0.015, 0.0]]))
+    """Where oil hardly flows, a step leaves no cell without oil; solid oil loses its pressure at once."""
+    oil, full = Oil(8e-9, 0.015), np.ones((1, 2), dtype=bool)
+    film = Film(np.array([[oil.solid + 300.0, 5.0]]), np.ones((1, 2)), full)
+    after = film.changed(np.array([[-1300.0, -10.0]]), oil)
+    assert after.pressure == pytest.approx(np.array([[oil.solid - math.log(16) / 0.015, 0.0]]))
     assert after.full.tolist() == [[True, False]]
-    near = film.changed(np.array([[-1e-3, 1e-3]]), 0.015).pressure
-    assert near == pytest.approx(np.array([[699.999, 5.001]]), abs=1e-7)
+    near = film.changed(np.array([[-1e-3, 1e-3]]), oil).pressure
+    assert near - film.pressure == pytest.approx(np.array([[-1e-3, 1e-3]]), abs=1e-7)
 
 
 def test_a_cycle_begins_without_load_although_grooves_press():
