@@ -386,7 +386,7 @@ def _structure(
         pressure=options.pin_load,
         support=support,
         contact=study.contact,
-        film=study.film,
+        film=study.film_of_rod,
         pin_stiffness=study.pin_stiffness,
         largest_pin_forces=lambda: _pulled_and_pushed(
             joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])

@@ -58,10 +58,18 @@ class End(StrEnum):
         return End.SMALL if self is End.BIG else End.BIG
 
     def facets(self, structure: Structure) -> BoreFacets:
-        """Its bore in the mesh, about its middle."""
-        x = 0.0 if self is End.BIG else structure.bores.rod_length
+        """Its bore in the mesh, about its middle; of a slanted one, the mean width is that everywhere.
+
+        Places along the width and areas are those of this width, so that forces are those of the pressures.
+        """
+        bores, taper = structure.bores, 0.0 if self is End.BIG else structure.bores.small_taper
+        x, width = (0.0 if self is End.BIG else bores.rod_length), self.size(bores)[1]
         facets = bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
-        return replace(facets, corners=facets.corners - [0.0, 0.0, self.middle(structure)])
+        corners = facets.corners - [0.0, 0.0, self.middle(structure)]
+        corners[..., 2] /= 1 + taper / width * np.cos(facets.node_angle)
+        return replace(
+            facets, corners=corners, areas=facets.areas / (1 + taper / width * np.cos(facets.angle))
+        )
 
     def middle(self, structure: Structure) -> float:
         """Place of the middle of its bore along z, mm."""
@@ -281,13 +289,20 @@ class YieldingPin:
 
 
 def unit_forces(functions: BoreFunctions, facets: BoreFacets, n_nodes: int) -> tuple[Floats, Floats]:
-    """Nodal forces (n, n_nodes, 3) on the cell of pressures of 1 MPa·mm times each even and odd function."""
-    z = facets.corners[..., 2] @ facets.shape_values.T
-    even, odd = (
-        np.stack([radial_forces(facets, n_nodes, each) for each in pressures])
-        for pressures in functions.at(facets.angle, z)
-    )
-    return even, odd
+    """Nodal forces (n, n_nodes, 3) on the cell of pressures of 1 MPa·mm times each even and odd function.
+
+    Where holes interrupt the bore, those are taken whose integrals with the functions are the unit matrix:
+    by them a film has the forces of its pressure on what is left, and a displacement is fitted there.
+    """
+    z, count = facets.corners[..., 2] @ facets.shape_values.T, len(functions.terms)
+    values = np.concatenate(functions.at(facets.angle, z))
+    flat = values.reshape(len(values), -1)
+    gram = facets.images * (flat * facets.areas.ravel()) @ flat.T
+    if facets.cut_y:  # the products of even and odd functions, which the images cancel
+        gram[:count, count:] = gram[count:, :count] = 0.0
+    duals = (np.linalg.inv(gram) @ flat).reshape(values.shape)
+    forces = np.stack([radial_forces(facets, n_nodes, each) for each in duals])
+    return forces[:count], forces[count:]
 
 
 def works(

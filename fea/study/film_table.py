@@ -98,7 +98,9 @@ class FilmTable(
         "of the oil that wets the sides of the small end and fills its hole, above that of a ruptured film",
         within(0.01, 100),
     )
-    small_end_hole_diameter_mm: float | None = key("4.0", "diameter; none by default", require_positive)
+    small_end_hole_diameter_mm: float | None = key(
+        "4.0", "diameter; default: that of rod.oil_hole_mm, if there is one", require_positive
+    )
     small_end_hole_deg: float = key(
         "0.0", "angle of that hole from the rod's axis, away from the crank", within(-360, 360), default=0.0
     )
