@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 from fea.film.asperities import Asperities
 from fea.film.cycle import JournalLoads, _Course, integrate
@@ -334,23 +334,77 @@ def test_a_film_that_cannot_carry_the_load_is_an_error():
         film.solve(film.start(), Conditions(0.0), load=np.array([100.0, 0.0]))
 
 
-def test_an_oil_that_thickens_between_two_grooves_is_that_of_comsol():
-    """Model 'Elastohydrodynamic Lubrication in a Cylindrical Journal Bearing' of COMSOL 6.4, 10 000 rpm.
+def comsol(n=128):
+    """Of COMSOL 6.4, 'Elastohydrodynamic Lubrication in a Cylindrical Journal Bearing', where it is rigid.
 
     200 by 67 mm, 0.2 mm of clearance, 40 kN, 75 mPa·s, 25 1/GPa, grooves of 10 mm across the load with 2 bar.
-    Pressures in the middle plane are read from its chart, as in the tests of mboct-mbdyn-pkg: 4 % of the
-    largest, where they fall steeply, too.
+    Pressures in the middle plane are read from its chart of the rigid bearing, as in the tests of
+    mboct-mbdyn-pkg, MPa by degrees. Of the elastic one, no figures are known.
     """
-    grid = FilmGrid(100.0, 67.0, 128, 10)
+    grid = FilmGrid(100.0, 67.0, n, 10)
     film = Bearing(Reynolds(grid, Oil(75e-9, 25e-3)), 0.2)
     share = np.maximum(grid.groove(0.0, 0.1), grid.groove(math.pi, 0.1))
-    conditions = Conditions(1e4 * math.pi / 30 * 100.0, Supply(share, 0.2))
-    state = film.solve(film.start((0.0, -0.1)), conditions, load=np.array([0.0, -40e3]))
+    load = np.array([0.0, -40e3])
+    return film, load, lambda rpm: Conditions(rpm * math.pi / 30 * 100.0, Supply(share, 0.2))
+
+
+def test_an_oil_that_thickens_between_two_grooves_is_that_of_comsol():
+    """At 10 000 rpm within 4 % of the largest pressure, where they fall steeply, too."""
+    film, load, at = comsol()
+    grid = film.reynolds.grid
+    state = film.solve(film.start((0.0, -0.1)), at(1e4), load=load)
     chart = {200: 1.0, 220: 2.4, 240: 4.0, 260: 6.0, 280: 7.8, 287.6: 7.9, 300: 6.7, 320: 1.8}
     computed = np.interp(np.radians(list(chart)), grid.angle, state.film.pressure[:, 0])
     assert computed == pytest.approx(list(chart.values()), abs=0.04 * 7.9)
     highest = math.degrees(grid.angle[state.film.pressure[:, 0].argmax()])
     assert highest == pytest.approx(287.6, abs=4.0)  # within 0.5 % of the largest over 10°
+
+
+def under_tension(film, conditions, load, position):
+    """Position, over the clearance, and pressure of a full film whose tension is cut off (Gümbel 1921)."""
+    grid, oil, steps = film.reynolds.grid, film.reynolds.oil, np.linspace(0.0, 100.0, 1001)
+    ones, q = np.ones(grid.shape), oil.generalised(steps)[0]
+    plain = Reynolds(grid, Oil(oil.viscosity))  # of q, in which the flow is linear
+
+    def pressure(position):
+        gap = film.planes(film.clearance * position, np.zeros(0))
+        balance = plain.balance(Film(0 * ones, ones, ones > 0), gap, conditions)
+        solved = plain.stencil.solver(balance.by_film)(-balance.excess.reshape(-1, 1))
+        return np.interp(solved.reshape(grid.shape), q, steps)
+
+    position = fsolve(lambda place: (grid.resultant(pressure(place)) - load) / 1e4, position, xtol=1e-5)
+    return position, pressure(position)
+
+
+def test_low_speeds_of_comsol_are_those_of_a_film_whose_tension_is_cut_off():
+    """The chart does not conserve oil, by which its largest pressure at 316 rpm is a tenth above ours.
+
+    With tension cut off all its points are met as mboct-mbdyn-pkg asks: within 7 % of the largest, no more
+    than 5° beside their place. The film that conserves oil is 14 and 19 % off.
+    """
+    film, load, at = comsol(192)
+    angle, position, ours = (
+        np.degrees(film.reynolds.grid.angle),
+        np.array([0.3, -0.4]),
+        film.start((0.0, -0.1)),
+    )
+    charts = {
+        316.23: {289: 0.0, 280: 21.4, 271: 15.0, 260: 6.0, 240: 1.6, 220: 0.6, 200: 0.4},
+        100.0: {282: 0.0, 280: 20.0, 271: 20.0, 260: 4.8, 240: 0.9, 220: 0.4, 200: 0.2},
+    }
+
+    def off(chart, pressure):
+        beside = np.array(list(chart))[:, None] + np.linspace(-5, 5, 21)
+        found = np.abs(np.interp(beside, angle, pressure[:, 0]) - np.array(list(chart.values()))[:, None])
+        return found.min(axis=1).max() / max(chart.values())
+
+    for rpm in (1e4, 3162.3, 1e3, 316.23, 100.0):
+        position, cut = under_tension(film, at(rpm), load, position)
+        ours = film.solve(ours, at(rpm), load=load)
+        if rpm in charts:
+            assert off(charts[rpm], cut) < 0.07
+            assert 0.12 < off(charts[rpm], ours.film.pressure) < 0.21
+            assert cut.max() / ours.film.pressure.max() == pytest.approx(1.11, abs=0.02)
 
 
 def test_derivatives_are_those_of_the_balance():

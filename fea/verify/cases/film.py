@@ -1,21 +1,27 @@
-"""The oil film of rigid bearings, and how a ring yields to one: charts, tables and closed forms."""
+"""The oil film of rigid and elastic bearings: charts, tables, closed forms and a measurement."""
 
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from fea.base.choices import Support
+from fea.base.material import Material
+from fea.film.asperities import Asperities
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
-from fea.film.journal import Bearing, JournalState
+from fea.film.journal import Bearing, ElasticBore, JournalState
 from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.pins.yielding import unit_forces, works
-from fea.solid.bore import bore_facets
+from fea.solid.bore import bore_facets, radial_forces
 from fea.solvers.static import Model
 from fea.verify.benchmark import Quantities, Quantity, benchmark
-from fea.verify.body import STEEL, half_ring
+from fea.verify.body import STEEL, half_ring, rectangle
 from fea.verify.michell import displacement, pressed
+from fea.verify.reproduce.printed import records
+from geometry.arrays import Floats
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
@@ -24,23 +30,23 @@ from mesh.generate import Fine, mesh_body
 _RADIUS, _CLEARANCE, _OMEGA, _VISCOSITY = 25.0, 0.025, 300.0, 1e-8
 # The oil is supplied without pressure: with so little of it, MPa, that no figure changes.
 _NO_PRESSURE = 1e-4
-# Cells along half the width by the length of a cell around the bore, mm.
-_ALONG = 16.0
 
 
 def _bearing(ratio: float, size: float) -> Bearing:
-    """A bearing of a width over diameter, with cells of a length around the bore."""
+    """A bearing of a width over diameter, with cells of a length around the bore and 16 mm / that across."""
     cells = 4 * round(2 * math.pi * _RADIUS / size / 4)
-    grid = FilmGrid(_RADIUS, 2 * _RADIUS * ratio, cells, max(4, round(_ALONG / size)))
+    grid = FilmGrid(_RADIUS, 2 * _RADIUS * ratio, cells, max(4, round(16 / size)))
     return Bearing(Reynolds(grid, Oil(_VISCOSITY)), _CLEARANCE)
 
 
-def _turning(bearing: Bearing, eccentricity: float) -> JournalState:
-    """A journal displaced towards −x that turns; the oil is supplied where the gap is widest, at 0°."""
+def _turning(bearing: Bearing, eccentricity: float, *speeds: float) -> JournalState:
+    """A journal displaced towards −x, at the last of some speeds, mm/s; oil is supplied at 0°."""
     grid = bearing.reynolds.grid
     supply = Supply(grid.groove(0.0, 2 * math.pi / grid.n_angle), _NO_PRESSURE)
-    start = bearing.start((-eccentricity * _CLEARANCE, 0.0))
-    return bearing.solve(start, Conditions(_OMEGA * _RADIUS, supply))
+    state = bearing.start((-eccentricity * bearing.clearance, 0.0))
+    for speed in speeds or (_OMEGA * _RADIUS,):
+        state = bearing.solve(state, Conditions(speed, supply))
+    return state
 
 
 def _force(bearing: Bearing, state: JournalState) -> tuple[float, float]:
@@ -49,57 +55,28 @@ def _force(bearing: Bearing, state: JournalState) -> tuple[float, float]:
     return math.hypot(x, y), 180 - math.degrees(math.atan2(y, x))
 
 
-def _size(bearing: Bearing) -> int:
-    return math.prod(bearing.reynolds.grid.shape)
-
-
-# Width over diameter; h₀/c; Sommerfeld number, attitude, (r/c) f: as printed in charts of three digits.
-_RAIMONDI = (
-    (1.0, 0.8, 0.631, 74.02, 12.8),
-    (1.0, 0.4, 0.121, 50.58, 3.22),
-    (1.0, 0.2, 0.0446, 36.24, 1.70),
-    (1.0, 0.1, 0.0188, 26.45, 1.05),
-    (0.5, 0.8, 2.03, 74.94, 40.9),
-    (0.5, 0.4, 0.319, 48.14, 8.10),
-    (0.5, 0.2, 0.0923, 33.31, 3.26),
-    (0.5, 0.1, 0.0313, 23.66, 1.60),
-)
+def _printed(name: str) -> Iterator[list[float]]:
+    """The rows of a published table of figures only."""
+    return ([float(text) for text in row.values()] for row in records(name))
 
 
 @benchmark("Raimondi & Boyd 1958, ASLE Transactions 1, 159-209, parts I-III", size=1.1)
 def raimondi_boyd(size: float) -> Quantities:
     """Full journal bearing."""
-    for ratio, thinnest, sommerfeld, attitude, friction in _RAIMONDI:
+    for ratio, thinnest, sommerfeld, attitude, friction in _printed("raimondi1958"):
         bearing = _bearing(ratio, size)
         state = _turning(bearing, 1 - thinnest)
         force, behind = _force(bearing, state)
-        mean = force / (4 * ratio * _RADIUS**2)
-        number = _VISCOSITY * _OMEGA / (2 * math.pi) / mean * (_RADIUS / _CLEARANCE) ** 2
+        scale = _VISCOSITY * _OMEGA / (2 * math.pi) * 4 * ratio * _RADIUS**2 * (_RADIUS / _CLEARANCE) ** 2
         # The partly filled gap is sheared like a full one, as they assume.
         resists, _ = bearing.reynolds.friction(state.film, state.gap, _OMEGA * _RADIUS, full_shear=True)
         at, three = f"L/D {ratio:g}, h0/c {thinnest:g}", "the figures are printed with three digits"
         rubbing = resists / force * _RADIUS / _CLEARANCE
         angle = "half a degree: finite differences of 1958"
-        yield Quantity(f"Sommerfeld number, {at}", "1", sommerfeld, number, 1.0, three)
+        yield Quantity(f"Sommerfeld number, {at}", "1", sommerfeld, scale / force, 1.0, three)
         yield Quantity(f"attitude, {at}", "°", attitude, behind, 50.0 / attitude, angle)
         yield Quantity(f"(r/c) f, {at}", "1", friction, rubbing, 1.0, three)
-    return _size(bearing)
-
-
-# So = Fψ²/(BDηω) of rotation and of squeezing (ε̇ in place of ω), by B/D and eccentricity.
-_RATIOS = (1.0, 1 / 2, 1 / 3, 1 / 5)
-_ROTATION = {
-    0.1: (0.1196, 0.0368, 0.0171, 0.0063),
-    0.5: (0.8903, 0.3124, 0.1522, 0.0579),
-    0.8: (3.5663, 1.7339, 0.9687, 0.4085),
-    0.9: (8.4352, 5.0881, 3.2201, 1.5261),
-}
-_SQUEEZE = {
-    -0.5: (0.971, 0.2664, 0.1211, 0.0442),
-    0.0: (2.4076, 0.7224, 0.3355, 0.1238),
-    0.5: (9.7319, 3.675, 1.8236, 0.7005),
-    0.9: (160.25, 104.75, 68.484, 33.102),
-}
+    return math.prod(bearing.reynolds.grid.shape)
 
 
 @benchmark(
@@ -111,21 +88,20 @@ def butenschoen(size: float) -> Quantities:
     """Bearing of finite width, rotating and squeezed."""
     swift = 100.0  # clearances per second, from a full film
     why = "the figures are results of finite differences, and agree with others within 1 %"
-    for kind, table in (("rotation", _ROTATION), ("squeeze", _SQUEEZE)):
-        for eccentricity, row in table.items():
-            for ratio, target in zip(_RATIOS, row, strict=True):
-                bearing = _bearing(ratio, size)
-                place, rate = (-eccentricity * _CLEARANCE, 0.0), _OMEGA
-                if kind == "rotation":
-                    state = _turning(bearing, eccentricity)
-                else:
-                    state, rate = bearing.squeezed(place, (-swift * _CLEARANCE, 0.0)), swift
-                force, _ = _force(bearing, state)
-                psi, area = _CLEARANCE / _RADIUS, 4 * ratio * _RADIUS**2
-                number = force * psi**2 / (area * _VISCOSITY * rate)
-                name = f"So, {kind}, B/D {ratio:.2g}, ε {eccentricity:g}"
-                yield Quantity(name, "1", target, number, 2.0, why)
-    return _size(bearing)
+    for row in records("butenschoen1976"):
+        ratio, eccentricity, target = 1 / float(row["D_over_B"]), float(row["eccentricity"]), float(row["So"])
+        bearing, rate = _bearing(ratio, size), _OMEGA
+        if row["motion"] == "rotation":
+            state = _turning(bearing, eccentricity)
+        else:
+            place, rate = (-eccentricity * _CLEARANCE, 0.0), swift
+            state = bearing.squeezed(place, (-swift * _CLEARANCE, 0.0))
+        force, _ = _force(bearing, state)
+        # Fψ²/(BDηω), of squeezing with ε̇ in place of ω.
+        number = force * (_CLEARANCE / _RADIUS) ** 2 / (4 * ratio * _RADIUS**2 * _VISCOSITY * rate)
+        name = f"So, {row['motion']}, B/D {ratio:.2g}, ε {eccentricity:g}"
+        yield Quantity(name, "1", target, number, 2.0, why)
+    return math.prod(bearing.reynolds.grid.shape)
 
 
 @benchmark("Ocvirk 1952, NACA TN 2808; Dubois & Ocvirk 1953, NACA TR 1157", size=1.1)
@@ -143,18 +119,7 @@ def ocvirk(size: float) -> Quantities:
         attitude = math.degrees(math.atan2(math.pi * math.sqrt(square), 4 * eccentricity))
         yield Quantity(f"load, ε {eccentricity:g}", "N", exact, force, 0.5, why)
         yield Quantity(f"attitude, ε {eccentricity:g}", "°", attitude, behind, 0.5, why)
-    return _size(bearing)
-
-
-# Width over diameter, Sommerfeld number, eccentricity, attitude.
-_LUND = (
-    (0.5, 1.656, 0.244, 65.85),
-    (0.5, 0.580, 0.477, 51.01),
-    (0.5, 0.244, 0.655, 40.25),
-    (1.0, 0.991, 0.150, 70.58),
-    (1.0, 0.235, 0.460, 49.27),
-    (1.0, 0.108, 0.650, 39.72),
-)
+    return math.prod(bearing.reynolds.grid.shape)
 
 
 @benchmark(
@@ -165,7 +130,7 @@ def lund_thomsen(size: float) -> Quantities:
     """Bearing with two axial grooves."""
     close = "within 0.01: how the table agrees with other programs"
     turned = "within 1°: a hundredth of the eccentricity turns the lightly loaded journal by as much"
-    for ratio, number, eccentricity, attitude in _LUND:
+    for ratio, number, eccentricity, attitude in _printed("lund1978"):
         bearing = _bearing(ratio, size)
         grid = bearing.reynolds.grid
         share = sum(grid.groove(side * math.pi / 2, math.radians(20)) for side in (1, -1))
@@ -178,7 +143,7 @@ def lund_thomsen(size: float) -> Quantities:
         at, away, angle = f"L/D {ratio:g}, S {number:g}", math.hypot(x, y), math.degrees(math.atan2(y, x))
         yield Quantity(f"eccentricity, {at}", "1", eccentricity, away, 1.0 / eccentricity, close)
         yield Quantity(f"attitude, {at}", "°", attitude, angle, 100.0 / attitude, turned)
-    return _size(bearing)
+    return math.prod(bearing.reynolds.grid.shape)
 
 
 @benchmark(
@@ -203,3 +168,98 @@ def elastic_ring(size: float) -> Quantities:
             exact, computed = float(moves @ pressed(inner, outer, n)), float(compliance[row, row])
             yield Quantity(f"displacement under {name} {n}φ", "mm", exact, computed, 1.0, why)
     return mesh.points.size
+
+
+# Freund's bearing: behind its wall from the oil slot at 0° on, which is held at its other edges, is nothing.
+_ARC, _WALL, _WIDE, _NARROW = math.radians(132), 1.0, 64.0, 7.5  # rad and mm, half widths at both ends
+
+
+def _with_diaphragm(grid: FilmGrid, size: float) -> tuple[ElasticBore, int]:
+    """The bore whose cells yield where the wall does, and the degrees of freedom of its mesh."""
+    free, inner, held = Surface.FREE, Surface.INNER, Surface.BIG_END_BORE  # which a support clamps
+    sides = rectangle((0.0, _WALL), (0.0, _ARC * grid.radius), (free, free, held, inner))
+    flat = mesh_body(Prism(sides, (0.0, _WIDE), top=held), size)
+    depth, along, z = flat.points.T
+    r, angle = grid.radius + depth, along / grid.radius
+    z = z * (1 + (_NARROW / _WIDE - 1) * angle / _ARC)
+    mesh = replace(flat, points=np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1))
+    facets = bore_facets(mesh, inner, 0.0)
+    around = np.rint(facets.angle / grid.angle[1]).astype(np.int64)
+    across = np.searchsorted(grid.edges, facets.corners[..., 2] @ facets.shape_values.T) - 1
+    cell = around * grid.n_width + across
+    cells = np.unique(cell)
+    forces = np.stack([radial_forces(facets, len(mesh.points), cell == each) for each in cells])
+    steel = replace(STEEL, youngs_modulus=200e3)
+    work, _ = works(Model(mesh, steel, Support.CLAMPED), facets, forces, forces[:0])
+    area = grid.images * grid.area[cells % grid.n_width]
+    functions = np.eye(math.prod(grid.shape))[:, cells].reshape(*grid.shape, -1)
+    ends = np.zeros((grid.n_angle, 1, len(cells)))
+    return ElasticBore(functions, ends, work / np.outer(area, area)), mesh.points.size
+
+
+@benchmark("Freund 1995, A thermo-elasto-hydrodynamic study of journal bearings, figure 46b", size=5.0)
+def freund(size: float) -> Quantities:
+    """Bearing whose wall yields to the film as a thin diaphragm.
+
+    A bearing of 200 by 200 mm with a slot for the oil turns at a fixed eccentricity of 0.3; the diaphragm
+    moves by more than the clearance. Pressure and displacement are those of the middle of the width. Beyond
+    160°, where the film ruptures, the pressure is up to 12 % of the largest higher than in the figure.
+    """
+    grid = FilmGrid(100.0, 200.0, 90, 10)
+    bore, dofs = _with_diaphragm(grid, size)
+    bearing = Bearing(Reynolds(grid, Oil(9.29e-9)), 0.15, bore)
+    state = _turning(bearing, 0.3, 500.0, 3e3, 8e3, 16e3, 28e3)
+    fields = {"pressure": 1e3 * state.film.pressure, "displacement": 1e3 * bore.functions @ state.bulge}
+    why = "the target is read from a figure, in steps of 25 kPa"
+    for row in records("freund1995_figure46b"):
+        at, around = row["angle_deg"], fields[row["quantity"]][:, 0]
+        computed = float(np.interp(math.radians(float(at)), grid.angle, around))
+        yield Quantity(f"{row['quantity']} at {at}°", row["unit"], float(row["value"]), computed, 10.0, why)
+    return dofs
+
+
+class _Raised(Asperities):
+    """Asperities whose summits lie 0.6 µm above the mean planes."""
+
+    def pressure(self, gap: Floats) -> tuple[Floats, Floats]:
+        return super().pressure(gap - 0.6e-3)
+
+
+def _in_ring(diameter: float, width: float, outer: float, material: Material) -> Bearing:
+    """A bearing of the rig in a ring in plane stress (Michell 1899, Lamé 1852)."""
+    radius, nu = diameter / 2, material.poissons_ratio
+    grid, functions = FilmGrid(radius, width, 72, 8, graded=1.0), BoreFunctions(radius, width)
+    wider = radius / material.youngs_modulus * ((outer**2 + radius**2) / (outer**2 - radius**2) + nu)
+    n = functions.terms[:, 0]
+    bent = (displacement(material, radius, k) @ pressed(radius, outer, k) for k in range(2, n.max() + 1))
+    yields, ends = np.array([wider, 0.0, *bent]), functions.at(grid.angle[:, None], grid.ends[None])
+    compliance = np.diag(yields[np.concatenate([n, n[n > 0]])])
+    bore = ElasticBore(functions.means(grid), np.moveaxis(np.concatenate(ends), 0, -1), compliance)
+    rough = _Raised(math.hypot(0.13e-3, 0.28e-3), 1e-3 * 53.3e3, friction=0.02)
+    return Bearing(Reynolds(grid, Oil(6.8e-9, 13e-3)), 1e-3 * radius, bore, rough)
+
+
+@benchmark("Sander et al., Simulation of journal bearing friction in severe mixed lubrication", size=1.0)
+def sander(_size: float) -> Quantities:
+    """Torque of a rig, from full to mixed films.
+
+    A big end of 47.8 by 17.2 mm runs at 10 MPa between two support bearings of 54 by 25 mm. Dimensions, oil,
+    surfaces and the measured torque are published; clearances and the shapes of rod and supports are not:
+    they are rings here, with an axial groove opposite to the load.
+    """
+    measured = {float(row["rpm"]): float(row["torque_Nm"]) for row in records("sander_torque")}
+    torques, force = dict.fromkeys(measured, 0.0), 10.0 * 47.8 * 17.2
+    rod = _in_ring(47.8, 17.2, 50.0, replace(STEEL, youngs_modulus=70e3))
+    for bearing, load, count in ((rod, force, 1), (_in_ring(54.0, 25.0, 60.0, STEEL), force / 2, 2)):
+        grid, state = bearing.reynolds.grid, bearing.start()
+        supply = Supply(grid.groove(math.pi, 0.25), 0.1)
+        for share, rpm in ((0.1, 3000.0), (0.5, 3000.0), *((1.0, rpm) for rpm in measured)):
+            conditions = Conditions(rpm * math.pi / 30 * grid.radius, supply)
+            state = bearing.solve(state, conditions, load=np.array([share * load, 0.0]))
+            torques[rpm] += (share == 1) * count * state.friction[0] * grid.radius / 1e3
+    why = "clearances and shapes are assumed"
+    for rpm in (3000.0, 1000.0):
+        yield Quantity(f"torque at {rpm:g} rpm", "N·m", measured[rpm], torques[rpm], 10.0, why)
+    least, computed = (min(each, key=lambda rpm: each[rpm]) for each in (measured, torques))
+    yield Quantity("speed of the least torque", "rpm", least, computed, 10.0, "it is one of those measured")
+    return 0

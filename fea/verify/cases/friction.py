@@ -168,8 +168,7 @@ def pin_in_sheet(size: float, friction: float = FRICTION) -> AssembledBody:
     areas = {Surface.LOADED: 2 * math.pi * _PIN**2, Surface.CLAMPED: -4 * _OUTSIDE * _SHEET_HALF}
     pull = sum(traction_forces(mesh, end, uniform(1 / area, 0.0, 0.0)) for end, area in areas.items())
     face = MatingFaces.of(mesh, _HOLE, radial(0.0), friction=friction > 0)
-    steel = Material(210e3, 0.3, 7.85e-9, 400.0)
-    return AssembledBody(mesh, (steel, ALUMINIUM), [face], [], np.asarray(pull)[..., None], friction=friction)
+    return AssembledBody(mesh, (STEEL, ALUMINIUM), [face], [], np.asarray(pull)[..., None], friction=friction)
 
 
 @benchmark(

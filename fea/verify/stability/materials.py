@@ -1,6 +1,5 @@
 """Extreme materials: stiffness contrast, near-incompressibility, other units."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -9,13 +8,12 @@ import numpy as np
 from fea.base.material import Materials
 from fea.solid.recovery import Recovery
 from fea.solid.traction import traction_forces
-from fea.verify.body import STEEL, held, pressure, rectangle, uniform
+from fea.verify.body import STEEL, held, pressure, quarter_ring, rectangle, uniform
 from fea.verify.cases.elasticity import HOOP, lame_body, lame_exact
 from fea.verify.cases.nafems import COOK_INCOMPRESSIBLE, NEARLY_INCOMPRESSIBLE, cook_body, cook_mesh, cook_tip
 from fea.verify.stability.outcome import ExtremeRow, Place, Solved, beyond, percent, solved, solved_by
-from fea.verify.stability.shapes import lattice
 from geometry.arrays import Floats
-from geometry.bodies import Prism
+from geometry.bodies import Prism, SideBySide
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
@@ -52,23 +50,9 @@ BORE, INTERFACE, EYE, LINER_PRESSURE = 10.0, 12.0, 20.0, 100.0  # mm, MPa
 
 def liner() -> Iterator[ExtremeRow]:
     """A liner in an eye: the worse error of the radial displacements of bore and interface."""
-    radial = (2, 4)  # elements through the liner, through the eye
-    share = radial[0] / sum(radial)
-
-    def placed(unit: Floats) -> Floats:
-        r = np.interp(unit[:, 0], [0, share, 1], [BORE, INTERFACE, EYE])
-        angle = unit[:, 1] * math.pi / 2
-        return np.stack([r * np.cos(angle), r * np.sin(angle), 2.0 * unit[:, 2]], axis=1)
-
-    ends = {
-        (0, 0): Surface.INNER,
-        (0, 1): Surface.OUTER,
-        (1, 0): Surface.SYMMETRY_Y,
-        (1, 1): Surface.SYMMETRY_X,
-        (2, 0): Surface.SYMMETRY_Z,
-        (2, 1): Surface.ROLLER,
-    }
-    mesh = lattice((sum(radial), 8, 1), placed, ends)
+    quarters = (quarter_ring(*radii) for radii in ((BORE, INTERFACE), (INTERFACE, EYE)))
+    body = SideBySide(tuple(Prism(each, (0.0, 2.0), top=Surface.ROLLER) for each in quarters))
+    mesh = mesh_body(body, 1.3)
     radius = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
     part = (radius[mesh.tets[:, :4]].mean(axis=1) < INTERFACE).astype(np.int64)
     forces = traction_forces(mesh, Surface.INNER, pressure(LINER_PRESSURE))
