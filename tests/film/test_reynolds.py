@@ -8,8 +8,9 @@ from scipy.optimize import brentq, fsolve
 
 from fea.film.asperities import Asperities
 from fea.film.cycle import JournalLoads, _Course, integrate
+from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
-from fea.film.journal import Bearing
+from fea.film.journal import Bearing, ElasticBore
 from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Film, Reynolds, Supply
 from fea.solid.errors import FilmError
@@ -53,11 +54,13 @@ def test_a_journal_tilts_under_a_moment_and_back_under_its_reverse():
     straight, grid = turning(film), film.reynolds.grid
     load = np.concatenate([force(film, straight), 0.1 * force(film, straight)])
     conditions, states = straight.conditions, []
+    around = np.stack([np.cos(grid.angle), np.sin(grid.angle)])
+    levers = np.stack([np.ones_like(grid.z), grid.z / 12.5], axis=1)  # over half the width
     for sign in (1, -1):
         under = load * [1, 1, sign, sign]
         states.append(film.solve(straight, conditions, load=under))
-        found = np.tensordot(states[-1].pressure * grid.area, grid.outwards, axes=2)
-        assert found == pytest.approx(under, rel=1e-9)
+        found = around @ (states[-1].pressure * grid.area) @ levers
+        assert found.T.ravel() == pytest.approx(under, rel=1e-9)
     one, other = states
     assert other.gap == pytest.approx(one.gap[:, ::-1], rel=1e-6)
     assert other.edge == pytest.approx(one.edge[:, ::-1], rel=1e-6)
@@ -75,6 +78,30 @@ def test_a_journal_that_turns_backwards_has_the_mirror_image_of_the_film():
     one, other = turning(film), turning(film, speed=-SPEED)
     mirrored = np.roll(other.film.pressure[::-1], 1, axis=0)
     assert mirrored == pytest.approx(one.film.pressure, rel=1e-9, abs=1e-12)
+
+
+def test_a_bore_yields_by_its_compliance_to_what_presses():
+    """An ovalisation; and where something else bends the bore, that is added."""
+    grid = FilmGrid(R, 25.0, 48, 6)
+    around = np.stack([np.cos(2 * grid.angle), np.sin(2 * grid.angle)], axis=-1)[:, None]
+    waves = around * np.ones((6, 1)) / math.sqrt(math.pi * R * 25.0)  # 1/mm
+    compliance, loaded = np.array([[4e-3, 1e-3], [1e-3, 2e-3]]), np.array([0.0, 0.01])
+    film = replace(bearing(), bore=ElasticBore(waves, waves[:, :1], compliance))
+    supply = Supply(grid.groove(0.0, 0.3), 1e-4)
+    state = film.solve(film.start((-0.5 * C, 0.0)), Conditions(SPEED, supply), loaded=loaded)
+    pressed = 2 * np.einsum("am,m,amn->n", state.pressure, grid.area, waves)
+    assert state.bulge == pytest.approx(compliance @ pressed + loaded, rel=1e-3)
+    assert np.abs(waves @ (state.bulge - loaded)).max() > 0.03 * C
+    assert state.gap[:, 0] == pytest.approx(C * (1 + 0.5 * np.cos(grid.angle)) + waves[:, 0] @ state.bulge)
+
+
+def test_functions_of_a_bore_have_their_means_in_a_cell():
+    functions, grid = BoreFunctions(R, 25.0), FilmGrid(R, 25.0, 24, 4)
+    off = (np.arange(12) + 0.5) / 12 - 0.5
+    angle = np.add.outer(grid.angle, off * 2 * math.pi / 24)[:, :, None, None]
+    angle, z = np.broadcast_arrays(angle, grid.z[:, None] + np.multiply.outer(grid.dz, off))
+    means = np.concatenate([each.mean(axis=(2, 4)) for each in functions.at(angle, z)])
+    assert functions.means(grid) == pytest.approx(np.moveaxis(means, 0, -1), abs=0.01 * means.max())
 
 
 def test_oil_is_conserved():
