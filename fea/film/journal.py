@@ -134,9 +134,10 @@ class JournalState:
         return self.film.pressure + self.touching
 
     def unlike(self, other: "JournalState") -> float:
-        """Largest difference of the gaps over the smallest gap, or of the oil in the mean over the oil."""
-        gaps = np.abs(self.gap - other.gap).max() / self.gap.min()
-        return float(max(gaps, np.abs(self.volume - other.volume).sum() / self.volume.sum()))
+        """Largest change of the distances over the smallest gap or the roughness, or of the oil over it."""
+        scale = max(self.gap.min(), self.bearing.asperities.roughness if self.bearing.asperities else 0.0)
+        apart = np.abs(self.planes - other.planes).max() / scale
+        return float(max(apart, np.abs(self.volume - other.volume).sum() / self.volume.sum()))
 
     @property
     def volume(self) -> Floats:

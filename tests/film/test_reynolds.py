@@ -334,6 +334,14 @@ def test_rough_surfaces_carry_what_the_film_cannot():
     assert power == pytest.approx(force * SPEED / 1e6, rel=1e-2)
 
 
+def test_films_on_asperities_differ_by_their_distances_over_the_roughness():
+    """Where next to no gap is left, what is left of it has no meaning."""
+    rough = replace(bearing(), asperities=Asperities(8e-4, 42.0, 0.1))
+    one, other = (rough.start((rough.clearance + sunk * 8e-4, 0.0)) for sunk in (5.0, 5.001))
+    assert one.gap.min() < 1e-6 * 8e-4
+    assert one.unlike(other) == pytest.approx(1e-3)
+
+
 def test_a_film_without_viscosity_is_dry_contact():
     """The journal tends to where asperities carry it, at first order in the viscosity, on three grids."""
     rough, force = Asperities(8e-4, 42.0, 0.0), 2000.0
