@@ -11,7 +11,7 @@ from contextvars import ContextVar
 from typing import NamedTuple, TypeVar
 
 from fea.base.choices import UnitSystem
-from fea.base.units import OTHER_UNITS
+from fea.base.units import US_CUSTOMARY
 from geometry.arrays import Floats
 
 AnyNumber = TypeVar("AnyNumber", float, Floats)
@@ -25,39 +25,7 @@ class _Shown(NamedTuple):
     zero: float = 0.0
 
 
-_INCH = 1 / OTHER_UNITS["mm"]["inches"]
-_FOOT = 1e3 * _INCH / 12
-_PSI = 1 / OTHER_UNITS["bar"]["psi"]
-# The one table of what is shown: customary units of American engineers (ASME B31.3, appendix of units).
-_US: dict[str, _Shown] = {
-    "mm": _Shown("in", _INCH),
-    "µm": _Shown("in", 1e-3 * _INCH),
-    "cm": _Shown("in", 10 * _INCH),
-    "mm²": _Shown("in²", _INCH**2),
-    "mm³": _Shown("in³", _INCH**3),
-    "cm³": _Shown("in³", 1e3 * _INCH**3),
-    "mm⁴": _Shown("in⁴", _INCH**4),
-    "m/s": _Shown("ft/s", _FOOT),
-    "m/s²": _Shown("ft/s²", _FOOT),
-    "km/s²": _Shown("kft/s²", _FOOT),
-    "g": _Shown("lb", 1e-3 / OTHER_UNITS["kg"]["lb"]),
-    "kg": _Shown("lb", 1 / OTHER_UNITS["kg"]["lb"]),
-    "kg·m²": _Shown("lb·in²", 1 / OTHER_UNITS["kg_m2"]["lb·in²"]),
-    "kg m²": _Shown("lb·in²", 1 / OTHER_UNITS["kg_m2"]["lb·in²"]),
-    "kg/m³": _Shown("lb/in³", 1 / OTHER_UNITS["kg_m3"]["lb/in³"]),
-    "N": _Shown("lbf", 1 / OTHER_UNITS["N"]["lbf"]),
-    "kN": _Shown("lbf", 1 / OTHER_UNITS["kN"]["lbf"]),
-    "N·m": _Shown("lbf·ft", 1 / OTHER_UNITS["Nm"]["lbf·ft"]),
-    "GPa": _Shown("Mpsi", 1 / OTHER_UNITS["GPa"]["Mpsi"]),
-    "MPa": _Shown("ksi", 1 / OTHER_UNITS["MPa"]["ksi"]),
-    "bar": _Shown("psi", _PSI),
-    "bar gauge": _Shown("psi gauge", _PSI),
-    "kW": _Shown("hp", 1e3 / 745.6998715822702),  # 550 ft·lbf/s
-    "°C": _Shown("°F", 1.8, 32.0),
-    "K": _Shown("°F", 1.8),  # of differences
-    "1/K": _Shown("1/°F", 1 / 1.8),
-    "/K": _Shown("/°F", 1 / 1.8),
-}
+_US = {name: _Shown(other, 1 / part, *zero) for name, (other, part, *zero) in US_CUSTOMARY.items()}
 _system: ContextVar[UnitSystem] = ContextVar("_system", default=UnitSystem.SI)
 
 _NUMBER = r"[+\-−]?\d+(?:,\d{3})*(?:\.\d+)?(?:e[+-]?\d+|·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
