@@ -232,9 +232,12 @@ class _Course:
         """Bring up the loads, or begin a quarter before the end of a cycle of the same bearing."""
         count, lead = acting.count, math.ceil(_RAMP * acting.count)
         if before is not None:
-            start = before.states[round((1 - lead / count) * len(before.states))]
-            first = bearing.taken_over(start)
-            return cls(bearing, acting, count - lead, deque([first], count + 1), first.volume)
+            start = round((1 - lead / count) * len(before.states))
+            states = [bearing.taken_over(before.states[start])]
+            if before.acting.count == count and before.bearing.reynolds.grid == bearing.reynolds.grid:
+                states = [*before.states[start:], *before.states[: start + 1]]
+            oil = 1.5 * states[-1].volume - states[-2:][0].volume / 2
+            return cls(bearing, acting, count - lead, deque(states, count + 1), oil)
         rest, rate = bearing.start(), count / acting.period
         first = acting.solve(bearing, rest, -lead, rate, rate * rest.volume)
         course = cls(bearing, acting, -lead, deque([first], 2), first.volume)
@@ -249,7 +252,7 @@ class _Course:
         last, self.place = states[-1], self.place + 1
         if len(states) > 1:  # as a cycle before, or as in the last step
             like = (states[0], states[1]) if len(states) == states.maxlen else (states[-2], last)
-            guesses = [last.ahead(*like), last]
+            guesses = [replace(guess, response=like[1].response) for guess in (last.ahead(*like), last)]
         oil = self.oil + last.volume / 2
         # Differences leave less than nothing in a cell that drains fast; or it is empty, and owes that.
         for guess, kept in [(guess, kept) for kept in (oil, np.maximum(oil, 0.0)) for guess in guesses]:
