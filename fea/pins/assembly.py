@@ -121,15 +121,11 @@ class AssemblyContact(BoreContact):
         values[normal] = pressure  # exactly zero where parts have parted
         pressures = self.pressure(values)
         if self.film is not None:
-            first = len(instant.motions)
-            weights = state.load.motion[first:]
-            nodal = [own[:, first:] @ weights for own in self.problem.cell_loads.values()]
-            pressed = Split(*(each.reshape(-1, 3) for each in nodal), *[None] * (2 - len(nodal)))
+            pressed, presses = self.film.pressed(state.load.motion[len(instant.motions) :])
             bore, traction = Surface.BIG_END_BORE, dict(forces.traction)
-            pulls, presses = self.film.pressed(weights)
-            traction[bore] = total([traction[bore], pulls])
+            traction[bore] = total([traction[bore], pressed.traction])
             pressures[bore] = total([pressures[bore], presses])
-            forces = replace(forces, forces=total([forces.forces, pressed]), traction=traction)
+            forces = replace(forces, forces=total([forces.forces, pressed.forces]), traction=traction)
         return replace(
             forces,
             touch=forces.touch if instant.pin.any() or instant.crank.any() else {},

@@ -17,10 +17,8 @@ from fea.pins.assembly import AssemblyContact, AssemblyPins
 from fea.pins.film_pressure import FilmPressure
 from fea.pins.lubrication import TOPIC, Films
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
-from fea.pins.prescribed import StoredFields
 from fea.pins.pressure import Harmonics, PressedBore, PressedPins
 from fea.pins.yielding import End
-from fea.solid.parity import Split
 from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
@@ -47,30 +45,13 @@ class FilmPins(PinModel):
     def _units(self) -> "FilmUnits":
         return FilmUnits(self._prescribed, self.films, self._crank_cycle)
 
-    @cached_property
-    def _fields(self) -> tuple[StoredFields, StoredFields]:
-        return self._units.fields()
-
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
         """Return what acts on the rod at instants: see `PinModel.respond`."""
-        weights = self._units.weights(instants, cycle)
+        film = self._units.film
         return [
-            self._response(instant, even, odd)
-            for instant, even, odd in zip(instants, weights.even.T, weights.odd.T, strict=True)
+            self._prescribed.response(instant, {Surface.BIG_END_BORE: film.pressed(weights)[0]})
+            for instant, weights in zip(instants, film.weights(instants, cycle).T, strict=True)
         ]
-
-    def _response(self, instant: Instants, even: Floats, odd: Floats) -> Response:
-        parts = []
-        for fields, weights in zip(self._fields, (even, odd), strict=True):
-            forces = np.tensordot(weights, np.stack(fields.nodal), axes=1)
-            parts.append((forces, {surface: each @ weights for surface, each in fields.pressed.items()}))
-        cut = self._prescribed.bores[0].facets.cut_y
-        (forces, traction), (odd_forces, odd_traction) = parts
-        return Response(
-            forces=Split.of(forces, odd_forces, cut=cut),
-            traction={at: Split.of(even, odd_traction[at], cut=cut) for at, even in traction.items()},
-            largest=float(instant.largest_force),
-        )
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return the film's functions, harmonics of the pressure on the small end, and inertia."""
@@ -83,21 +64,21 @@ class FilmUnits(Harmonics):
     def __init__(self, pins: PressedPins, films: Films, crank_cycle: Callable[[float], CrankCycle]) -> None:
         super().__init__(pins)
         *self.bores, big = self.bores
-        self._film = FilmLoad(films, crank_cycle, pins.n_nodes, big)
+        self.film = FilmLoad(films, crank_cycle, pins.n_nodes, big)
 
     def _count(self, parity: int) -> int:
-        return super()._count(parity) + self._film.counts[parity]
+        return super()._count(parity) + self.film.counts[parity]
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
         yield from super()._harmonics(parity)
-        for load in self._film.loads(parity):
+        for load in self.film.loads(parity):
             yield Surface.BIG_END_BORE, *load
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
         (small,) = self.bores
         pressed = small.weights(small.bore.force(instants))
-        even, odd = np.split(self._film.weights(instants, cycle), self._film.counts[:1])
+        even, odd = np.split(self.film.weights(instants, cycle), self.film.counts[:1])
         return Weights(
             np.concatenate([pressed.even, even, instants.motions[:2]]),
             np.concatenate([pressed.odd, odd, instants.motions[2:]]),

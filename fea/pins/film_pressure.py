@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fea.film.functions import BoreFunctions
-from fea.solid.bore import BoreFacets, radial_loads, radial_traction
+from fea.solid.bore import BoreFacets, BoreLoad, radial_loads, radial_traction
 from fea.solid.parity import Split
 from geometry.arrays import Floats
 
@@ -22,11 +22,16 @@ class FilmPressure:
         n_even = len(functions.terms)
         self.counts = n_even, functions.count - n_even
 
-    def loads(self, parity: int) -> Iterator[tuple[Floats, Floats]]:
-        """Forces and traction (n_nodes, 3) on the cell of each even function, or of each odd one."""
+    def loads(self, parity: int, sums: Floats | None = None) -> Iterator[tuple[Floats, Floats]]:
+        """Forces and traction (n_nodes, 3) on the cell of each even function, or of each odd one.
+
+        `sums`: weights (k, n) of sums of them, whose forces and traction these are then.
+        """
         facets, z = self.facets, self.facets.corners[..., 2]
-        there = self.functions.at(facets.angle, z @ facets.shape_values.T)[parity]
-        return radial_loads(facets, self._n_nodes, there, self._nodal[parity])
+        there, nodal = self.functions.at(facets.angle, z @ facets.shape_values.T)[parity], self._nodal[parity]
+        if sums is not None:
+            there, nodal = (np.tensordot(sums, each, axes=1) for each in (there, nodal))
+        return radial_loads(facets, self._n_nodes, there, nodal)
 
     @cached_property
     def forces(self) -> list[list[Floats]]:
@@ -43,14 +48,16 @@ class FilmPressure:
         each = [radial_traction(self.facets, self._n_nodes, pressure) for pressure in pressures]
         return np.stack(each, axis=-1)
 
-    def pressed(self, weights: Floats) -> tuple[Split, Split]:
-        """Traction (n_nodes, 3) and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
-        even, cut = np.arange(len(weights)) < self.counts[0], self.facets.cut_y
-        traction = self.traction(np.where([even, ~even], weights, 0.0).T)
+    def pressed(self, weights: Floats) -> tuple[BoreLoad, Split]:
+        """Load and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
+        parts, cut = np.split(weights, self.counts[:1]), self.facets.cut_y
+        loads = [load for parity, part in enumerate(parts) for load in self.loads(parity, part[None])]
+        forces, traction = zip(*loads, strict=True)
         along, nodes = np.zeros((self._n_nodes, 3)), self.facets.nodes
         along[nodes, 0], along[nodes, 1] = np.cos(self.facets.node_angle), np.sin(self.facets.node_angle)
-        pressure = np.einsum("ni,nik->nk", along, traction)
-        return Split.of(*np.moveaxis(traction, 2, 0), cut=cut), Split.of(*pressure.T, cut=cut)
+        pressure = np.einsum("ni,kni->kn", along, traction)
+        load = BoreLoad(Split.of(*forces, cut=cut), Split.of(*traction, cut=cut), 1.0)
+        return load, Split.of(*pressure, cut=cut)
 
     @cached_property
     def resultants(self) -> Floats:

@@ -68,13 +68,15 @@ class PrescribedPins(PinModel):
 
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:  # noqa: ARG002
         """Return what acts on the rod at instants: see `PinModel.respond`."""
-        return [self._response(instant) for instant in instants]
+        return [self.response(instant, {}) for instant in instants]
 
-    def _response(self, instant: Instants) -> Response:
-        loads = {}
+    def response(self, instant: Instants, given: Mapping[Surface, BoreLoad]) -> Response:
+        """Return what acts at one instant; `given`: loads of bores that take the place of the model's."""
+        loads = dict(given)
         for bore in self.bores:
-            x, y = bore.force(instant)
-            loads[bore.surface] = self.load(bore, (float(x), float(y)))
+            if bore.surface not in loads:
+                x, y = bore.force(instant)
+                loads[bore.surface] = self.load(bore, (float(x), float(y)))
         parts = [load.forces for load in loads.values()]
         if instant.motions.any():
             parts.append(self.inertia.forces(instant))
