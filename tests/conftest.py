@@ -27,15 +27,14 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="module")
-def coarse_bores(request):
-    """Mesh bores that pins touch with 24 elements around, or with the module's `AROUND_BORES`, instead of 36.
+def coarse_bores():
+    """Mesh bores that pins touch with 24 elements around instead of 36.
 
     They are most of the nodes of a coarse mesh, whatever its size: half of the time of a test in contact that
     is about something else than accuracy.
     """
     with pytest.MonkeyPatch.context() as patch:
-        around = getattr(request.module, "AROUND_BORES", 24)
-        patch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", around)
+        patch.setattr("fea.rod.discretise.PER_TOUCHED_BORE", 24)
         yield
 
 

@@ -258,8 +258,8 @@ class ContactPins(PinModel):
     def __init__(self, structure: Structure) -> None:
         super().__init__(structure)
         mesh = structure.mesh
-        # The small end's bore may widen towards its ends, like a parabola.
-        x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE])].T
+        # The small end's bore may widen towards its ends, like a parabola; edges may have been straightened.
+        x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE][:, :3])].T
         radius = np.hypot(x - structure.bores.rod_length, y)
         middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
         off = np.abs(z - middle) / np.abs(z - middle).max()

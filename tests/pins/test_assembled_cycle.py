@@ -22,7 +22,7 @@ from fea.study.option_tables import DutyTable, MeshTable
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 
-SPEED, AROUND_BORES = 6000.0, 28
+SPEED = 6000.0
 # Of the largest pressure: what the unit loads may leave out at any place, and of the bolts' forces.
 PLACES, BOLTS = 1e-2, 1e-3
 

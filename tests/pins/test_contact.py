@@ -35,6 +35,7 @@ from geometry.surfaces import Surface
 from loads.cases import given
 from loads.instants import joined
 from mesh.sizing import PER_TOUCHED_BORE
+from mesh.tetmesh import FACET_EDGES
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 
@@ -370,6 +371,16 @@ def test_a_bore_that_is_drawn_with_a_relief_is_as_one_that_is_given_it(quarter, 
     )
     # The mesh moves with the bore, by a thousandth of an element.
     assert found == pytest.approx(expected, rel=0.02)
+
+
+def test_edges_of_a_bore_that_were_straightened_are_no_relief():
+    rod = mesh_study(study())
+    facets, points = rod.cell.facets[Surface.SMALL_END_BORE], rod.cell.points.copy()
+    middle = np.argsort(np.abs(points[facets, 2]).max(axis=1))[:3]  # about z = 0
+    for between, (one, other) in zip(facets[middle, 3:].T, FACET_EDGES, strict=True):
+        points[between] = points[facets[middle][:, [one, other]]].mean(axis=1)
+    moved = dataclasses.replace(rod, cell=dataclasses.replace(rod.cell, points=points))
+    assert not prepare(study(), mesh=moved).pins.fits.drawn_relief
 
 
 @pytest.mark.parametrize(
