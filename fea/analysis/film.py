@@ -33,7 +33,7 @@ from geometry.arrays import Floats
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
 _CARRIED = 0.1
-# Pressure at which surfaces flow, MPa: about the hardness of bronze; the model's asperities are elastic.
+# Pressure at which surfaces flow, MPa: about the hardness of bronze; the model's are elastic.
 _HARDNESS = 1000.0
 # Tilt over the clearance above which it is told.
 _TILTED = 1e-3
@@ -115,21 +115,17 @@ class FilmResult:
     def figures(self) -> FilmFigures:
         """The figures of `summary.json`."""
         cycle, said = self.cycle, self.lubrication
-        thinnest, highest = cycle.thinnest.min(), cycle.highest.max()
-        every = cycle, self.coarse, self.softer
-        grid = cycle.bearing.reynolds.grid
+        films, grid = (cycle, self.coarse, self.softer), cycle.bearing.reynolds.grid
+        thinnest = [float(film.thinnest.min()) if film else math.inf for film in films]
+        highest = [float(film.highest.max()) if film else math.inf for film in films]
         specific = float(np.hypot(*cycle.acting.load.T[:2]).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
-            h_min_um=float(thinnest) / UM,
+            h_min_um=thinnest[0] / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=film_error(
-                *(float(film.thinnest.min()) if film else math.inf for film in every)
-            ),
-            p_max_MPa=float(highest),
+            h_min_error_percent=film_error(*thinnest),
+            p_max_MPa=highest[0],
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=film_error(
-                *(float(film.highest.max()) if film else math.inf for film in every)
-            ),
+            p_max_error_percent=film_error(*highest),
             power_W=cycle.dissipated / _W,
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
@@ -164,9 +160,8 @@ class FilmResult:
     def checks(self) -> dict[str, Check]:
         """Balances of force, oil, power and heat, and repetition; of a film that fails, the first only."""
         cycle = self.cycle
-        grid = cycle.bearing.reynolds.grid
-        pressures = grid.images * grid.area * np.array([state.pressure for state in cycle.states])
-        off = np.tensordot(pressures, grid.outwards, axes=2) - cycle.acting.load
+        pressures = np.array([state.pressure for state in cycle.states])
+        off = cycle.bearing.reynolds.grid.resultants(pressures) - cycle.acting.load
         values = {"film_force": float(np.abs(off).max() / np.abs(cycle.acting.load).max())}
         if self.sound:
             values |= {
@@ -201,44 +196,34 @@ class FilmResult:
 
     @staticmethod
     def _of_joint(joint: Mapping[str, float]) -> Note:
-        if not joint:
-            return remark("loads do not open the joint: the bore yields with the parts held together", TOPIC)
-        case = max(joint, key=lambda name: joint[name])
-        text = (
-            f"the joint opens, {100 * joint[case]:.2g} % of it in {case}: at each crank angle the bore "
-            "yields with the parts as open as under contact, and what is closed sticks"
-        )
+        text = "loads do not open the joint: the bore yields with the parts held together"
+        if joint:
+            share, case = max((share, case) for case, share in joint.items())
+            text = (
+                f"the joint opens, {100 * share:.2g} % of it in {case}: at each crank angle the bore "
+                "yields with the parts as open as under contact, and what is closed sticks"
+            )
         return remark(text, TOPIC)
 
     def _doubts(self, found: FilmFigures) -> Iterator[str]:
-        if self.verdict == Regime.STARVED:
-            remedy = "Turn the oil hole away from the load (film.hole_deg), or raise film.inlet_bar"
-            yield (
-                f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % of "
-                f"the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
-                f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. "
-                f"{remedy if self.end is End.BIG else 'Raise film.small_end_inlet_bar'}"
-            )
-        elif self.verdict == Regime.OVERHEATED:
-            yield (
-                f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
-                f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
-            )
-        elif self.verdict == Regime.OVERLOADED:
-            yield (
-                f"overloaded: asperities are pressed together with up to {found.p_max_MPa:.0f} MPa, where "
-                f"bearing metals flow ({_HARDNESS:.0f} MPa is the hardness of bronze); the model ends there"
-            )
-        elif self.verdict == Regime.METAL:
-            yield (
-                "the film is thinner than the surfaces are rough: they touch, and wear or seize; its figures "
-                "depend on the model of the asperities more than on that of the oil"
-            )
+        remedy = "Turn the oil hole away from the load (film.hole_deg), or raise film.inlet_bar"
+        of_verdict = {
+            Regime.STARVED: "starved: the supply cannot keep the film full. Oil fills "
+            f"{found.filled_percent:.0f} % of the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} "
+            f"l/min came in and {found.flow_l_min:.2g} left, and the other figures are of that cycle. "
+            f"{remedy if self.end is End.BIG else 'Raise film.small_end_inlet_bar'}",
+            Regime.OVERHEATED: "overheated: the heat of friction and of the oil do not balance below "
+            f"{HOTTEST:.0f} °C, where the model ends; the last cycle was computed at "
+            f"{found.temperature_C or math.nan:.0f} °C",
+            Regime.OVERLOADED: f"overloaded: oil and asperities press with up to {found.p_max_MPa:.0f} MPa, "
+            f"where bearing metals flow ({_HARDNESS:.0f} MPa is the hardness of bronze), and the model ends",
+            Regime.METAL: "the film is thinner than the surfaces are rough: they touch, and wear or seize; "
+            "its figures depend on the model of the asperities more than on that of the oil",
+        }
+        if self.verdict in of_verdict:
+            yield of_verdict[self.verdict]
         if not self.cycle.repeats and self.sound:
-            yield (
-                f"it does not repeat itself within {CYCLES[self.end]} cycles, although oil is supplied as it "
-                "leaks"
-            )
+            yield f"it does not repeat itself in {CYCLES[self.end]} cycles, although oil comes in as it leaks"
         if found.lining_factor is not None and found.lining_factor < 1:
             yield (
                 f"the specific load, {found.specific_load_MPa:.0f} MPa, exceeds what the lining endures, "

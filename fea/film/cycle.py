@@ -195,9 +195,8 @@ class FilmCycle:
         """Weights (n, n_functions) of the pressures in the functions of the elastic bore, N."""
         if self.bearing.bore is None:
             return np.zeros((len(self.states), 0))
-        grid = self.bearing.reynolds.grid
-        forces = grid.images * grid.area * np.array([state.pressure for state in self.states])
-        return np.tensordot(forces, self.bearing.bore.functions, axes=2)
+        pressures = np.array([state.pressure for state in self.states])
+        return self.bearing.reynolds.grid.resultants(pressures, self.bearing.bore.functions)
 
     @cached_property
     def supplied(self) -> float:

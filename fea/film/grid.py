@@ -92,10 +92,13 @@ class FilmGrid:
             return shifts
         return np.concatenate([shifts, shifts * (2 * z / self.width)[:, None]], axis=-1)
 
-    def resultant(self, pressure: Floats) -> Floats:
-        """Force (2,) of a pressure (n_angle, n_width), MPa, on the whole bore along x and y, N."""
-        along = pressure @ self.area * self.images
-        return np.array([along @ np.cos(self.angle), along @ np.sin(self.angle)])
+    def resultants(self, pressure: Floats, functions: Floats | None = None) -> Floats:
+        """Integrals (…, k) over the whole bore of pressures (…, n_angle, n_width), MPa, times functions, N.
+
+        `functions` (n_angle, n_width, k): by default `outwards`, which gives the forces along x and y.
+        """
+        along = self.outwards if functions is None else functions
+        return np.tensordot(self.images * self.area * pressure, along, axes=2)
 
     def hole(self, angle: float, diameter: float, z: float = 0.0, parts: int = 4) -> Floats:
         """Share (n_angle, n_width) of each cell that a round hole at an angle and z covers.

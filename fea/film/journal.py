@@ -125,7 +125,10 @@ class JournalState:
     @cached_property
     def friction(self) -> tuple[float, float]:
         """Force against the journal's motion, N, and the power of shear and rubbing, N·mm/s."""
-        return self.bearing.friction(self, self.conditions.speed)
+        speed, reynolds, asperities = self.conditions.speed, self.bearing.reynolds, self.bearing.asperities
+        rubbed = asperities.friction * reynolds.grid.total(self.touching) if asperities else 0.0
+        force, power = reynolds.friction(self.film, self.gap, speed)
+        return force + math.copysign(rubbed, speed), power + rubbed * abs(speed)
 
     @cached_property
     def touching(self) -> Floats:
@@ -202,14 +205,6 @@ class Bearing:
     def yielding_by(self, compliance: Floats) -> "Bearing":
         """The same with another compliance of its elastic bore."""
         return replace(self, bore=self.bore and replace(self.bore, compliance=compliance))
-
-    def friction(self, state: "JournalState", speed: float) -> tuple[float, float]:
-        """Force against the journal's motion, N, and the power of shear and rubbing, N·mm/s."""
-        grid, (force, power) = self.reynolds.grid, self.reynolds.friction(state.film, state.gap, speed)
-        if self.asperities is None:
-            return force, power
-        rubbed = self.asperities.friction * grid.total(state.touching)
-        return force + math.copysign(rubbed, speed), power + rubbed * abs(speed)
 
     def taken_over(self, state: "JournalState") -> "JournalState":
         """A state of the same bearing on another grid, on this one."""

@@ -67,10 +67,9 @@ class End(StrEnum):
         x, width = (0.0 if self is End.BIG else bores.rod_length), self.size(bores)[1]
         facets = bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
         corners = facets.corners - [0.0, 0.0, self.middle(structure)]
-        corners[..., 2] /= 1 + taper / width * np.cos(facets.node_angle)
-        return replace(
-            facets, corners=corners, areas=facets.areas / (1 + taper / width * np.cos(facets.angle))
-        )
+        at_nodes, there = (1 + taper / width * np.cos(angle) for angle in (facets.node_angle, facets.angle))
+        corners[..., 2] /= at_nodes
+        return replace(facets, corners=corners, areas=facets.areas / there)
 
     def middle(self, structure: Structure) -> float:
         """Place of the middle of its bore along z, mm."""

@@ -124,14 +124,6 @@ class Study:
         ):
             require(not excluded, name, value, rule, "Leave out the film, or that.")
 
-    @property
-    def film_of_rod(self) -> FilmTable:
-        """[film] with the hole through the crown of the small end, where it names no other."""
-        drawn = self.rod.dimensions
-        if drawn is None or not drawn.oil_hole or self.film.small_end_hole_diameter_mm is not None:
-            return self.film
-        return replace(self.film, small_end_hole_diameter_mm=drawn.oil_hole)
-
     def _require_no_remeshing(self) -> None:
         """Refuse what only a mesh of our own can have: another element size, refinement, a symmetry cell."""
         rule = "cannot be combined with rod.mesh: a mesh from a file is solved as it is, without refinement"

@@ -255,13 +255,16 @@ def test_a_film_beyond_the_hardness_of_its_metals_is_overloaded():
         too_hot=False,
         repeats=True,
         unbalanced=0.0,
+        supplied=1.0,
         highest=np.array([50.0, 1001.0]),
         asperities=np.ones(2),
     )
-    overloaded = FilmResult(cycle, cycle, cycle, SimpleNamespace(asperities=None), 1.0)
+    said = SimpleNamespace(asperities=None, end="big_end")
+    overloaded = FilmResult(cycle, cycle, cycle, said, 1.0)
     assert (overloaded.verdict, overloaded.sound) == ("overloaded", False)
-    (said,) = overloaded._doubts(SimpleNamespace(p_max_MPa=1001.0, lining_factor=None))
-    assert said.startswith("overloaded: asperities are pressed together with up to 1001 MPa")
+    others = dict.fromkeys(("filled_percent", "flow_l_min", "temperature_C"), 1.0)
+    (doubt,) = overloaded._doubts(SimpleNamespace(p_max_MPa=1001.0, lining_factor=None, **others))
+    assert doubt.startswith("overloaded: oil and asperities press with up to 1001 MPa")
     cycle.highest[1] = 999.0
     calm = FilmResult(cycle, cycle, cycle, SimpleNamespace(asperities=None), 1.0)
     assert calm.verdict == "hydrodynamic"

@@ -31,7 +31,7 @@ def turning(film, position=(-0.5 * C, 0.0), speed=SPEED, at=0.0):
 
 
 def force(film, state):
-    return film.reynolds.grid.resultant(state.film.pressure)
+    return film.reynolds.grid.resultants(state.film.pressure)[:2]
 
 
 def test_the_load_converges_with_the_square_of_the_cells():
@@ -325,10 +325,10 @@ def test_rough_surfaces_carry_what_the_film_cannot():
     supply = Supply(rough.reynolds.grid.groove(math.pi, 0.2), 1e-4)
     for speed in (SPEED, SPEED / 10, SPEED / 1e3, SPEED / 1e6):
         state = rough.solve(state, Conditions(speed, supply), load=load)
-        assert rough.reynolds.grid.resultant(state.pressure) == pytest.approx(load, rel=1e-7, abs=1e-4)
+        assert rough.reynolds.grid.resultants(state.pressure) == pytest.approx(load, rel=1e-7, abs=1e-4)
     assert state.touching.sum() > 0.999 * state.pressure.sum() > 0
     assert state.gap.min() > 0
-    force, power = rough.friction(state, SPEED / 1e6)
+    force, power = state.friction
     pressed = rough.reynolds.grid.total(state.touching)
     assert force == pytest.approx(0.1 * pressed, rel=1e-3)
     assert power == pytest.approx(force * SPEED / 1e6, rel=1e-2)
@@ -407,7 +407,7 @@ def under_tension(film, conditions, load, position):
         solved = plain.stencil.solver(balance.by_film)(-balance.excess.reshape(-1, 1))
         return np.interp(solved.reshape(grid.shape), q, steps)
 
-    position = fsolve(lambda place: (grid.resultant(pressure(place)) - load) / 1e4, position, xtol=1e-5)
+    position = fsolve(lambda place: (grid.resultants(pressure(place)) - load) / 1e4, position, xtol=1e-5)
     return position, pressure(position)
 
 

@@ -51,7 +51,7 @@ def _turning(bearing: Bearing, eccentricity: float, *speeds: float) -> JournalSt
 
 def _force(bearing: Bearing, state: JournalState) -> tuple[float, float]:
     """The film's force, N, and its angle behind the narrowest gap, degrees."""
-    x, y = bearing.reynolds.grid.resultant(state.film.pressure)
+    x, y = bearing.reynolds.grid.resultants(state.film.pressure)
     return math.hypot(x, y), 180 - math.degrees(math.atan2(y, x))
 
 
