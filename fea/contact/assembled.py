@@ -115,7 +115,7 @@ class Assembled:
         self.tightened = self.start = self._tightened()
         if warming is not None:
             self._made = self._made + self._expansion(warming)
-            warm = self.step(self._idle, self.tightened)
+            warm = self.steps().step(self._idle, self.tightened)
             absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
             self.start = replace(warm, guess=replace(warm.guess, touching=absent))
 
@@ -191,10 +191,6 @@ class Assembled:
     def steps(self, exact: Exact = EXACT, end: int | None = None) -> Steps:
         """Steps of the rod, or of one end while the other sticks: `system.together` joins their states."""
         return Steps(self.system, exact, None if end is None else range(end, end + 1))
-
-    def step(self, load: Load, state: ContactState) -> ContactState:
-        """Go on from a state; see `Steps.step`."""
-        return self.steps().step(load, state)
 
     def sticking(self, gap: Floats, resultants: Floats, opened: Ints | None = None) -> tuple[Floats, Floats]:
         """Values (n, m) of the unknowns and motions (k, m) of the parts, without pins, while all sticks.

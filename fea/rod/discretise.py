@@ -26,7 +26,7 @@ from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality, scaled_jacobian, shape
 from mesh.repair import NOTHING, Repair, of_elements, of_folds, repaired
-from mesh.sizing import PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
+from mesh.sizing import PER_BORE, PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 
 # Processor time, s, after which gmsh is assumed not to finish (on a damaged file), and more of it for each
@@ -59,8 +59,10 @@ class MeshRequest:
     @property
     def per_touched_bore(self) -> int:
         """Least number of elements around a bore that a pin touches; 0 where none does."""
+        # In a rod in parts no more than around any bore, as each adds to the seats behind it.
+        least = PER_TOUCHED_BORE if self.assembly is None else min(PER_TOUCHED_BORE, PER_BORE)
         provisional = self.coarser != 1.0 and not self.wanted
-        return int(self.touched) * (PER_TOUCHED_BORE // 2 if provisional else PER_TOUCHED_BORE)
+        return int(self.touched) * (least // 2 if provisional else least)
 
     @property
     def follows_errors(self) -> bool:

@@ -132,7 +132,7 @@ class AssembledBody:
     def step(self, weights: Sequence[float] | Floats, state: ContactState | None = None) -> ContactState:
         """Go on from a state, or from the start, to weights (n_loads,) of the loads."""
         load = self.assembled.load([], np.array(weights))
-        return self.assembled.step(load, self.start if state is None else state)
+        return self.assembled.steps().step(load, self.start if state is None else state)
 
     def stresses(self, state: ContactState, face: int = 0) -> tuple[Floats, Floats, Floats]:
         """Pressures (n,) at the vertices of one interface on the cell, and shear stresses along its tangents.

@@ -28,5 +28,5 @@ def test_moments_bend_the_bolt_as_they_turn_its_seats(pull):
     itself = bending._compliance - beams - gap.T @ values - bending._moved @ amounts
     load = state.load
     back = replace(load, gap=load.gap - gap @ moments, parts=load.parts - bending._moved.T @ moments)
-    turns = bending._turns(assembled.step(back, state)) - itself @ moments + bending._made
+    turns = bending._turns(assembled.steps().step(back, state)) - itself @ moments + bending._made
     assert turns == pytest.approx(beams @ moments, rel=2e-3, abs=1e-9)
