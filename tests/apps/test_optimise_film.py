@@ -24,8 +24,8 @@ RPM = 6000.0
 
 @pytest.fixture(autouse=True)
 def coarse(monkeypatch):
-    monkeypatch.setattr(lubrication, "FINE", (32, 5, 90))
-    monkeypatch.setattr(lubrication, "COARSE", (24, 4, 72))
+    monkeypatch.setattr(lubrication, "FINE", (32, 5, 72))
+    monkeypatch.setattr(lubrication, "COARSE", (24, 4, 54))
 
 
 def study(least, **film):
@@ -36,8 +36,8 @@ def study(least, **film):
 
 def test_the_coarse_film_is_corrected_by_what_the_fine_one_changed():
     rod = prepare(study(1.0))
-    found = film_at(rod, RPM).figures
-    whole, again = Thinnest.of(film_at(rod, RPM)), Thinnest.like(rod, RPM, (1.5, 7.0))
+    result = film_at(rod, RPM)
+    found, whole, again = result.figures, Thinnest.of(result), Thinnest.like(rod, RPM, (1.5, 7.0))
     limit = whole.limit(1.0)
     assert (limit.factor, limit.error_percent) == pytest.approx((found.h_min_um, found.h_min_error_percent))
     assert again.coarse == pytest.approx(whole.coarse, rel=1e-6)

@@ -19,6 +19,8 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.system import AtInterrupt
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
 # One dimension more than 20 evaluations can decide.
 SEVERAL = [
     part
@@ -31,10 +33,19 @@ SEVERAL = [
 ]  # fmt: skip
 # Designs after which the search is interrupted; it goes on with the same command.
 BEFORE = 4
+# Per cent to which the last rod is refined; 2 by default.
+WITHIN = 4.0
 
 
 @pytest.fixture(scope="module")
-def job(tmp_path_factory):
+def sooner():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("fea.apps.optimise.run_optimise.TOLERANCE", WITHIN)
+        yield
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory, sooner):
     folder = tmp_path_factory.mktemp("job")
     (folder / "own.toml").write_text(OPTIMISE)
     asked = Flags(size=16.0).applied(load_study(folder / "own.toml"))
@@ -74,12 +85,12 @@ def test_the_lighter_rod_holds_on_a_mesh_of_its_own(job):
     assert found["holds"]
     assert found["trusted"]
     assert found["evaluations"] <= 20
-    assert found["tolerance_percent"] == 2.0
+    assert found["tolerance_percent"] == WITHIN
     assert 0 < found["mass_after_kg"] < found["mass_before_kg"]
     assert re.search(r"own: 6[\d.]+ g instead of 7[\d.]+ g, [\d.]+ % lighter", said)
     for limit in found["limits"]:
         assert limit["assured_after"] >= limit["required"]
-        assert limit["after_error_percent"] <= 2.0
+        assert limit["after_error_percent"] <= WITHIN
 
 
 def test_its_study_runs_again(job):
@@ -88,7 +99,7 @@ def test_its_study_runs_again(job):
     study = load_study(folder / "study.toml")
     (dimension,) = found["dimensions"]
     assert study.rod.dimensions.shank_width == pytest.approx(dimension["after_mm"], rel=1e-5)
-    assert tomllib.loads(study.text())["analysis"]["tolerance_percent"] == 2.0
+    assert tomllib.loads(study.text())["analysis"]["tolerance_percent"] == WITHIN
 
 
 def test_the_history_has_every_design(job):

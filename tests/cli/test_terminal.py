@@ -12,6 +12,9 @@ from fea.analysis.figures import FilmFigures
 from fea.output.terminal.run import print_runs
 
 
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+
+
 @pytest.fixture(scope="module")
 def bolted():
     return analyse("leon-2001-bolted", size=25).summary
