@@ -11,7 +11,6 @@ from fea import analyse
 from fea.analysis.figures import FilmFigures
 from fea.output.terminal.run import print_runs
 
-
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 
 
