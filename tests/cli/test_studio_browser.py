@@ -112,7 +112,7 @@ def test_a_design_from_a_drag_to_a_reload(name, tmp_path):
         click(shown, "#redo")
         wait(shown, f"{NUMBER} < 6 && {ANSWERED}")
 
-        found = [shown.run(f"{FLOOD}('web_thickness_mm', 2000, {seed})") for seed in (1, 2)]
+        found = [shown.run(f"{FLOOD}('web_thickness_mm', 1000, {seed})") for seed in (1, 2)]
         assert [mixed for each in found for mixed in each["mixed"]] == []
         assert sum(each["frames"] for each in found) > 3
         wait(shown, ANSWERED)
