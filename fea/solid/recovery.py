@@ -403,7 +403,8 @@ class PartRecovery:
     ) -> Iterator[Floats]:
         """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
         for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
-            nodes = piece.nodes
+            whole = len(piece.nodes) == self._n_points
+            nodes = slice(None) if whole else piece.nodes  # without a copy
             loaded = [surface for surface in traction or () if surface in piece.surfaces]
             known = {surface: traction[surface][nodes] for surface in loaded} if traction else {}
             p = pressure[number][nodes] if pressure and number in pressure else None

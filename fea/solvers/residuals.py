@@ -69,8 +69,8 @@ def residuals(
     K is the stiffness without its supports; u and f are (n, k). Of the constrained degrees of freedom `fixed`
     (n,), `restraints` (n,) stop only a rigid motion. `singly` checks every column, however many there are.
     """
-    load = np.abs(f).max(axis=0)
-    scale = K.norm() * np.abs(u).max(axis=0) + load
+    load = _largest(f)
+    scale = K.norm() * _largest(u) + load
     if u.shape[1] > CHECKED_SINGLY and not singly:
         # Weights of sums of columns, each divided by its scale, with random signs. Whatever the errors of the
         # others, the residual of a sum is not smaller than that of one column for at least one of the two
@@ -93,6 +93,11 @@ def residuals(
         float(reaction),
         worst_ratio(left, load),
     )
+
+
+def _largest(columns: Floats) -> Floats:
+    """Maximum norms of columns, without a copy of them."""
+    return np.asarray(np.maximum(columns.max(axis=0), -columns.min(axis=0)))
 
 
 def worst_ratio(error: Floats, scale: Floats) -> float:

@@ -22,24 +22,23 @@ _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 # With a Schur block, forward and backward substitution by the factor of the leading block alone: the step
 # between them, which solves with the Schur complement, is left out.
 _FORWARD, _BACKWARD = 331, 333
-_POSITIVE_DEFINITE, _INDEFINITE = 2, -2  # mtype: real, symmetric, upper triangle only
+_POSITIVE_DEFINITE = 2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 # MKL's options by place: these in place of the defaults, nested dissection in parallel, indices from zero.
 _OPTIONS = {0: 1, 1: 3, 34: 1}
 # The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on nodes: a
 # ninth of the graph.
 _BY_NODES = {17: -1, 23: 1, 36: _BLOCK}
-# Pivots are single, as the leading block is positive definite, and are kept however small they are; the Schur
-# complement is returned beside the factor, and so is the diagonal.
-_WITH_SCHUR = {9: 20, 20: 0, 35: 2, 55: 1}
-# Right-hand sides that are solved for at once with a Schur block, which need arrays of its size.
-_AT_ONCE = 64
+# The Schur complement, which need not be positive definite, is returned but not factorised.
+_WITH_SCHUR = {35: 1}
+# Right-hand sides that are solved for at once with a Schur block; new pages for more cost as much as is won.
+_AT_ONCE = 32
 # Values, starts of the rows and columns of a sparse matrix.
 Parts = tuple[Floats, npt.NDArray[np.int32], npt.NDArray[np.int32]]
 
 
 class _Handle:
-    """MKL's `pardiso` for matrices of one kind and sparsity, which is analysed once.
+    """MKL's `pardiso` for matrices of one sparsity, which is analysed once.
 
     It keeps `slots` factors without copies of the matrices, pypardiso's own functions keep one with a copy.
     `last` (n_rows,) is 1 for the rows of a Schur block.
@@ -47,13 +46,12 @@ class _Handle:
 
     def __init__(
         self,
-        kind: int,
         slots: int,
         options: dict[int, int],
         parts: Parts,
         last: npt.NDArray[np.int32] | None = None,
     ) -> None:
-        self._library, self._kind, self._slots = _library(), kind, slots
+        self._library, self._slots = _library(), slots
         self._handle = np.zeros(64, dtype=np.int64)
         self._options = np.zeros(64, dtype=np.int32)
         for place, value in {**_OPTIONS, **options}.items():
@@ -83,7 +81,7 @@ class _Handle:
         sides = nothing if right_hand_sides is None else right_hand_sides
         self._library.pardiso(
             _pointer(self._handle),
-            *(_integer(value) for value in (self._slots, slot + 1, self._kind, phase, rows)),
+            *(_integer(value) for value in (self._slots, slot + 1, _POSITIVE_DEFINITE, phase, rows)),
             _pointer(values),
             *(_pointer(array) for array in (self._starts, self._columns, self._last)),
             _integer(sides.shape[1]),
@@ -100,21 +98,6 @@ class _Handle:
             raise MemoryError(message)
         if status.value != 0:
             raise RuntimeError(f"Pardiso failed in phase {phase} with error {status.value}")
-
-    def pivots(self, slot: int) -> Floats:
-        """Diagonal (n_rows,) of the factor L D Lᵀ in a slot, in the order of the matrix."""
-        pivots, of_matrix = np.zeros((2, len(self)))
-        status = ctypes.c_int32(0)
-        self._library.pardiso_getdiag(
-            _pointer(self._handle),
-            ctypes.c_void_p(pivots.ctypes.data),
-            ctypes.c_void_p(of_matrix.ctypes.data),
-            _integer(slot + 1),
-            ctypes.byref(status),
-        )
-        if status.value != 0:
-            raise RuntimeError(f"Pardiso does not give the pivots: error {status.value}")
-        return np.asarray(pivots)
 
     def __del__(self) -> None:
         if hasattr(self, "_last") and not sys.is_finalizing():
@@ -147,7 +130,7 @@ class Pardiso(LinearSolver):
         upper = matrix.upper
         if self._by_nodes is None:
             parts = (upper.data, upper.indptr, upper.indices)
-            self._by_nodes = _Handle(_POSITIVE_DEFINITE, self._slots, _BY_NODES, parts)
+            self._by_nodes = _Handle(self._slots, _BY_NODES, parts)
         self._by_nodes(_FACTORISE, slot, upper.data)
         self._solve[slot] = partial(_solved, self._by_nodes, slot, upper.data)
         self._sum.pop(slot, None)
@@ -163,11 +146,9 @@ class Pardiso(LinearSolver):
         parts = _bordered(matrix, forces)
         if self._with_schur is None or not self._with_schur.has(parts):
             last = (np.arange(n + size) >= n).astype(np.int32)
-            self._with_schur = _Handle(_INDEFINITE, self._slots, _WITH_SCHUR, parts, last)
+            self._with_schur = _Handle(self._slots, _WITH_SCHUR, parts, last)
         complement = np.zeros((size, size))
         self._with_schur(_FACTORISE, slot, parts[0], solution=complement)
-        if not (self._with_schur.pivots(slot)[:n] > 0).all():
-            raise SingularMatrixError(NOT_POSITIVE_DEFINITE)
         self._solve[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n)
         self._sum[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n, summed=True)
         return -(complement + complement.T) / 2
@@ -208,14 +189,16 @@ def _solved_within(
     `columns` (n, k) are f; or with `summed` c (m, k) of f = F c: backward substitution for A u + F (−c) = 0
     alone.
     """
-    solution = np.empty((n, columns.shape[1]), order="F")
-    for start in range(0, columns.shape[1], _AT_ONCE):
+    count = columns.shape[1]
+    solution = np.empty((n, count), order="F")
+    both = np.zeros((2, min(count, _AT_ONCE), len(handle))).swapaxes(1, 2)
+    for start in range(0, count, _AT_ONCE):
         some = columns[:, start : start + _AT_ONCE]
-        found, known = np.zeros((2, some.shape[1], len(handle))).swapaxes(1, 2)
+        found, known = both[..., : some.shape[1]]
         if summed:
             known[n:] = -some
         else:
-            found[:n] = some
+            found[:n], found[n:] = some, 0.0
             handle(_FORWARD, slot, values, found, known)
             known[n:] = 0.0
         handle(_BACKWARD, slot, values, known, found)
