@@ -146,9 +146,11 @@ class Stencil:
         near = np.stack([plain, *(np.roll(plain, shift, axis) for axis in (0, 1) for shift in (-1, 1))])
         columns = self._place[near]
         self._rows = 3 * self._band + 1
-        self._at = (columns * self._rows + 2 * self._band + number - columns).ravel()
+        there = np.ones((5, n, m), dtype=bool)  # no neighbours beyond the ends of the width
+        there[3, :, -1] = there[4, :, 0] = False
+        self._kept = np.flatnonzero(there)
+        self._at = (columns * self._rows + 2 * self._band + number - columns).ravel()[self._kept]
         self._size = n * m
-        self._shape = grid.shape
         # Where a neighbour does not exist its entry is 0, wherever it stands.
         near = near.reshape(5, -1).T.ravel()
         self._product = csr_array((np.zeros(5 * n * m), near, 5 * np.arange(n * m + 1)))
@@ -160,9 +162,7 @@ class Stencil:
         the next and the last angle, and of those at the next and the last z, where there is none 0.
         """
         band = np.zeros(self._size * self._rows)
-        # Where a neighbour does not exist its entry is 0 and belongs to a cell out of the band.
-        kept = entries.ravel() != 0
-        band[self._at[kept]] = entries.ravel()[kept]
+        band[self._at] = entries.ravel()[self._kept]
         wide = self._band
         factor, pivots, failed = lapack.dgbtrf(
             band.reshape(self._size, self._rows).T, wide, wide, overwrite_ab=True
@@ -171,8 +171,9 @@ class Stencil:
             raise np.linalg.LinAlgError(f"a film has no solution: row {failed} of its equations")
 
         def solve(right: Floats) -> Floats:
-            solution, _ = lapack.dgbtrs(factor, wide, wide, right[self._order], pivots)
-            return np.asarray(solution[self._place])
+            ordered = right.take(self._order, axis=0)
+            solution, _ = lapack.dgbtrs(factor, wide, wide, ordered, pivots, overwrite_b=True)
+            return np.asarray(solution.take(self._place, axis=0))
 
         return solve
 

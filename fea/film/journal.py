@@ -17,9 +17,9 @@ from geometry.arrays import Floats
 # Largest number of Newton's steps; about four are usual.
 _STEPS = 120
 # Relative changes of pressure and gap squared, and change of the filling times that of the gap, at which the
-# iteration ends: the oil's balance is about as linear, so that they estimate the error that is left; ten times
-# as much lost 1 % of the oil of films that meet a hole. And what may be missing of the load, relative to the
-# integral of the pressure.
+# iteration ends: the oil's balance is about as linear, so that they estimate the error that is left; ten
+# times as much lost 1 % of the oil of films that meet a hole. And what may be missing of the load, relative to
+# the integral of the pressure.
 _TOLERANCE, _MISSED = 3e-6, 1e-5
 # The first instant of a squeezed film, relative to the time in which the journal crosses the clearance.
 _INSTANT = 1e-6
@@ -169,11 +169,11 @@ class _Iterate(NamedTuple):
     position: Floats
     bulge: Floats
     response: _Response | None
+    space: tuple[Floats, Floats]  #: of `Bearing.space`
 
     def close_to(self, other: "_Iterate", bearing: "Bearing") -> bool:
         """Whether the same cells are full, and the changes of pressures, filling and gaps are small."""
-        new, old = self.film.pressure, other.film.pressure
-        gap, before = (bearing.space(each.planes)[0] for each in (self, other))
+        new, old, gap, before = self.film.pressure, other.film.pressure, self.space[0], other.space[0]
         pressed = np.abs(new - old).max() / (max(new.max(), old.max()) or 1.0)
         wider = (np.abs(gap - before) / np.maximum(before, _MET * bearing.clearance)).max()
         filled = np.abs(self.film.fill - other.film.fill).max()
@@ -250,7 +250,8 @@ class Bearing:
         film on the bore, N, or (4,) with the moments, 0 by default, of a journal that may tilt, over half the
         width; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
-        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response)
+        space = self.space(guess.planes)
+        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response, space)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
         for most in [_LARGEST] * _HARD + [_CAREFUL] * (_STEPS - _HARD):
@@ -299,7 +300,7 @@ class Bearing:
         grid, count = self.reynolds.grid, len(at.bulge)
         unknowns = count + (len(at.position) if load is not None else 0)
         follows, works = self._follows[:, :unknowns], self._works[:unknowns]
-        gap, widens = self.space(at.planes)
+        gap, widens = at.space
         balance, stencil = self.reynolds.balance(at.film, gap, conditions), self.reynolds.stencil
         ajar = at.planes - self.planes(at.position, at.bulge)  # what an earlier limited step left open
         touching, slope = self.touching(at.planes)
@@ -336,12 +337,13 @@ class Bearing:
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
         part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar, most)
-        thinner = np.where(at.film.full, 1.0, gap / self.space(planes)[0])  # what changes is θh, not θ
+        space = self.space(planes)
+        thinner = np.where(at.film.full, 1.0, gap / space[0])  # what changes is θh, not θ
         by = part * thinner * change.reshape(grid.shape)
         film = at.film.changed(by, self.reynolds.oil)
         position = at.position + part * moved[count:] if load is not None else at.position
         bulge = at.bulge + part * moved[:count]
-        return _Iterate(film, planes, position, bulge, response), part < 1 or held
+        return _Iterate(film, planes, position, bulge, response, space), part < 1 or held
 
     def _moved(self, planes: Floats, wider: Floats, most: float) -> tuple[float, Floats, bool]:
         """Part of a step that is made, gaps after it, mm, and whether some are held open."""

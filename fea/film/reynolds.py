@@ -6,8 +6,9 @@ the share θ < 1 of the gap (Jakobsson & Floberg 1957, Olsson 1965). Of every ce
     ∂(θh)/∂t + ∂/∂x (θ h U/2 − h³/12μ ∂p/∂x) − ∂/∂z (h³/12μ ∂p/∂z) = supply,   p ≥ 0, θ ≤ 1, p (1 − θ) = 0.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,12 @@ _FIRST = 100.0
 _OPEN = 1e-6
 # Of a cell that is half covered, the rim is a quarter of its length from its middle, not all of it.
 _RIM = 4.0
+
+
+@cache
+def _potential(oil: Oil, pressure: float) -> float:
+    """The q of a pressure: see `Oil.generalised`."""
+    return float(oil.generalised(np.array(pressure))[0])
 
 
 def _next(values: np.ndarray) -> np.ndarray:
@@ -116,8 +123,8 @@ class _Flow(NamedTuple):
     """Flow of oil, its derivatives by the unknowns and gaps on both sides, and the power of its pressure."""
 
     flow: Floats
-    by_film: Floats
-    by_gap: Floats
+    by_film: Sequence[Floats]
+    by_gap: Sequence[Floats]
     power: Floats
 
 
@@ -133,6 +140,15 @@ class Reynolds:
         """Solves its linear equations."""
         return Stencil(self.grid)
 
+    @cached_property
+    def _drains(self) -> tuple[Floats, Floats]:
+        """Factors (n_width,) of h³: through half a cell at the ends, and through open parts of cells."""
+        grid, ends = self.grid, [-1] if self.grid.halved else [0, -1]
+        across = grid.dx / grid.dz / (12 * self.oil.viscosity)
+        leaking = np.zeros_like(across)
+        leaking[ends] = 2 * across[ends]
+        return leaking, across + grid.dz / grid.dx / (12 * self.oil.viscosity)
+
     def balance(self, film: Film, gap: Floats, conditions: Conditions) -> Balance:
         """Balance the oil of each cell; `gap`: h (n_angle, n_width), mm."""
         grid, rate = self.grid, conditions.rate
@@ -140,23 +156,23 @@ class Reynolds:
         slope = np.where(film.full, slope, 0.0)
         around = self._around(film, gap, q, slope, conditions.speed)
         along, supply = self._along(film, gap, q, slope), conditions.supply
-        ends = self._leaking(film, gap, q, slope, supply)
-        supplied = self._supplied(film, gap, q, slope, supply)
-        excess = grid.area * (rate * film.fill * gap - conditions.before) + ends.flow - supplied.flow
+        inlet, openness = (0.0, 0.0) if supply is None else (supply.pressure, supply.openness)
+        (leaking, opened), outside = self._drains, inlet if supply is not None and supply.flooded else 0.0
+        cube = gap * gap * gap
+        ends = self._drained(film, gap, (q, slope), leaking * cube, outside)
+        supplied = self._drained(film, gap, (q, slope), opened * openness * cube, inlet)
+        excess = grid.area * (rate * film.fill * gap - conditions.before) + ends.flow + supplied.flow
         excess += around.flow - _last(around.flow) + along.flow
         excess[:, 1:] -= along.flow[:, :-1]
-        by_film, by_gap = (
-            self._entries(around.by_film, along.by_film),
-            self._entries(around.by_gap, along.by_gap),
-        )
-        by_film[0] += np.where(film.full, 0.0, grid.area * rate * gap) + ends.by_film - supplied.by_film
-        by_gap[0] += grid.area * rate * film.fill + ends.by_gap - supplied.by_gap
+        by_film, by_gap = map(self._entries, around[1:3], along[1:3])
+        by_film[0] += np.where(film.full, 0.0, grid.area * rate * gap) + ends.by_film[0] + supplied.by_film[0]
+        by_gap[0] += grid.area * rate * film.fill + ends.by_gap[0] + supplied.by_gap[0]
         power = around.power + along.power + ends.power + supplied.power
         return Balance(
             excess,
             by_film,
             by_gap,
-            supplied=grid.images * float(supplied.flow.sum() - np.minimum(ends.flow, 0.0).sum()),
+            supplied=-grid.images * float(supplied.flow.sum() + np.minimum(ends.flow, 0.0).sum()),
             leaked=grid.images * float(np.maximum(ends.flow, 0.0).sum()),
             pressed=grid.images * float(power.sum()),
         )
@@ -171,14 +187,10 @@ class Reynolds:
         from_here = speed >= 0
         upstream, full = (film.fill, film.full) if from_here else (_next(film.fill), _next(film.full))
         by_middle = (drags * upstream - 3 * square * drop) / 2
-        by_film = np.stack([conducts * slope, -conducts * _next(slope)])
+        by_film = [conducts * slope, -conducts * _next(slope)]
         by_film[0 if from_here else 1] += np.where(full, 0.0, drags * middle)
-        return _Flow(
-            drags * upstream * middle - conducts * drop,
-            by_film,
-            np.stack([by_middle, by_middle]),
-            conducts * drop * (_next(film.pressure) - film.pressure),
-        )
+        pushed, rise = conducts * drop, _next(film.pressure) - film.pressure
+        return _Flow(drags * upstream * middle - pushed, by_film, (by_middle, by_middle), pushed * rise)
 
     def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
         """Flow to the next cell along the width; none from the last."""
@@ -192,37 +204,25 @@ class Reynolds:
         drop, rise, beyond = (np.concatenate([v[:, 1:], v[:, -1:]], 1) for v in (q, film.pressure, slope))
         drop, rise = drop - q, rise - film.pressure
         flow, by_middle = -conducts * drop, -1.5 * square * drop
-        by_film = np.stack([conducts * slope, -conducts * beyond])
-        return _Flow(flow, by_film, np.stack([by_middle, by_middle]), -flow * rise)
+        by_film = conducts * slope, -conducts * beyond
+        return _Flow(flow, by_film, (by_middle, by_middle), -flow * rise)
 
-    def _leaking(self, film: Film, gap: Floats, q: Floats, slope: Floats, supply: Supply | None) -> _Flow:
-        """Flow out of the cells at the ends."""
-        grid, ends = self.grid, [-1] if self.grid.halved else [0, -1]
-        factor = np.zeros(grid.shape)
-        factor[:, ends] = grid.dx / grid.dz[ends] / (6 * self.oil.viscosity)
-        conducts = factor * gap * gap * gap
-        around = supply.pressure if supply is not None and supply.flooded else 0.0
-        out = conducts * (q - self.oil.generalised(np.array(around))[0])
-        return _Flow(out, conducts * slope, 3 * out / gap, out * (film.pressure - around))
+    def _drained(
+        self, film: Film, gap: Floats, potential: tuple[Floats, Floats], conducts: Floats, around: float
+    ) -> _Flow:
+        """Flow out of cells to oil of a pressure around them, through what conducts with h³."""
+        q, slope = potential
+        out = conducts * (q - _potential(self.oil, around))
+        return _Flow(out, [conducts * slope], [3 * out / gap], out * (film.pressure - around))
 
-    def _supplied(self, film: Film, gap: Floats, q: Floats, slope: Floats, supply: Supply | None) -> _Flow:
-        """Flow into cells through holes and grooves."""
-        grid = self.grid
-        if supply is None:
-            return _Flow(*(np.zeros(grid.shape),) * 4)
-        factor = (grid.dx / grid.dz + grid.dz / grid.dx) / (12 * self.oil.viscosity) * supply.openness
-        conducts = factor * gap * gap * gap
-        into = conducts * (self.oil.generalised(np.array(supply.pressure))[0] - q)
-        return _Flow(into, -conducts * slope, 3 * into / gap, into * (supply.pressure - film.pressure))
-
-    def _entries(self, around: Floats, along: Floats) -> Floats:
-        """Entries (5, n_angle, n_width) of flows' derivatives (2, …) by the cells on both sides of a face."""
+    def _entries(self, around: Sequence[Floats], along: Sequence[Floats]) -> Floats:
+        """Entries (5, n_angle, n_width) of flows' derivatives by the cells on both sides of a face."""
         entries = np.zeros((5, *self.grid.shape))
         entries[0] = around[0] - _last(around[1]) + along[0]
-        entries[0, :, 1:] -= along[1, :, :-1]
+        entries[0, :, 1:] -= along[1][:, :-1]
         entries[1], entries[2] = around[1], -_last(around[0])
-        entries[3, :, :-1] = along[1, :, :-1]
-        entries[4, :, 1:] = -along[0, :, :-1]
+        entries[3, :, :-1] = along[1][:, :-1]
+        entries[4, :, 1:] = -along[0][:, :-1]
         return entries
 
     def friction(
