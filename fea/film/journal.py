@@ -18,8 +18,8 @@ from geometry.arrays import Floats
 _STEPS = 120
 # Relative changes of pressure and gap squared, and change of the filling times that of the gap, at which the
 # iteration ends: the oil's balance is about as linear, so that they estimate the error that is left; ten
-# times as much lost 1 % of the oil of films that meet a hole. And what may be missing of the load, relative to
-# the integral of the pressure.
+# times as much lost 1 % of the oil of films that meet a hole. And what may be missing of the load, relative
+# to the integral of the pressure.
 _TOLERANCE, _MISSED = 3e-6, 1e-5
 # The first instant of a squeezed film, relative to the time in which the journal crosses the clearance.
 _INSTANT = 1e-6
