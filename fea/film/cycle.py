@@ -34,7 +34,8 @@ _WARMER, _POWER, _POWERS = 25.0, 1.25, (0.3, 3.0)
 # Change of the logarithm of the viscosity that tells that power; and what is unbalanced so far, K, that the
 # temperature changes after one cycle, although the film still depends on how it began.
 _TOLD, _FAR_OFF = 0.005, 5.0
-# Supplied films are more than half full in the mean; with less than this after some cycles, they starve.
+# Supplied films are more than half full in the mean; with less than this after some cycles, they starve; one
+# that is as hot as the model allows after as many has no heat balance.
 _STARVED, _SOON = 1 / 3, 4
 
 
@@ -358,8 +359,8 @@ def integrate(
         cycle = FilmCycle(course.bearing, acting, ordered, unrepeated)
         if warming is not None:
             cycle = warming.judged(cycle)
-        off, starves = abs(cycle.unbalanced), cycle.filled.mean() < _STARVED
-        if left <= 0 or (starves and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
+        off, fails = abs(cycle.unbalanced), cycle.too_hot or cycle.filled.mean() < _STARVED
+        if left <= 0 or (fails and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
             return cycle
         known = unchanged >= (1 + _RAMP) * count or off > _FAR_OFF
         if warming is not None and left >= count and off > settled and known:

@@ -367,7 +367,7 @@ class Films:
                 acting = replace(acting, turning=lambda angle: grooves.share(grid, angle - said.hole))
             elif grooves is not None:
                 acting = replace(acting, grooves=grooves.share(grid))
-        most = 2 if before is not None and before.starved else CYCLES[end]
+        most = 2 if before is not None and (before.starved or before.too_hot) else CYCLES[end]
         return integrate(bearing, acting, heat=heat, before=before, most=most)
 
 
