@@ -6,6 +6,7 @@ from enum import StrEnum
 from math import ceil, inf, isinf, log10
 
 from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
+from fea.base.shipped import shipped_toml
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5
@@ -15,15 +16,7 @@ _AIM = 0.9
 _SMALL = 0.095
 # A joint that slides has a reserve of 1, as friction carries no more: what rounding may add to it.
 _SLIDING = 1e-3
-_FAILS = {
-    "yielding": "yields",
-    "fatigue": "fails by fatigue",
-    "buckling": "buckles",
-    "yielding of the bolts": "the bolts yield",
-    "fatigue of the bolts": "the bolts fail by fatigue",
-    "slip of the joint": "the joint slips",
-    "separation of the joint": "cap and rod come apart",
-}
+_FAILS: Mapping[str, str] = shipped_toml("base/failures.toml")["run"]
 
 
 class Answer(StrEnum):

@@ -17,6 +17,7 @@ from fea.base.material import (
     load_factor,
     size_factor,
 )
+from fea.base.shipped import shipped_toml
 from fea.base.units import GPA, KG_M3
 from fea.study.materials import library_material
 from fea.study.tables import Table, entries_of, key, within
@@ -242,17 +243,8 @@ def _needed(table: MaterialTable, key: str, preset: str | None = None) -> float:
 
 REFERENCE_TEMPERATURE = 20.0  # °C, at which dimensions and fits are given
 
-# Mean linear expansion from 20 to 100…200 °C, 1/K, by ranges of Young's modulus, GPa, and density, kg/m³:
-# steel, VDI 2230-1:2015, table A4 (11.1…11.9e-6); Ti-6Al-4V, ASM data sheet (8.6e-6); 7075, Aluminum
-# Association (23.6e-6); C52100, copper with 8 % of tin (17.2…18.5e-6 in suppliers' tables); grey and nodular
-# iron (11…12.5e-6).
-_METALS = (
-    ("steel", (170, 225), (6500, 8300), 11.5e-6),
-    ("iron", (140, 170), (6800, 7600), 11.5e-6),
-    ("titanium", (100, 125), (4200, 4900), 8.6e-6),
-    ("aluminium", (60, 90), (2500, 3000), 23.5e-6),
-    ("copper alloy", (80, 140), (8000, 9200), 18.0e-6),
-)
+# By name, ranges of Young's modulus and density, and the mean linear expansion: its head says more.
+_METALS = shipped_toml("study/metals.toml")
 _LARGEST = 1e-4
 
 
@@ -268,11 +260,10 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
         rule = f"must not be negative and be at most {_LARGEST:g}"
         require(0 <= given <= _LARGEST, key, given, rule, "That of steel is 11.5e-6.")
         return given, None
-    for metal, (soft, stiff), (light, heavy), expansion in _METALS:
-        if resolved.E_GPa is None or resolved.density_kg_m3 is None:
-            break
-        if soft <= resolved.E_GPa <= stiff and light <= resolved.density_kg_m3 <= heavy:
-            return expansion, metal
+    known = {name: getattr(resolved, name) for name in ("E_GPa", "density_kg_m3")}
+    for metal, of in _METALS.items():
+        if all(value and of[name][0] <= value <= of[name][1] for name, value in known.items()):
+            return of["thermal_expansion_1_K"], metal
     raise InvalidValue(
         key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."
     )

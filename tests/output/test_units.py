@@ -4,6 +4,7 @@ import re
 from io import StringIO
 
 import numpy as np
+import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -128,3 +129,24 @@ def test_plotted_forces_are_those_of_the_table_in_the_unit_of_the_axis(monkeypat
             np.abs(line.get_ydata()).max() for line in axes[number].lines if len(line.get_ydata()) > 2
         )
         assert drawn == pytest.approx(np.abs(report.first[column]).max() * factor, rel=1e-9)
+
+
+# Of units as they are shown, and as `pint` reads them.
+PLAIN = {"·": "*", " gauge": "", " m²": "*m²", "²": "**2", "³": "**3", "⁴": "**4"}
+
+
+def test_what_is_shown_is_as_large_as_pint_says(us):
+    registry = pint.UnitRegistry()
+    for name, shown in _US.items():
+        if "K" in name or "°" in name:
+            continue
+        own, other = name, shown.name
+        for written, plain in PLAIN.items():
+            own, other = own.replace(written, plain), other.replace(written, plain)
+        expected = registry.Quantity(1.0, own).to(other).magnitude
+        assert scale(name) == pytest.approx(expected, rel=1e-12), name
+
+
+def test_temperatures_and_their_differences(us):
+    assert [in_unit(value, "°C") for value in (0.0, 100.0)] == pytest.approx([32.0, 212.0], rel=1e-12)
+    assert (scale("K"), scale("1/K"), scale("/K")) == pytest.approx((1.8, 1 / 1.8, 1 / 1.8), rel=1e-12)

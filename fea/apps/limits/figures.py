@@ -4,21 +4,10 @@ from collections.abc import Mapping
 
 from fea.analysis.figures import Figures
 from fea.base.note import Note
+from fea.base.shipped import shipped_toml
 
 # What ends a rod, by the mode; the place is that of the whole rod.
-ENDS = {
-    "yield": "{place} yields",
-    "fatigue": "{place} fails by fatigue",
-    "buckling": "the shank buckles",
-    "bolt yield": "a bolt yields",
-    "bolt fatigue": "a bolt fails by fatigue",
-    "joint opening": "the joint opens at the bore",
-    "joint slip": "the joint slips",
-    "bushing lifting": "the bushing begins to lift off its seat",
-    "shell lifting": "a bearing shell begins to lift off its seat",
-    "lining yield": "the lining of a bore (bushing or shells) yields, and settles",
-    "oil film": "the oil film of the big end is thinner than its surfaces are rough",
-}
+ENDS: Mapping[str, str] = shipped_toml("base/failures.toml")["limits"]
 # Modes that end it at one crank angle.
 _AT_ONCE = ENDS.keys() - {"fatigue", "bolt fatigue"}
 
