@@ -177,8 +177,8 @@ def test_a_clearance_or_hole_that_does_not_suit_the_bore(line, message, tmp_path
 def hot():
     """A run whose stress comes from the film of an oil that warms up."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(lubrication, "FINE", (24, 4, 48))
-        patch.setattr(lubrication, "COARSE", (16, 4, 36))
+        patch.setattr(lubrication, "FINE", (24, 4, 36))
+        patch.setattr(lubrication, "COARSE", (16, 4, 24))
         study = replace(load_study(), film=FilmTable(oil="0W-40", inlet_C=100.0))
         yield analyse(study, rpm=6000, size=18.0, pressure="oil-film", cycle=True)
 
@@ -210,8 +210,8 @@ def test_heat_balances(hot):
 
 
 def test_a_hole_in_the_load_starves_the_film(monkeypatch):
-    monkeypatch.setattr(lubrication, "FINE", (24, 4, 48))
-    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
+    monkeypatch.setattr(lubrication, "FINE", (24, 4, 36))
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 24))
     table = FilmTable(viscosity_mPas=12.0, hole_deg=175.0, inlet_bar=3.6)
     found = analyse(replace(load_study(), film=table), rpm=6200, size=18.0, pressure="bonded", film=True)
     assert found.summary.film["big_end"].verdict == "starved"

@@ -18,7 +18,7 @@ COARSER = {
     "lame-fit": (1.4, 3.0),  # the pressure at the worst vertex 0.7 % off, of 0.5 %
     "le11": (1.5, 1.0),
     "loaded-pin": (2.0, 7.0),  # the hoop stress at 60° 3.4 % off, of 1 %
-    "persson": (2.8, 8.0),  # the end of contact 3° off, of 0.5°
+    "persson": (4.0, 8.0),  # the end of contact 3.6° off, of 0.5°
     "roller": (2.0, 3.0),  # the width of contact 2.9 % off, of 2 %
 }
 
@@ -64,5 +64,5 @@ def test_the_stress_where_contact_ends_converges():
         hoop = [abs(quantity.error_percent) for quantity in quantities if quantity.name.startswith("hoop")]
         return sum(hoop) / len(hoop)
 
-    coarse = [row.quantity for row in benchmark("persson").rows(5.6)]
+    coarse = [row.quantity for row in benchmark("persson").rows(8.0)]
     assert error(quantities_of("persson")) < error(coarse) / 2**0.5
