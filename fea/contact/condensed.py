@@ -70,9 +70,10 @@ class CondensedInterface:
         B = stiff + V @ of_pins.T
         reach = C_Jp.T @ moved - of_pins
         A = compliance[np.ix_(pins, pins)] - C_Jp.T @ stiff
-        S = _inverse(factor[0])
-        S -= V @ moved.T
-        S = (S + S.T) / 2
+        inverted, _ = lapack.dpotri(factor[0], lower=1, overwrite_c=1)
+        below = np.tril(inverted - V @ moved.T)
+        S = below + below.T
+        S[np.diag_indices_from(S)] /= 2
         A += of_pins @ inverse @ of_pins.T - C_Jp.T @ V @ of_pins.T - of_pins @ V.T @ C_Jp
         return cls(
             pins=pins,
@@ -94,12 +95,3 @@ class CondensedInterface:
         acting = self._share.T @ forces + self._reach.T @ pressure - self._moved.T @ open_gap
         resisted = self._back @ acting
         return np.asarray(resisted + self.free[1].T @ loose)
-
-
-def _inverse(factor: Floats) -> Floats:
-    """Inverse (n, n) of a matrix from its Cholesky factor, which is used up."""
-    inverse, _ = lapack.dpotri(factor, lower=1, overwrite_c=1)
-    below = np.tril(inverse)
-    inverse = below + below.T
-    inverse[np.diag_indices_from(inverse)] /= 2
-    return np.asarray(inverse)
