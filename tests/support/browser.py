@@ -118,10 +118,9 @@ class Browser:
         Path(path).write_bytes(base64.b64decode(data))
 
     def print(self):
-        """The page as a PDF."""
-        return base64.b64decode(
-            self.call("browsingContext.print", context=self.page, background=True)["data"]
-        )
+        """The first two pages on paper, as a PDF."""
+        printed = self.call("browsingContext.print", context=self.page, background=True, pageRanges=["1-2"])
+        return base64.b64decode(printed["data"])
 
     def requests(self):
         """The addresses that anything was asked of."""
