@@ -327,7 +327,9 @@ class Bearing:
             if at.response is not None and len(at.response.inverse) == unknowns:
                 solved = at.response.solved(responding, side)
             if solved is None:
-                response = _Response(np.asarray(np.linalg.inv(responding(np.eye(unknowns)))))
+                # Where nothing presses, nothing says where a loaded journal goes: it stays.
+                invert = np.linalg.inv if full.any() or touching.any() else np.linalg.pinv
+                response = _Response(np.asarray(invert(responding(np.eye(unknowns)))))
                 solved = response, response.inverse @ side
             response, solution = solved
             moved = solution[:, 0]

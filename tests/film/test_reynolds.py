@@ -170,6 +170,16 @@ class Refusing(JournalLoads):
         return super().solve(bearing, guess, place, rate, before)
 
 
+def test_a_journal_that_nothing_holds_is_loaded_until_oil_presses():
+    """The bearing is just filled without pressure, so that no pressure says where the load moves it."""
+    film = bearing()
+    start, none = film.start(), np.zeros(film.reynolds.grid.shape)
+    start = replace(start, film=Film(none, none + 1.0, none > 0))
+    conditions = Conditions(SPEED, rate=1e3, before=1.01e3 * start.volume)
+    state = film.solve(start, conditions, load=np.array([500.0, 0.0]))
+    assert film.reynolds.grid.resultants(state.pressure) == pytest.approx([500.0, 0.0], abs=0.05)
+
+
 def test_a_step_in_parts_keeps_the_oil():
     """Over a cycle as much comes in as leaves, although one step is of another method, in four parts."""
     film, angle = bearing(24, 3), 2 * math.pi * np.arange(12) / 12
