@@ -275,7 +275,8 @@ class _Course:
         except FilmError as error:
             if parts < _MOST_PARTS:
                 return self._in_parts(last, 2 * parts)
-            grid, gap, most = self.bearing.reynolds.grid, states[-1].thinnest / UM, states[-1].pressure.max()
+            grid, end = self.bearing.reynolds.grid, states[-1]
+            gap, most = max(end.thinnest, 0.0) / UM, end.pressure.max()
             specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
             text = f"{gap:.2g} µm at {most:.3g} MPa under up to {specific:.3g} MPa of specific load"
             raise FilmError(f"the oil film was not solved beyond {text}: {error}") from error
