@@ -17,9 +17,10 @@ _RATE = {1: 1.0, 2: 2.2}
 # Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
 # curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
 _ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
-# Share of the tolerance that is aimed at: predictions scatter, and another pass costs a whole solution,
-# whereas smaller elements at the peaks cost next to nothing.
-_AIM = 0.5
+# Share of the tolerance that is aimed at: predictions scatter, most those of a first mesh, and another pass
+# costs a whole solution, whereas smaller elements at the peaks cost next to nothing; of first order they are
+# many.
+_AIM, _FIRST_AIM = 0.5, 0.2
 # Under refinement the stress of other places than the peak rises by about this share of their error.
 _RISE = 0.4
 # Beside sharp edges elements are so many times those with which the structural stress is known best: its
@@ -96,12 +97,9 @@ def _nodal_ratio(
     ratio = np.ones(len(value))
     if masked.all():
         return ratio
-    # What a first mesh says is vague, and a further pass dearer than elements; of first order they are many.
-    vague = mesh.order == 2 and not again
     error = np.where(masked, 0.0, own_error)
     hottest = int(np.where(masked, -np.inf, value).argmax())
-    error = _around(error, mesh) if vague else error
-    aim = _AIM * tolerance * value[hottest]
+    aim = (_FIRST_AIM if mesh.order == 2 and not again else _AIM) * tolerance * value[hottest]
     # A node counts as far as its stress and error together reach beyond the peak's bar.
     allowed = np.maximum(value[hottest] - value - _RISE * error + aim, aim)
     factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
@@ -123,13 +121,6 @@ def _sharp_ratio(place: SharpPlace, mesh: TetMesh, size: float, *, shrink: bool)
     if shrink:
         factor = np.minimum(factor, _ROUGH_RATIO)
     return np.where(near & np.isfinite(length), np.clip(factor, LEAST_RATIO, 1.0), 1.0)
-
-
-def _around(error: Floats, mesh: TetMesh) -> Floats:
-    """Largest error (n_nodes,) over the elements at each node: by chance it is too small at single nodes."""
-    largest = error.copy()
-    np.maximum.at(largest, mesh.tets, error[mesh.tets].max(axis=1)[:, None])
-    return largest
 
 
 def _energy_ratio(case: CaseResult, mesh: TetMesh, rate: float) -> Floats:

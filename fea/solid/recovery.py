@@ -63,7 +63,7 @@ def _groups(sorted_keys: Ints) -> Ints:
     return np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
 
 
-def _dyads(a: Floats, b: Floats) -> Floats:
+def dyads(a: Floats, b: Floats) -> Floats:
     """Row (n, 6) whose product with stress components is a · σ b."""
     return np.stack([a[:, i] * b[:, j] + (a[:, j] * b[:, i] if i != j else 0) for i, j in COMPONENTS], axis=1)
 
@@ -212,10 +212,10 @@ class SurfaceStress:
         """
         if (E, nu) not in self._known:
             first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
-            unit, across = np.eye(3), nu / (1 - nu) * _dyads(normal, normal)
+            unit, across = np.eye(3), nu / (1 - nu) * dyads(normal, normal)
             rows = np.stack(  # weighted traction, then normal and shear stress along the surface
-                [TRACTION_WEIGHT * _dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
-                + [_dyads(first, first) - across, _dyads(second, second) - across, _dyads(first, second)],
+                [TRACTION_WEIGHT * dyads(np.broadcast_to(unit[i], normal.shape), normal) for i in range(3)]
+                + [dyads(first, first) - across, dyads(second, second) - across, dyads(first, second)],
                 axis=1,
             )
             transposed = rows.transpose(0, 2, 1)
