@@ -81,6 +81,25 @@ def test_the_bar_holds_the_exact_peak(name, size):
     assert abs(exact - bar.value) < bar.bar < 0.4 * bar.value
 
 
+def test_the_error_is_larger_by_the_pressure_on_a_bore():
+    found = solved("lame", 0.3)
+    stress, facets = found.stress[:, :, None], found.mesh.facets
+    inner = facets[Surface.BIG_END_BORE]
+    others = {surface: those for surface, those in facets.items() if surface is not Surface.BIG_END_BORE}
+    outside = np.concatenate([inner, facets[Surface.FREE]])
+    nameless = dataclasses.replace(found.mesh, facets={**others, Surface.FREE: outside})
+    pressed, free = (
+        ErrorEstimator(mesh, (MATERIAL,))(found.displacement, [stress]).stress[0][:, 0]
+        for mesh in (found.mesh, nameless)
+    )
+    bore = np.setdiff1d(inner, others[Surface.SMALL_END_BORE])
+    larger = 1 + found.problem.pressure / von_mises(found.stress)[bore]
+    assert pressed[bore] / free[bore] == pytest.approx(larger, rel=0.01)
+    away = np.setdiff1d(np.arange(len(free)), facets[Surface.BIG_END_BORE])
+    away = np.setdiff1d(away, others[Surface.SMALL_END_BORE])
+    assert (pressed[away] == free[away]).all()
+
+
 def test_the_bar_holds_a_peak_inside_the_body():
     found = dynamics.spun_disc(dynamics.disc_mesh(20.0))
     stress = found.stress[:, :, None]
