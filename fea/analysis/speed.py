@@ -170,6 +170,7 @@ def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
             materials=rod.materials,
             rims=rims,
             from_file=rod.study.rod.from_file,
+            refined=rod.mesh.meshing.refined,
             bore_datum=rod.bore_datum,
             sharp=rod.sharp_places,
         )

@@ -20,7 +20,7 @@ _ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
 # Share of the tolerance that is aimed at: predictions scatter, most those of a first mesh, and another pass
 # costs a whole solution, whereas smaller elements at the peaks cost next to nothing; of first order they are
 # many.
-_AIM, _FIRST_AIM = 0.5, 0.2
+_AIM, _FIRST_AIM = 0.5, 0.35
 # Under refinement the stress of other places than the peak rises by about this share of their error.
 _RISE = 0.4
 # Beside sharp edges elements are so many times those with which the structural stress is known best: its

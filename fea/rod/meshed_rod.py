@@ -83,6 +83,7 @@ class Meshing:
     repair: Repair  #: what was done differently from what this size asks for
     warnings: tuple[str, ...]  #: of gmsh
     follows_errors: bool = False  #: whether errors of solutions set the sizes
+    refined: bool = False  #: whether errors of a solution have set them
     #: Of a mesh from a file, what a reader must know of it; empty for a mesh of our own
     given: tuple[str, ...] = ()
 

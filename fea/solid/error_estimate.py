@@ -48,7 +48,7 @@ _QUADRATIC = 0.5
 # Constants of the error of the stress, by element order: with them the error bars of `fea.judge.verdict`
 # contain 95 of 100 true errors of the random rods used to choose them (tests/benchmarks/error_bars.py);
 # results/error-bars.md has the coverage on other rods.
-STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.52}, {1: 1.0, 2: 1.2}
+STRESS_FACTOR, STRESS_POWER = {1: 1.4, 2: 0.93}, {1: 1.0, 2: 1.2}
 # Inside the body the error is at least this times the sagitta. At an extreme all elements around it err to
 # the same side, so that their disagreement does not show the error: the line through the Gauss points of a
 # parabola is off at its ends by 2/3 of its sagitta (Barlow 1976), and curvature in two directions adds up to

@@ -7,7 +7,7 @@ import numpy as np
 from fea.solid.error_estimate import STRESS_FACTOR, STRESS_POWER
 
 # Factors on the estimate that are tried, by element order.
-FACTORS = {1: (1.05, 1.4, 1.75, 2.1, 2.8), 2: (0.4, 0.45, 0.52, 0.6, 0.7)}
+FACTORS = {1: (1.05, 1.4, 1.75, 2.1, 2.8), 2: (0.7, 0.8, 0.93, 1.1, 1.3)}
 # A peak is decided where its reference is uncertain by no more than this share of its bar.
 DECIDES = 1 / 2
 WORST = 8
