@@ -17,9 +17,8 @@ _RATE = {1: 1.0, 2: 2.2}
 # Where an earlier pass refined without success the stress is less smooth (at the ends of fillets the
 # curvature jumps): the rate is lower there, and elements shrink by this ratio to make a pass worth while.
 _ROUGH_RATE, _ROUGH_RATIO = 1.5, 0.6
-# Share of the tolerance that is aimed at: predictions scatter, most those of a first mesh, and another pass
-# costs a whole solution, whereas smaller elements at the peaks cost next to nothing; of first order they are
-# many.
+# Share of the tolerance that is aimed at: predictions scatter, most those of a first mesh; a pass more costs
+# a whole solution, smaller elements at the peaks next to nothing, but of first order they are many.
 _AIM, _FIRST_AIM = 0.5, 0.35
 # Under refinement the stress of other places than the peak rises by about this share of their error.
 _RISE = 0.4
@@ -94,16 +93,15 @@ def _nodal_ratio(
     value: Floats, own_error: Floats, masked: Mask, mesh: TetMesh, tolerance: float, *, again: bool
 ) -> Floats:
     """Factor on the size at each node of the whole, for the bar of a field's peak."""
-    ratio = np.ones(len(value))
     if masked.all():
-        return ratio
+        return np.ones(len(value))
     error = np.where(masked, 0.0, own_error)
     hottest = int(np.where(masked, -np.inf, value).argmax())
     aim = (_FIRST_AIM if mesh.order == 2 and not again else _AIM) * tolerance * value[hottest]
     # A node counts as far as its stress and error together reach beyond the peak's bar.
     allowed = np.maximum(value[hottest] - value - _RISE * error + aim, aim)
     factor = np.divide(allowed, error, out=np.ones_like(error), where=~masked & (error > 0))
-    ratio = np.minimum(ratio, factor ** (1 / (_ROUGH_RATE if again else _RATE[mesh.order])))
+    ratio = np.minimum(1.0, factor ** (1 / (_ROUGH_RATE if again else _RATE[mesh.order])))
     if again:
         ratio[ratio < 1] = np.minimum(ratio[ratio < 1], _ROUGH_RATIO)
     return np.asarray(np.maximum(ratio, LEAST_RATIO))

@@ -90,8 +90,6 @@ class CaseResult(CaseFields):
     @property
     def sharp_mattering(self) -> tuple[SharpPlace, ...]:
         """The sharp edges that matter beside the rest of the rod, the worst first."""
-        if not self.sharp:
-            return ()
         diverging = self.verdict() is Verdict.DIVERGING
         return mattering(self.sharp, self.min_safety_factor, diverging=diverging)
 
@@ -208,8 +206,7 @@ def case_result(
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
     factor, equivalent, stress, off = of_weakest(materials, equivalents, stresses, error.part_von_mises)
-    if refined and mesh.order == 2:
-        off = REFINED_SHARE * off
+    off = off * (REFINED_SHARE if refined and mesh.order == 2 else 1.0)
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
     if from_file:
         off = widened(equivalent, off, error.masked)

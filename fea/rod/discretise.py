@@ -208,8 +208,8 @@ class _Model:  # drawn in the open session
 
                 movable = MovableMesh(made.mesh, anchors(made.mesh))
         warnings = tuple(dict.fromkeys((*self._drawing_warnings, *made.warnings)))
-        of_errors = {"follows_errors": request.follows_errors, "refined": bool(request.wanted)}
-        meshing = Meshing(size, made.quality, made.repair, warnings, **of_errors)
+        of_errors = request.follows_errors, bool(request.wanted)
+        meshing = Meshing(size, made.quality, made.repair, warnings, *of_errors)
         return Drawn(solid, made.mesh, meshing, edges, movable)
 
 

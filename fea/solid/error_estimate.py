@@ -16,10 +16,9 @@ largest sagitta of σ* along an edge of the node, which is the value at the midd
 of the ends: it is large if the elements are too large for the gradient of the stress. At a single node both
 may be small or large by chance, so q² is the mean of the sum of their squares over the elements around it.
 With s the von Mises stress, n the pressure on the surface, c `STRESS_FACTOR` and p `STRESS_POWER`, the error
-is c (s + n) (q / s)^p. With second-order elements σ* converges faster than σ_h, hence p > 1; less so where a
-pin presses, because the pressure of contact, a part of σ*, is linear on the facets, hence n. The constants
-are fitted: see `fea.judge.verdict`. Inside the body, where the recovered stress is the mean over the
-elements, the sagitta counts for more: see `INSIDE_FACTOR`.
+is c (s + n) (q / s)^p: second-order elements recover σ* better than σ_h, hence p > 1; less so where a pin
+presses, whose pressure is linear on the facets, hence n. The constants are fitted: see `fea.judge.verdict`.
+Inside the body, where σ* is the mean over the elements, the sagitta counts for more: see `INSIDE_FACTOR`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -83,10 +82,9 @@ class ErrorEstimator:
         self._to_nodes = extrapolation(n_nodes)
         self._to_places = table.values @ self._to_nodes  # from the Gauss points to those of the quadrature
         self._inside, normal = np.ones((len(mesh.points), 1), dtype=bool), np.zeros_like(mesh.points)
-        for surface in [surface for surface in mesh.facets if surface not in PLANE_AXIS]:
-            facets = mesh.facets[surface]
-            self._inside[facets] = False
-            if surface is not Surface.FREE:
+        for surface, facets in mesh.facets.items():
+            self._inside[facets] &= surface in PLANE_AXIS
+            if surface not in (*PLANE_AXIS, Surface.FREE):
                 normal[facets] = facet_normals(mesh.points, facets)
         self._across = dyads(normal, normal)
 
