@@ -10,7 +10,7 @@ from fea.analysis.meshing import mesh_study
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
-from fea.judge.case_result import bore_ends
+from fea.judge.case_result import REFINED_SHARE, bore_ends
 from fea.judge.governing import Governing
 from fea.machine.clock import Clock
 from fea.study.option_tables import AnalysisTable, MeshTable
@@ -131,6 +131,20 @@ def test_no_bar_at_the_end_of_a_bore_is_below_what_meshes_scatter_by(two_speeds)
     assert bore_ends(mesh)[ends].all()
     assert bore_ends(mesh).mean() < 0.3
     assert (case.von_mises_error[ends] >= 0.015 * case.von_mises[ends]).all()
+
+
+def test_errors_are_smaller_on_a_mesh_that_errors_have_refined(two_speeds):
+    first, plain = two_speeds.rod, two_speeds.at(6000.0).cases["tension"]
+    wanted = wanted_sizes(first.mesh, np.full(len(first.mesh.whole.points), 0.9))
+    assert mesh_study(study(None, size=14.0), wanted=[wanted]).meshing.refined
+    assert not first.mesh.meshing.refined
+    meshing = dataclasses.replace(first.mesh.meshing, refined=True)
+    rod = dataclasses.replace(first, mesh=dataclasses.replace(first.mesh, meshing=meshing))
+    refined = solve_speed(rod, 6000.0).cases["tension"]
+    rest = ~bore_ends(rod.mesh.whole) & (plain.von_mises_error > 0)
+    share = refined.von_mises_error[rest] / plain.von_mises_error[rest]
+    assert share == pytest.approx(REFINED_SHARE, rel=1e-6)
+    assert REFINED_SHARE < 1
 
 
 def test_a_place_whose_stress_may_rise_to_the_peak_is_refined(two_speeds):
