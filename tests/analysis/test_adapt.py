@@ -10,7 +10,7 @@ from fea.analysis.meshing import mesh_study
 from fea.analysis.speed import solve_speed
 from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
-from fea.judge.case_result import REFINED_SHARE, bore_ends
+from fea.judge.case_result import FILE_SHARE, LEAST_OF_FILE, REFINED_SHARE, bore_ends
 from fea.judge.governing import Governing
 from fea.machine.clock import Clock
 from fea.study.option_tables import AnalysisTable, MeshTable
@@ -133,7 +133,7 @@ def test_no_bar_at_the_end_of_a_bore_is_below_what_meshes_scatter_by(two_speeds)
     assert (case.von_mises_error[ends] >= 0.015 * case.von_mises[ends]).all()
 
 
-def test_errors_are_smaller_on_a_mesh_that_errors_have_refined(two_speeds):
+def test_errors_are_smaller_on_a_mesh_that_errors_have_refined(two_speeds, monkeypatch):
     first, plain = two_speeds.rod, two_speeds.at(6000.0).cases["tension"]
     wanted = wanted_sizes(first.mesh, np.full(len(first.mesh.whole.points), 0.9))
     assert mesh_study(study(None, size=14.0), wanted=[wanted]).meshing.refined
@@ -144,7 +144,11 @@ def test_errors_are_smaller_on_a_mesh_that_errors_have_refined(two_speeds):
     rest = ~bore_ends(rod.mesh.whole) & (plain.von_mises_error > 0)
     share = refined.von_mises_error[rest] / plain.von_mises_error[rest]
     assert share == pytest.approx(REFINED_SHARE, rel=1e-6)
-    assert REFINED_SHARE < 1
+    assert REFINED_SHARE < FILE_SHARE < 1
+    monkeypatch.setattr(type(rod.study.rod), "from_file", property(lambda _: True))
+    of_file = solve_speed(rod, 6000.0).cases["tension"]
+    assert np.min(of_file.von_mises_error[rest] / plain.von_mises_error[rest]) == pytest.approx(FILE_SHARE)
+    assert (of_file.von_mises_error >= 0.999 * LEAST_OF_FILE * of_file.von_mises).all()
 
 
 def test_a_place_whose_stress_may_rise_to_the_peak_is_refined(two_speeds):
