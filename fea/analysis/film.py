@@ -33,7 +33,7 @@ from geometry.arrays import Floats
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
 _CARRIED = 0.1
-# Pressure at which surfaces flow, MPa: about the hardness of bronze; the model's are elastic.
+# Pressure at which surfaces flow, MPa: about the hardness of bronze; the asperities of the model are elastic.
 _HARDNESS = 1000.0
 # Tilt over the clearance above which it is told.
 _TILTED = 1e-3
@@ -206,22 +206,30 @@ class FilmResult:
         return remark(text, TOPIC)
 
     def _doubts(self, found: FilmFigures) -> Iterator[str]:
-        remedy = "Turn the oil hole away from the load (film.hole_deg), or raise film.inlet_bar"
-        of_verdict = {
-            Regime.STARVED: "starved: the supply cannot keep the film full. Oil fills "
-            f"{found.filled_percent:.0f} % of the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} "
-            f"l/min came in and {found.flow_l_min:.2g} left, and the other figures are of that cycle. "
-            f"{remedy if self.end is End.BIG else 'Raise film.small_end_inlet_bar'}",
-            Regime.OVERHEATED: "overheated: the heat of friction and of the oil do not balance below "
-            f"{HOTTEST:.0f} °C, where the model ends; the last cycle was computed at "
-            f"{found.temperature_C or math.nan:.0f} °C",
-            Regime.OVERLOADED: f"overloaded: oil and asperities press with up to {found.p_max_MPa:.0f} MPa, "
-            f"where bearing metals flow ({_HARDNESS:.0f} MPa is the hardness of bronze), and the model ends",
-            Regime.METAL: "the film is thinner than the surfaces are rough: they touch, and wear or seize; "
-            "its figures depend on the model of the asperities more than on that of the oil",
-        }
-        if self.verdict in of_verdict:
-            yield of_verdict[self.verdict]
+        match self.verdict:
+            case Regime.STARVED:
+                remedy = "Turn the oil hole away from the load (film.hole_deg), or raise film.inlet_bar"
+                yield (
+                    f"starved: the supply cannot keep the film full. Oil fills {found.filled_percent:.0f} % "
+                    f"of the gap; in the last cycle {self.cycle.supplied / _L_MIN:.2g} l/min came in and "
+                    f"{found.flow_l_min:.2g} left, and the other figures are of that cycle. "
+                    f"{remedy if self.end is End.BIG else 'Raise film.small_end_inlet_bar'}"
+                )
+            case Regime.OVERHEATED:
+                yield (
+                    f"overheated: the heat of friction and of the oil do not balance below {HOTTEST:.0f} °C, "
+                    f"where the model ends; the last cycle was computed at {found.temperature_C:.0f} °C"
+                )
+            case Regime.OVERLOADED:
+                yield (
+                    f"overloaded: oil and asperities press with up to {found.p_max_MPa:.0f} MPa, where "
+                    f"bearing metals flow ({_HARDNESS:.0f} MPa is the hardness of bronze), and the model ends"
+                )
+            case Regime.METAL:
+                yield (
+                    "the film is thinner than the surfaces are rough: they touch, and wear or seize; its "
+                    "figures depend on the model of the asperities more than on that of the oil"
+                )
         if not self.cycle.repeats and self.sound:
             yield f"it does not repeat itself in {CYCLES[self.end]} cycles, although oil comes in as it leaks"
         if found.lining_factor is not None and found.lining_factor < 1:

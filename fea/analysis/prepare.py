@@ -365,8 +365,9 @@ def _structure(
 ) -> Structure:
     options, elastic, cell = study.analysis, of_parts(materials, mesh.cell.part), mesh.cell
     support, solver, assembly = options.support, options.solver, options.matrix_assembly
-    drawn, hole = study.rod.dimensions, study.film.small_end_hole_diameter_mm
-    hole = drawn.oil_hole or None if hole is None and drawn is not None else hole
+    film, drawn = study.film, study.rod.dimensions
+    if film.small_end_hole_diameter_mm is None and drawn is not None and drawn.oil_hole:
+        film = replace(film, small_end_hole_diameter_mm=drawn.oil_hole)
     soft = soft_parts(materials, cell)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
@@ -388,7 +389,7 @@ def _structure(
         pressure=options.pin_load,
         support=support,
         contact=study.contact,
-        film=replace(study.film, small_end_hole_diameter_mm=hole),
+        film=film,
         pin_stiffness=study.pin_stiffness,
         largest_pin_forces=lambda: _pulled_and_pushed(
             joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])

@@ -233,10 +233,12 @@ class _Course:
         count, lead = acting.count, math.ceil(_RAMP * acting.count)
         if before is not None:
             start = round((1 - lead / count) * len(before.states))
-            states = [bearing.taken_over(before.states[start])]
             if before.acting.count == count and before.bearing.reynolds.grid == bearing.reynolds.grid:
                 states = [*before.states[start:], *before.states[: start + 1]]
-            oil = 1.5 * states[-1].volume - states[-2:][0].volume / 2
+                oil = 1.5 * states[-1].volume - states[-2].volume / 2
+            else:
+                states = [bearing.taken_over(before.states[start])]
+                oil = states[0].volume
             return cls(bearing, acting, count - lead, deque(states, count + 1), oil)
         rest, rate = bearing.start(), count / acting.period
         first = acting.solve(bearing, rest, -lead, rate, rate * rest.volume)

@@ -192,8 +192,9 @@ class Bearing:
 
     def touching(self, planes: Floats) -> tuple[Floats, Floats]:
         """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm."""
-        none = np.zeros_like(planes)
-        return (none, none) if self.asperities is None else self.asperities.pressure(planes)
+        if self.asperities is None:
+            return np.zeros_like(planes), np.zeros_like(planes)
+        return self.asperities.pressure(planes)
 
     def space(self, planes: Floats) -> tuple[Floats, Floats]:
         """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
@@ -254,9 +255,10 @@ class Bearing:
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response, space)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
-        for most in [_LARGEST] * _HARD + [_CAREFUL] * (_STEPS - _HARD):
-            if most == _CAREFUL:
-                iterate = iterate._replace(response=None)
+        for step in range(_STEPS):
+            most = _LARGEST
+            if step >= _HARD:
+                most, iterate = _CAREFUL, iterate._replace(response=None)
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded, most)
             if self.asperities is None and iterate.planes.min() < _MET * self.clearance:
                 raise FilmError("smooth surfaces meet, which only oil keeps apart. Give film.roughness_um")

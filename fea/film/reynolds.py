@@ -8,7 +8,7 @@ the share θ < 1 of the gap (Jakobsson & Floberg 1957, Olsson 1965). Of every ce
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ _OPEN = 1e-6
 _RIM = 4.0
 
 
-@cache
+@lru_cache(maxsize=16)  # oils differ by temperature: a search meets many
 def _potential(oil: Oil, pressure: float) -> float:
     """The q of a pressure: see `Oil.generalised`."""
     return float(oil.generalised(np.array(pressure))[0])

@@ -207,7 +207,8 @@ def case_result(
     error = fields.error
     equivalents = tuple(von_mises(stress) for stress in stresses)
     factor, equivalent, stress, off = of_weakest(materials, equivalents, stresses, error.part_von_mises)
-    off = off * ((FILE_SHARE if from_file else REFINED_SHARE) if refined and mesh.order == 2 else 1.0)
+    if refined and mesh.order == 2:
+        off = off * (FILE_SHARE if from_file else REFINED_SHARE)
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
     if from_file:
         off = widened(equivalent, np.maximum(off, LEAST_OF_FILE * equivalent), error.masked)

@@ -55,6 +55,10 @@ def _force(bearing: Bearing, state: JournalState) -> tuple[float, float]:
     return math.hypot(x, y), 180 - math.degrees(math.atan2(y, x))
 
 
+def _size(bearing: Bearing) -> int:
+    return math.prod(bearing.reynolds.grid.shape)
+
+
 def _printed(name: str) -> Iterator[list[float]]:
     """The rows of a published table of figures only."""
     return ([float(text) for text in row.values()] for row in records(name))
@@ -76,7 +80,7 @@ def raimondi_boyd(size: float) -> Quantities:
         yield Quantity(f"Sommerfeld number, {at}", "1", sommerfeld, scale / force, 1.0, three)
         yield Quantity(f"attitude, {at}", "°", attitude, behind, 50.0 / attitude, angle)
         yield Quantity(f"(r/c) f, {at}", "1", friction, rubbing, 1.0, three)
-    return math.prod(bearing.reynolds.grid.shape)
+    return _size(bearing)
 
 
 @benchmark(
@@ -101,7 +105,7 @@ def butenschoen(size: float) -> Quantities:
         number = force * (_CLEARANCE / _RADIUS) ** 2 / (4 * ratio * _RADIUS**2 * _VISCOSITY * rate)
         name = f"So, {row['motion']}, B/D {ratio:.2g}, ε {eccentricity:g}"
         yield Quantity(name, "1", target, number, 2.0, why)
-    return math.prod(bearing.reynolds.grid.shape)
+    return _size(bearing)
 
 
 @benchmark("Ocvirk 1952, NACA TN 2808; Dubois & Ocvirk 1953, NACA TR 1157", size=1.1)
@@ -119,7 +123,7 @@ def ocvirk(size: float) -> Quantities:
         attitude = math.degrees(math.atan2(math.pi * math.sqrt(square), 4 * eccentricity))
         yield Quantity(f"load, ε {eccentricity:g}", "N", exact, force, 0.5, why)
         yield Quantity(f"attitude, ε {eccentricity:g}", "°", attitude, behind, 0.5, why)
-    return math.prod(bearing.reynolds.grid.shape)
+    return _size(bearing)
 
 
 @benchmark(
@@ -143,7 +147,7 @@ def lund_thomsen(size: float) -> Quantities:
         at, away, angle = f"L/D {ratio:g}, S {number:g}", math.hypot(x, y), math.degrees(math.atan2(y, x))
         yield Quantity(f"eccentricity, {at}", "1", eccentricity, away, 1.0 / eccentricity, close)
         yield Quantity(f"attitude, {at}", "°", attitude, angle, 100.0 / attitude, turned)
-    return math.prod(bearing.reynolds.grid.shape)
+    return _size(bearing)
 
 
 @benchmark(
