@@ -150,6 +150,11 @@ class Dimensions:
         return self.web_thickness if self.has_pockets else min(self.shank_width, self.least_depth)
 
     @property
+    def big_end_opening(self) -> float:
+        """Diameter of the hole along the rod where it opens into the big end's bore, mm; 0 for none."""
+        return max(self.oil_gallery, self.shank_bore)
+
+    @property
     def shank_bore_end(self) -> float:
         """The x where the bore of a tubular shank ends, mm."""
         return self.length - self.small_end_radius - self.pocket_setback

@@ -232,7 +232,7 @@ class HeightField:
             circles += [(0.0, radius) for radius in rib.rings]
         seams = [half_chord(radius, x - center) for center, radius in circles]
         levels = [self.rod.oil_hole / 2]
-        if self.rod.oil_gallery or self.rod.shank_bore:
+        if self.rod.big_end_opening:
             seams.append(self._drilled_radius(x))
         if self.pocket is not None and self.pocket.in_sides:
             seams.append(self.pocket.floor_begins(x))
@@ -296,8 +296,8 @@ def walls(rod: Dimensions) -> dict[str, float]:
     }
     if rod.has_pockets:
         thickness |= {"web": rod.web_thickness, "flange": rod.flange_thickness}
-    if drilled := max(rod.oil_gallery, rod.shank_bore):
-        thickness["wall beside the hole along the shank"] = (rod.drilled_thickness - drilled) / 2
+    if rod.big_end_opening:
+        thickness["wall beside the hole along the shank"] = (rod.drilled_thickness - rod.big_end_opening) / 2
     if rod.cap_bolt:
         apart = rod.cap_bolt_spacing - rod.cap_bolt
         thickness["wall between bolt hole and bore"] = (apart - rod.big_end_bore) / 2

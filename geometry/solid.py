@@ -61,7 +61,7 @@ def expected_features(rod: Rod, turn: float = 0.0) -> Iterator[Expected]:
     field = HeightField(rod)
     outline, full = field.outline, 2 * math.pi
     big, small = outline.bores
-    drilled = _window(big.radius, max(rod.oil_gallery, rod.shank_bore) / 2)
+    drilled = _window(big.radius, rod.big_end_opening / 2)
     area = full * big.radius * rod.crank_bearing_width - drilled
     yield _cylinder(FeatureKind.BORE, big, area, full, rod.big_end_ring)
     drilled = _window(small.radius, rod.oil_gallery / 2)
@@ -223,7 +223,7 @@ def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
     if assembly.shell:
         radius = rod.big_end_bore / 2 + assembly.shell
         whole = 2 * math.pi * radius * rod.big_end_width
-        areas[Surface.SHELL_SEAT] = whole - _window(radius, max(rod.oil_gallery, rod.shank_bore) / 2)
+        areas[Surface.SHELL_SEAT] = whole - _window(radius, rod.big_end_opening / 2)
     if (seat := assembly.bolt) is not None:
         outer = seat.head_diameter, seat.nut_diameter
         head, nut = (math.pi / 2 * (diameter**2 - rod.cap_bolt**2) for diameter in outer)

@@ -365,9 +365,6 @@ def _structure(
 ) -> Structure:
     options, elastic, cell = study.analysis, of_parts(materials, mesh.cell.part), mesh.cell
     support, solver, assembly = options.support, options.solver, options.matrix_assembly
-    film, drawn = study.film, study.rod.dimensions
-    if film.small_end_hole_diameter_mm is None and drawn is not None and drawn.oil_hole:
-        film = replace(film, small_end_hole_diameter_mm=drawn.oil_hole)
     soft = soft_parts(materials, cell)
     if soft and options.buckling:
         nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
@@ -384,12 +381,13 @@ def _structure(
     return Structure(
         model=model,
         bores=mesh.bores,
+        drawn=study.rod.dimensions,
         materials=materials,
         inertia=body,
         pressure=options.pin_load,
         support=support,
         contact=study.contact,
-        film=film,
+        film=study.film,
         pin_stiffness=study.pin_stiffness,
         largest_pin_forces=lambda: _pulled_and_pushed(
             joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])

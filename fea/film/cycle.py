@@ -55,6 +55,7 @@ class JournalLoads:
     load: Floats  #: (n, 2) force of the film on the bore, N; (n, 4) with tilts: see `Bearing.solve`
     speed: Floats  #: (n,) of the journal's surface relative to the bore's, mm/s
     inlet: float  #: pressure of the oil that is supplied, MPa above the surroundings
+    above: Floats | float = 0.0  #: (n_angle, n_width) by how much it is higher in some of the cells
     hole_diameter: float = 0.0  #: of the oil hole in the journal, mm; 0 for none
     hole_angle: Floats | None = None  #: (n,) of it from +x, rad
     grooves: Floats | None = None  #: (n_angle, n_width) share of each cell that grooves of the bore cover
@@ -81,7 +82,9 @@ class JournalLoads:
             share = hole if share is None else np.maximum(share, hole)
         if share is None and self.flooded:
             share = np.zeros(bearing.reynolds.grid.shape)
-        return None if share is None else Supply(share, self.inlet, self.flooded)
+        if share is None:
+            return None
+        return Supply(share, self.inlet + self.above, self.inlet if self.flooded else 0.0)
 
     def solve(
         self, bearing: Bearing, guess: JournalState, place: float, rate: float, before: Floats
@@ -188,8 +191,7 @@ class FilmCycle:
         planes, volumes, pressures, touching = (np.array(each) for each in fields)
         kept = touching * _rate(planes, step) + pressures * _rate(planes - volumes, step)
         power += [grid.total(each) for each in kept]
-        drawn = self.supplied - acting.flooded * self.leaked
-        return float(power.mean() + acting.inlet * drawn)
+        return float(power.mean() + self._flows[2])
 
     @cached_property
     def weights(self) -> Floats:
@@ -202,12 +204,16 @@ class FilmCycle:
     @cached_property
     def supplied(self) -> float:
         """Mean flow of oil through holes, grooves and flooded ends, mm³/s."""
-        return float(np.mean([state.flows[0] for state in self.states]))
+        return float(self._flows[0])
 
     @cached_property
     def leaked(self) -> float:
         """Mean flow of oil out of the ends, mm³/s."""
-        return float(np.mean([state.flows[1] for state in self.states]))
+        return float(self._flows[1])
+
+    @cached_property
+    def _flows(self) -> Floats:
+        return np.asarray(np.mean([state.flows for state in self.states], axis=0))
 
 
 def _rate(values: Floats, step: float) -> Floats:

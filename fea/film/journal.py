@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.film.asperities import Asperities
 from fea.film.oil import Oil
-from fea.film.reynolds import Balance, Conditions, Film, Reynolds
+from fea.film.reynolds import Balance, Conditions, Film, Reynolds, Supply
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
 
@@ -109,8 +109,10 @@ class JournalState:
 
     @property
     def thinnest(self) -> float:
-        """Smallest gap, mm, of the cells and at the ends of the bearing."""
-        return float(min(self.gap.min(), self.edge.min()))
+        """Smallest gap, mm, of the cells that holes do not fill and at the ends of the bearing."""
+        supply = self.conditions.supply
+        gap = self.gap if supply is None else self.gap[supply.land > 0]
+        return float(min(gap.min(), self.edge.min()))
 
     @cached_property
     def balance(self) -> Balance:
@@ -119,9 +121,10 @@ class JournalState:
 
     @cached_property
     def flows(self) -> Floats:
-        """Oil supplied and leaked (2,), mm³/s, in the mean of the step's parts."""
+        """Oil supplied and leaked, mm³/s, and power brought, N·mm/s (3,), in the mean of the step's parts."""
         balances = [state.balance for state in (*self.parts, self)]
-        return np.asarray(np.mean([(each.supplied, each.leaked) for each in balances], axis=0))
+        flows = [(each.supplied, each.leaked, each.brought) for each in balances]
+        return np.asarray(np.mean(flows, axis=0))
 
     @cached_property
     def friction(self) -> tuple[float, float]:
@@ -134,7 +137,7 @@ class JournalState:
     @cached_property
     def touching(self) -> Floats:
         """Pressure (n_angle, n_width) of asperities, MPa."""
-        return self.bearing.touching(self.planes)[0]
+        return self.bearing.touching(self.planes, self.conditions.supply)[0]
 
     @property
     def pressure(self) -> Floats:
@@ -190,11 +193,13 @@ class Bearing:
     bore: ElasticBore | None = None
     asperities: Asperities | None = None  #: None of smooth surfaces
 
-    def touching(self, planes: Floats) -> tuple[Floats, Floats]:
-        """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm."""
+    def touching(self, planes: Floats, supply: Supply | None) -> tuple[Floats, Floats]:
+        """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm, on land."""
         if self.asperities is None:
             return np.zeros_like(planes), np.zeros_like(planes)
-        return self.asperities.pressure(planes)
+        pressure, slope = self.asperities.pressure(planes)
+        land = 1.0 if supply is None else supply.land
+        return pressure * land, slope * land
 
     def space(self, planes: Floats) -> tuple[Floats, Floats]:
         """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
@@ -262,13 +267,14 @@ class Bearing:
             before, (iterate, limited) = iterate, self._improved(iterate, conditions, load, loaded, most)
             if self.asperities is None and iterate.planes.min() < _MET * self.clearance:
                 raise FilmError("smooth surfaces meet, which only oil keeps apart. Give film.roughness_um")
-            if not limited and iterate.close_to(before, self) and self._carries(iterate, load):
+            if not limited and iterate.close_to(before, self) and self._carries(iterate, load, conditions):
                 return JournalState(*iterate[:4], self, conditions, iterate.response)
         raise FilmError(f"no balance within {_STEPS} steps. Reduce the load or check roughness and clearance")
 
-    def _carries(self, at: "_Iterate", load: Floats | None) -> bool:
+    def _carries(self, at: "_Iterate", load: Floats | None, conditions: Conditions) -> bool:
         """Whether the pressures on the bore, of oil and asperities, balance the load."""
-        pressure, count = at.film.pressure + self.touching(at.planes)[0], len(at.bulge)
+        touching, _ = self.touching(at.planes, conditions.supply)
+        pressure, count = at.film.pressure + touching, len(at.bulge)
         off = 0.0 if load is None else self._works[count : count + len(load)] @ pressure.ravel() + load
         return bool(np.abs(off).max() <= _MISSED * self.reynolds.grid.total(pressure))
 
@@ -305,7 +311,7 @@ class Bearing:
         gap, widens = at.space
         balance, stencil = self.reynolds.balance(at.film, gap, conditions), self.reynolds.stencil
         ajar = at.planes - self.planes(at.position, at.bulge)  # what an earlier limited step left open
-        touching, slope = self.touching(at.planes)
+        touching, slope = self.touching(at.planes, conditions.supply)
         full, stiffness = at.film.full.reshape(-1, 1), slope.reshape(-1, 1)
         by_planes = stencil.matrix(balance.by_gap, widens)
 

@@ -45,13 +45,19 @@ class Supply:
     """Holes and grooves: the share (n_angle, n_width) of each cell that they cover, and their pressure."""
 
     share: Floats
-    pressure: float  #: above the surroundings, MPa, positive: oil that is not pressed in fills no gap
-    flooded: bool = False  #: whether the ends of the bearing stand in oil of that pressure, too
+    #: Above the surroundings, MPa, of all or in each cell; positive: oil that is not pressed in fills no gap
+    pressure: Floats | float
+    outside: float = 0.0  #: of the oil in which the ends of the bearing stand
+
+    @cached_property
+    def land(self) -> Floats:
+        """Share of each cell where a surface faces the other."""
+        return 1 - self.share
 
     @cached_property
     def openness(self) -> Floats:
         """How much better than through a film of the cell's own size each cell is supplied."""
-        return np.asarray(_RIM * self.share / (1 - self.share + _OPEN))
+        return np.asarray(_RIM * self.share / (self.land + _OPEN))
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,7 @@ class Balance:
     supplied: float  #: through holes, grooves and flooded ends of the whole bearing, mm³/s
     leaked: float  #: at the ends of the whole bearing, mm³/s
     pressed: float  #: power that the flow under pressure dissipates in the whole bearing, N·mm/s
+    brought: float  #: power of the pressures under which oil is supplied, N·mm/s
 
 
 class _Flow(NamedTuple):
@@ -156,9 +163,10 @@ class Reynolds:
         slope = np.where(film.full, slope, 0.0)
         around = self._around(film, gap, q, slope, conditions.speed)
         along, supply = self._along(film, gap, q, slope), conditions.supply
-        inlet, openness = (0.0, 0.0) if supply is None else (supply.pressure, supply.openness)
-        (leaking, opened), outside = self._drains, inlet if supply is not None and supply.flooded else 0.0
-        cube = gap * gap * gap
+        inlet, openness, outside = (
+            (0.0, 0.0, 0.0) if supply is None else (supply.pressure, supply.openness, supply.outside)
+        )
+        (leaking, opened), cube = self._drains, gap * gap * gap
         ends = self._drained(film, gap, (q, slope), leaking * cube, outside)
         supplied = self._drained(film, gap, (q, slope), opened * openness * cube, inlet)
         excess = grid.area * (rate * film.fill * gap - conditions.before) + ends.flow + supplied.flow
@@ -175,6 +183,7 @@ class Reynolds:
             supplied=-grid.images * float(supplied.flow.sum() + np.minimum(ends.flow, 0.0).sum()),
             leaked=grid.images * float(np.maximum(ends.flow, 0.0).sum()),
             pressed=grid.images * float(power.sum()),
+            brought=-grid.images * float((inlet * supplied.flow + outside * ends.flow).sum()),
         )
 
     def _around(self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float) -> _Flow:
@@ -208,11 +217,17 @@ class Reynolds:
         return _Flow(flow, by_film, (by_middle, by_middle), -flow * rise)
 
     def _drained(
-        self, film: Film, gap: Floats, potential: tuple[Floats, Floats], conducts: Floats, around: float
+        self,
+        film: Film,
+        gap: Floats,
+        potential: tuple[Floats, Floats],
+        conducts: Floats,
+        around: Floats | float,
     ) -> _Flow:
         """Flow out of cells to oil of a pressure around them, through what conducts with h³."""
-        q, slope = potential
-        out = conducts * (q - _potential(self.oil, around))
+        (q, slope), oil = potential, self.oil
+        beyond = _potential(oil, around) if isinstance(around, float) else oil.generalised(around)[0]
+        out = conducts * (q - beyond)
         return _Flow(out, [conducts * slope], [3 * out / gap], out * (film.pressure - around))
 
     def _entries(self, around: Sequence[Floats], along: Sequence[Floats]) -> Floats:

@@ -1,5 +1,6 @@
 """The oil films of a rod's bearings: what the study says of them, completed, and their cycles."""
 
+import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -55,6 +56,19 @@ _CROWDING, _SLOPE = 0.05, 7.1e-3
 
 
 @dataclass(frozen=True)
+class Hole:
+    """A round hole in the middle of a bearing's width."""
+
+    angle: float  #: in a bore from rod +x, in the crank pin from the crank arm's outward direction, rad
+    diameter: float  #: mm
+    above: float = 0.0  #: pressure of its oil above that of the inlet, MPa
+
+    def share(self, grid: FilmGrid) -> Floats:
+        """Share (n_angle, n_width) of each cell of a film that it covers."""
+        return grid.hole(self.angle, self.diameter)
+
+
+@dataclass(frozen=True)
 class Grooves:
     """Grooves that oil of the inlet's pressure fills, in the middle of a bearing's width."""
 
@@ -88,9 +102,8 @@ class Lubrication:
     inlet_temperature: float = 0.0  #: °C
     heat: float = 0.0  #: share of the friction power that the oil carries away
     temperature: float | None = None  #: of a film that takes that of the surfaces, °C
-    #: Angle of the hole, rad: in the crank pin from the crank arm's outward direction, or in the small end
-    hole: float = 0.0
-    hole_diameter: float = 0.0  #: mm; 0 for none
+    pin_hole: Hole | None = None  #: in the crank pin
+    holes: tuple[Hole, ...]  #: in the bore
     grooves: Grooves | None = None
     swing: float = 1.0  #: rotation of the small end on its pin over that of the rod
     asperities: Asperities | None
@@ -122,7 +135,7 @@ class Lubrication:
             warning(f"film.{key} is not used: film.{twice[0]} says the viscosity", TOPIC) for key in twice[1:]
         ]
         inlet = said.or_else(table.inlet_bar, assumed.INLET_BAR, "oil pressure {:.3g} bar (film.inlet_bar)")
-        hole = said.or_else(table.hole_deg, assumed.HOLE_DEG, "oil hole at {:.3g} ° (film.hole_deg)")
+        angle = said.or_else(table.hole_deg, assumed.HOLE_DEG, "oil hole at {:.3g} ° (film.hole_deg)")
         text = "oil hole of {:.3g} mm (film.hole_diameter_mm)"
         diameter = said.or_else(table.hole_diameter_mm, assumed.HOLE_MM, text)
         _require_hole("film.hole_diameter_mm", diameter, End.BIG, bores.big_width)
@@ -135,8 +148,8 @@ class Lubrication:
             inlet=inlet * BAR,
             inlet_temperature=warm,
             heat=heat,
-            hole=hole * DEG,
-            hole_diameter=diameter,
+            pin_hole=Hole(angle * DEG, diameter),
+            holes=_openings(structure, End.BIG, said),
             grooves=Grooves.of(table),
             asperities=asperities,
             lining=table.lining_MPa,
@@ -157,8 +170,10 @@ class Lubrication:
             )
         text = "its sides in oil of {:.3g} bar above that of a ruptured film (film.small_end_inlet_bar)"
         around = said.or_else(table.small_end_inlet_bar, assumed.SMALL_END_BAR, text)
-        diameter = table.small_end_hole_diameter_mm or 0.0
-        _require_hole("film.small_end_hole_diameter_mm", diameter, End.SMALL, bores.small_width)
+        drilled = 0.0 if structure.drawn is None else structure.drawn.oil_hole
+        hole = Hole(table.small_end_hole_deg * DEG, table.small_end_hole_diameter_mm or drilled)
+        _require_hole("film.small_end_hole_diameter_mm", hole.diameter, End.SMALL, bores.small_width)
+        holes = _openings(structure, End.SMALL, said)
         kind = table.piston_pin or assumed.FLOATING
         if table.piston_pin is None:
             said.append("a floating piston pin (film.piston_pin)")
@@ -170,8 +185,7 @@ class Lubrication:
             clearance=fits.small_clearance,
             inlet=around * BAR,
             temperature=warm,
-            hole=table.small_end_hole_deg * DEG,
-            hole_diameter=diameter,
+            holes=(hole, *holes) if hole.diameter else holes,
             swing=1 - assumed.TURNS[kind],
             asperities=_asperities(structure, End.SMALL, Assumed()),
             notes=assumptions(TOPICS[End.SMALL], said),
@@ -197,6 +211,20 @@ def _require_film(key: str, clearance: float, unit: str, size: float, remedy: st
 def _require_hole(key: str, diameter: float, end: End, width: float) -> None:
     rule = f"must be less than the width of the {end.words}'s bore, {width:.4g} mm"
     require(diameter < width, key, diameter, rule)
+
+
+def _openings(structure: Structure, end: End, said: Assumed) -> tuple[Hole, ...]:
+    """Where what is drilled along the rod opens into a bore, full of the oil that feeds the big end."""
+    drawn = structure.drawn
+    diameter = 0.0 if drawn is None else drawn.big_end_opening if end is End.BIG else drawn.oil_gallery
+    if not diameter:
+        return ()
+    inlet = Assumed().or_else(structure.film.inlet_bar, assumed.INLET_BAR, "")
+    oil = f"oil of {inlet:.3g} bar (film.inlet_bar)"
+    said.append(f"the hole of {diameter:.3g} mm along the rod full of {oil}")
+    if end is End.BIG:
+        return (Hole(0.0, diameter),)
+    return (Hole(math.pi, diameter, inlet * BAR),)
 
 
 def _oil(table: assumed.FilmTable, said: Assumed) -> Oil | WarmOil:
@@ -347,26 +375,28 @@ class Films:
         bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities)
         bores = self._bores(cycle, instants, bore)
         caused = [each.caused(instant[None])[0] for each, instant in zip(bores, instants, strict=False)]
+        grooves, pin_hole = said.grooves, said.pin_hole
+        fixed: list[Hole | Grooves] = [*said.holes]
+        if grooves is not None and not grooves.turn:
+            fixed.append(grooves)
         acting = JournalLoads(
             period=CYCLE / cycle.speed,
             load=bore.carried(instants),
             speed=((cycle.speed if end is End.BIG else 0.0) - said.swing * instants.angular_velocity)
             * radius,
             inlet=said.inlet,
+            above=sum([hole.above * np.ceil(hole.share(grid)) for hole in said.holes if hole.above], 0.0),
+            grooves=np.max([each.share(grid) for each in fixed], axis=0) if fixed else None,
+            flooded=end is End.SMALL,
             loaded=np.stack(caused) if bores else bore.caused(instants),
             compliance=np.stack([each.with_pin for each in bores]) if bores else None,
         )
-        if end is End.SMALL:
-            hole = grid.hole(said.hole, said.hole_diameter) if said.hole_diameter else None
-            acting = replace(acting, grooves=hole, flooded=True)
-        else:
+        if pin_hole is not None:
             # The crank arm is turned by θ, and the rod by −β.
-            arm, grooves = instants.crank_angle + instants.motion.rod_angle, said.grooves
-            acting = replace(acting, hole_diameter=said.hole_diameter, hole_angle=arm + said.hole)
+            angle = instants.crank_angle + instants.motion.rod_angle + pin_hole.angle
+            acting = replace(acting, hole_diameter=pin_hole.diameter, hole_angle=angle)
             if grooves is not None and grooves.turn:
-                acting = replace(acting, turning=lambda angle: grooves.share(grid, angle - said.hole))
-            elif grooves is not None:
-                acting = replace(acting, grooves=grooves.share(grid))
+                acting = replace(acting, turning=lambda turned: grooves.share(grid, turned - pin_hole.angle))
         most = 2 if before is not None and (before.starved or before.too_hot) else CYCLES[end]
         return integrate(bearing, acting, heat=heat, before=before, most=most)
 

@@ -21,6 +21,7 @@ from fea.study.film_table import FilmTable
 from fea.study.option_tables import ContactTable
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints, Mask
+from geometry.dimensions import Dimensions
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
@@ -33,6 +34,7 @@ class Structure:
 
     model: Model  #: the stiffness of the cell
     bores: Bores
+    drawn: Dimensions | None  #: that the rod has been drawn from
     materials: tuple[Material, ...]  #: one per part
     inertia: Inertia  #: of the same mesh
     pressure: str  #: what the study asks for

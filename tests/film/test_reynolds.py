@@ -227,7 +227,7 @@ def test_a_cell_that_drains_is_empty_where_less_is_not_solved_and_owes_the_rest(
         state = course.states[-1]
         assert not state.parts
         assert state.film.fill.min() > -1e-9
-        flown -= np.subtract(*state.flows[::-1]) * acting.period / count
+        flown -= np.subtract(*state.flows[1::-1]) * acting.period / count
     assert total(course.oil) - before == pytest.approx(flown, abs=1e-6 * before)
 
 
@@ -342,6 +342,40 @@ def test_rough_surfaces_carry_what_the_film_cannot():
     pressed = rough.reynolds.grid.total(state.touching)
     assert force == pytest.approx(0.1 * pressed, rel=1e-3)
     assert power == pytest.approx(force * SPEED / 1e6, rel=1e-2)
+
+
+def test_asperities_carry_nothing_over_a_hole():
+    """A groove all round that covers half of the width leaves half of a bearing."""
+    rough, load = replace(bearing(), asperities=Asperities(8e-4, 42.0, 0.1)), np.array([2000.0, 0.0])
+    groove = Supply(rough.reynolds.grid.groove(0.0, 2 * math.pi, 12.5), 1e-7)
+    assert set(groove.share.ravel()) == {0.0, 1.0}
+    there, shares = [], []
+    for supply, force_on_it in ((groove, load), (None, 2 * load)):
+        state = rough.start((1.03 * C, 0.0))
+        there.append(rough.solve(state, Conditions(SPEED / 1e9, supply), load=force_on_it))
+        shares.append(there[-1].touching.sum() / there[-1].pressure.sum())
+    assert shares == pytest.approx([1.0, 1.0], rel=1e-5)
+    assert there[0].position == pytest.approx(there[1].position, rel=1e-6, abs=1e-9)
+    assert there[0].thinnest == pytest.approx(there[1].thinnest, rel=1e-6)
+    assert not there[0].touching[groove.share > 0].any()
+    # What the hole itself leaves of the gap is no film.
+    over = replace(there[0], planes=np.where(groove.share > 0, -1.0, there[0].planes))
+    assert over.thinnest == there[0].thinnest
+
+
+def test_oil_flows_from_a_hole_to_ends_that_stand_in_oil_by_poiseuille():
+    film, around = bearing(oil=THIN), 0.1
+    grid = film.reynolds.grid
+    share = grid.groove(0.0, 2 * math.pi, 12.5)
+    for pressure in (0.5, 0.5 * share + around):  # the same in all cells, and of the groove alone
+        groove = 0.5 if isinstance(pressure, float) else 0.6
+        balance = film.solve(film.start(), Conditions(0.0, Supply(share, pressure, around))).balance
+        middle = grid.z[share[0] > 0].max()  # of the last cell that the groove fills
+        exact = 2 * 2 * math.pi * R * C**3 / (12 * THIN.viscosity) * (groove - around) / (12.5 - middle)
+        assert balance.supplied == pytest.approx(exact, rel=1e-5)
+        assert balance.leaked == pytest.approx(exact, rel=1e-5)
+        assert balance.brought == pytest.approx((groove - around) * exact, rel=1e-5)
+        assert balance.pressed == pytest.approx(balance.brought, rel=1e-5)
 
 
 def test_films_on_asperities_differ_by_their_distances_over_the_roughness():

@@ -24,6 +24,7 @@ from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
+from geometry.rod import proportioned
 
 E, NU = 206e3, 0.3
 
@@ -129,7 +130,7 @@ def rigid(width=WIDTH, n=48, m=20):
 
 def test_flooded_ends_fill_a_film_at_rest_with_their_pressure():
     film = rigid()
-    supply = Supply(np.zeros(film.reynolds.grid.shape), 0.1, flooded=True)
+    supply = Supply(np.zeros(film.reynolds.grid.shape), 0.1, outside=0.1)
     state = film.solve(film.start((0.3 * CLEARANCE, 0.0)), Conditions(0.0, supply))
     assert state.film.pressure == pytest.approx(0.1, rel=1e-9)
     assert state.balance.leaked == pytest.approx(0.0, abs=1e-9)
@@ -160,8 +161,8 @@ def test_a_groove_all_round_makes_two_bearings_of_one():
     share = grooves.share(whole.reynolds.grid)
     assert share.mean() == pytest.approx(5.0 / WIDTH)
     position, speed = (-0.6 * CLEARANCE, 0.0), 3000.0
-    state = whole.solve(whole.start(position), Conditions(speed, Supply(share, 1e-3, flooded=True)))
-    fed = Supply(np.zeros(half.reynolds.grid.shape), 1e-3, flooded=True)
+    state = whole.solve(whole.start(position), Conditions(speed, Supply(share, 1e-3, outside=1e-3)))
+    fed = Supply(np.zeros(half.reynolds.grid.shape), 1e-3, outside=1e-3)
     other = half.solve(half.start(position), Conditions(speed, fed))
     carried = [
         np.hypot(*film.reynolds.grid.resultants(each.pressure)[:2])
@@ -245,6 +246,37 @@ def test_grooves_in_the_shell_and_in_the_pin_feed_the_big_end(rod, monkeypatch):
     without, shell, pin = flows
     assert shell == pytest.approx(pin, rel=1e-9)
     assert shell > 1.5 * without
+
+
+def test_a_gallery_along_the_rod_feeds_the_small_end_from_the_big_one(rod, monkeypatch):
+    """Without pressure, it is a hole in the oil around the small end, on the side of the shank."""
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 36))
+    cycle, drawn, found = rod.crank_cycle(6000.0), rod.structure.drawn, {}
+    hole = {"small_end_hole_diameter_mm": 3.5, "small_end_hole_deg": 180.0}
+    for name, gallery, keys in (("hole", 0.0, hole), ("none", 3.5, {"inlet_bar": 0.01}), ("fed", 3.5, {})):
+        film = FilmTable(viscosity_mPas=8.0, **keys)
+        films = Films(replace(rod.structure, drawn=replace(drawn, oil_gallery=gallery), film=film), End.SMALL)
+        films.__dict__["bore"] = rod.small_end_films.bore
+        found[name] = films.coarse(cycle)
+        assert ("hole of 3.5 mm along the rod full of oil" in str(films.lubrication.notes)) == (gallery > 0)
+    assert found["none"].leaked == pytest.approx(found["hole"].leaked, rel=1e-2)
+    fed = found["fed"]
+    assert fed.leaked > 1.03 * found["hole"].leaked
+    assert fed.supplied == pytest.approx(fed.leaked, rel=1e-3)
+    assert fed.driven == pytest.approx(fed.dissipated, rel=1e-2)
+    # Above the vapour's pressure, the atmosphere's 1 bar and the 4 bar of the big end's inlet.
+    above = fed.acting.above
+    assert set(fed.acting.inlet + above.ravel()) == {0.1, 0.5}
+    assert (above > 0).tolist() == (fed.acting.grooves > 0).tolist()
+
+
+def test_the_bore_of_a_tubular_shank_opens_into_the_film_of_the_big_end_alone(rod):
+    drawn = proportioned(141.0, 50.0, 24.0, shank_section="tubular", shank_bore=8.0)
+    structure = replace(rod.structure, drawn=drawn, film=FilmTable(viscosity_mPas=8.0, inlet_bar=5.0))
+    big, small = (Films(structure, end).lubrication for end in (End.BIG, End.SMALL))
+    assert big.holes == (lubrication.Hole(0.0, 8.0),)
+    assert "the hole of 8 mm along the rod full of oil of 5 bar" in str(big.notes)
+    assert small.holes == ()
 
 
 def test_the_oil_hole_turns_with_the_crank_arm(rod, monkeypatch):

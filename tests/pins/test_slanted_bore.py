@@ -10,21 +10,27 @@ from studies import plain_study
 
 from fea.analysis.prepare import prepare
 from fea.base.choices import Symmetry
+from fea.pins.lubrication import Hole
 from fea.pins.pressure import SKEWED, _skewness
 from fea.pins.yielding import End, unit_forces
 from fea.study.flags import Flags
 
 
-def slanted_rod(oil_hole=0.0):
+def slanted_rod(**holes):
     study = Flags(size=12.0, symmetry=Symmetry.QUARTER, cycle=True).applied(plain_study())
     crown = 0.6 * study.rod.dimensions.small_end_width
-    rod = replace(study.rod.dimensions, small_end_crown_width=crown, oil_hole=oil_hole)
+    rod = replace(study.rod.dimensions, small_end_crown_width=crown, **holes)
     return prepare(replace(study, rod=replace(study.rod, dimensions=rod)))
 
 
 @pytest.fixture(scope="module")
 def slanted():
     return slanted_rod()
+
+
+@pytest.fixture(scope="module")
+def drilled():
+    return slanted_rod(oil_hole=5.0, oil_gallery=3.0)
 
 
 def test_superposed_stress_is_the_directly_solved_one(slanted):
@@ -52,14 +58,15 @@ def test_skewness_is_that_of_a_width_that_differs_around_the_bore(slanted):
     assert _skewness(big.bore.facets, big.arcs[0]) < SKEWED
 
 
-def test_a_film_fits_displacements_to_what_slant_and_oil_hole_leave_of_the_bore():
+@pytest.mark.parametrize("end", End)
+def test_a_film_fits_displacements_to_what_slant_and_holes_leave_of_a_bore(drilled, end):
     """Moved by 1 mm along x, it has the weight of cos φ only; widened by P₂ over its width, that of P₂."""
-    structure = slanted_rod(oil_hole=5.0).structure
-    functions, bores = End.SMALL.functions(structure), structure.bores
-    facets, points = End.SMALL.facets(structure), structure.mesh.points - [bores.rod_length, 0, 0]
+    structure, small = drilled.structure, end is End.SMALL
+    functions, bores = end.functions(structure), structure.bores
+    facets, points = end.facets(structure), structure.mesh.points - [small * bores.rod_length, 0, 0]
     even, _ = unit_forces(functions, facets, len(points))
     angle = np.arctan2(points[:, 1], points[:, 0])
-    width = bores.small_width + bores.small_taper * np.cos(angle)
+    width = functions.width + small * bores.small_taper * np.cos(angle)
     wider = 1.5 * (2 * points[:, 2] / width) ** 2 - 0.5
     (second,) = np.flatnonzero((functions.terms == [0, 2]).all(axis=1))
     for number, moved in (
@@ -69,4 +76,9 @@ def test_a_film_fits_displacements_to_what_slant_and_oil_hole_leave_of_the_bore(
         weights = np.eye(len(even))[number] / functions.scales[number]
         found = facets.images * np.tensordot(even, moved, axes=2)
         assert found == pytest.approx(weights, abs=0.02 * weights.max())
-    assert structure.film.small_end_hole_diameter_mm == 5.0
+
+
+def test_holes_of_the_bores_are_holes_of_their_films(drilled):
+    big, small = (films.lubrication.holes for films in (drilled.films, drilled.small_end_films))
+    assert big == (Hole(0.0, 3.0),)
+    assert small == (Hole(0.0, 5.0), Hole(math.pi, 3.0, 0.4))
