@@ -117,8 +117,8 @@ class FilmCycle:
     @property
     def repeats(self) -> bool:
         """Whether the film is that of the cycle before, and as much oil came in as left."""
-        alike = self.unrepeated <= REPEATED
-        return alike and abs(self.supplied - self.leaked) <= REPEATED * self.leaked
+        change = self.bearing.slack * REPEATED
+        return self.unrepeated <= change and abs(self.supplied - self.leaked) <= change * self.leaked
 
     @cached_property
     def starved(self) -> bool:

@@ -181,7 +181,7 @@ class _Iterate(NamedTuple):
         wider = (np.abs(gap - before) / np.maximum(before, _MET * bearing.clearance)).max()
         filled = np.abs(self.film.fill - other.film.fill).max()
         same = (self.film.full == other.film.full).all()
-        return bool(same and filled * wider + (pressed + wider) ** 2 <= _TOLERANCE)
+        return bool(same and filled * wider + (pressed + wider) ** 2 <= bearing.slack * _TOLERANCE)
 
 
 @dataclass(frozen=True)
@@ -192,6 +192,7 @@ class Bearing:
     clearance: float  #: radial, mm
     bore: ElasticBore | None = None
     asperities: Asperities | None = None  #: None of smooth surfaces
+    slack: float = 1.0  #: by how much more than usual its steps and its repetition may lack
 
     def touching(self, planes: Floats, supply: Supply | None) -> tuple[Floats, Floats]:
         """Pressure of asperities at gaps between mean planes, MPa, and its derivative, MPa/mm, on land."""
@@ -276,7 +277,7 @@ class Bearing:
         touching, _ = self.touching(at.planes, conditions.supply)
         pressure, count = at.film.pressure + touching, len(at.bulge)
         off = 0.0 if load is None else self._works[count : count + len(load)] @ pressure.ravel() + load
-        return bool(np.abs(off).max() <= _MISSED * self.reynolds.grid.total(pressure))
+        return bool(np.abs(off).max() <= self.slack * _MISSED * self.reynolds.grid.total(pressure))
 
     @cached_property
     def _follows(self) -> Floats:

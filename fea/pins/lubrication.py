@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 # Cells around the bore and over half its width, and steps of the cycle; and those of a coarser film, from
 # which the error follows.
 FINE, COARSE = (96, 7, 144), (64, 5, 96)
+# How much less exactly than the fine one films are solved of which only its error follows.
+_SLACK = 10.0
 # Cycles within which a film must repeat itself; what refills the small end fades from one to the next.
 CYCLES = {End.BIG: MOST_CYCLES, End.SMALL: 4 * MOST_CYCLES}
 # Clearance over radius: beyond, the film is not thin, or there is none.
@@ -306,7 +308,7 @@ class Films:
         if key not in self._found:
             bore = self.bore
             with self._structure.clock("film"):
-                coarse = self._integrated(cycle, bore, COARSE, None)
+                coarse = self._integrated(cycle, bore, COARSE, None, _SLACK)
                 fine = self._integrated(cycle, bore, FINE, coarse)
             if min(fine.thinnest.min(), coarse.thinnest.min()) < 0:  # smooth ones alone
                 raise FilmError("smooth surfaces meet at an edge of the bore. Give film.roughness_um")
@@ -363,6 +365,7 @@ class Films:
         bore: YieldingBore,
         size: tuple[int, int, int],
         before: FilmCycle | None,
+        slack: float = 1.0,
     ) -> FilmCycle:
         said, (around, along, steps), end = self.lubrication, size, self.end
         (radius, width), halved = end.size(self._structure.bores), bore.functions.mirrored
@@ -372,7 +375,7 @@ class Films:
             oil = oil.at(said.temperature)
         elif isinstance(oil, WarmOil):
             heat, oil = HeatBalance(oil, said.inlet_temperature, said.heat), oil.at(said.inlet_temperature)
-        bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities)
+        bearing = Bearing(Reynolds(grid, oil), said.clearance, bore.on(grid), said.asperities, slack)
         bores = self._bores(cycle, instants, bore)
         caused = [each.caused(instant[None])[0] for each, instant in zip(bores, instants, strict=False)]
         grooves, pin_hole = said.grooves, said.pin_hole
