@@ -21,7 +21,7 @@ from fea.pins.held_parts import HeldParts
 from fea.pins.model import Structure, inertial_fields
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity
 from fea.solvers.static import Model
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
@@ -314,12 +314,12 @@ def works(
     Of a rod in parts, that is the work in each part by itself; and how these hold together.
     """
     forces = {Parity.SYMMETRIC: np.concatenate([even, odd])}
-    loads = [Split(each, None) for each in forces[Parity.SYMMETRIC]]
     if facets.cut_y:
         forces = {Parity.SYMMETRIC: even, Parity.ANTISYMMETRIC: odd}
-        none = np.zeros((len(even) - len(odd), *even.shape[1:]))
-        loads = [Split(*pair) for pair in zip(even, np.concatenate([odd, none]), strict=True)]
-    solved = model.solve(loads).displacement
-    u = {parity: solved[parity][..., : len(own)] for parity, own in forces.items()}
-    work = facets.images * block_diag(*(np.tensordot(forces[p], u[p], axes=2) for p in forces))
-    return np.asarray(work), None if parts is None else HeldParts.under(parts, forces, u)
+    if parts is None:
+        work, held = [model.work(*each) for each in forces.items()], None
+    else:
+        u = model.displaced(forces)
+        work = [np.tensordot(forces[p], u[p], axes=2) for p in forces]
+        held = HeldParts.under(parts, forces, u)
+    return facets.images * np.asarray(block_diag(*work)), held

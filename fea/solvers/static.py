@@ -129,6 +129,13 @@ class Model:
         self._condensed[parity], free = forces, unheld(forces, self._fixed(parity))
         return self._factorised_by(partial(self._solver.condense, forces=free), parity)
 
+    def work(self, parity: Parity, forces: Floats) -> Floats:
+        """Work (k, k) of nodal forces (k, n_nodes, 3) of one parity on what they cause: see `compliance`."""
+        free = np.where(self._fixed(parity), 0.0, forces.reshape(len(forces), -1)).T
+        slot = self._slot(parity)
+        with self._clock("solve"):
+            return self._done(lambda solver: solver.work(slot, free))
+
     def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Made], parity: Parity) -> Made:
         fixed, known = self._fixed(parity), parity in self._factorised
         require_restrained(self.mesh, fixed.reshape(-1, 3))
@@ -158,6 +165,11 @@ class Model:
         factorisation broke down.
         """
         return self._solution(right_hand_sides(loads), self._refined)
+
+    def displaced(self, forces: Mapping[Parity, Floats]) -> dict[Parity, Floats]:
+        """Displacements (n_nodes, 3, k) of the cell under nodal forces (k, n_nodes, 3) of each parity."""
+        sides = {parity: own.reshape(len(own), -1).T for parity, own in forces.items()}
+        return self._solution(sides, self._refined).displacement
 
     def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
         """Displacements under sums of the forces of `compliance`, by columns of weights (k, n)."""
@@ -216,12 +228,15 @@ class Model:
         return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
-        """Solve with the factor in a slot; if the iterative solver stagnates, directly if that fits."""
+        return self._done(lambda solver: solver.solve(slot, f))
+
+    def _done(self, what: Callable[[LinearSolver], Floats]) -> Floats:
+        """Solve; if the iterative solver stagnates, directly if that fits."""
         try:
-            return self._solver.solve(slot, f)
+            return what(self._solver)
         except StagnationError as error:
             self._hand_over(error)
-            return self._solver.solve(slot, f)
+            return what(self._solver)
 
     def _hand_over(self, error: StagnationError) -> None:
         """Continue with the direct solver, or raise the iterative one's error if memory does not allow it."""

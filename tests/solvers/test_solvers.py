@@ -75,6 +75,8 @@ def test_one_factor_condenses_forces_and_solves(name, matrices, forces):
         plain.factorise(0, matrix)
         exact = forces.T @ plain.solve(0, forces.toarray())
         assert work[slot] == pytest.approx(exact, rel=1e-10, abs=1e-12 * np.abs(exact).max())
+        of_f = f.T @ plain.solve(0, f)
+        assert solver.work(slot, f) == pytest.approx(of_f, rel=1e-10, abs=1e-12 * np.abs(of_f).max())
         columns = np.random.default_rng(2).standard_normal((forces.shape[1], 70))
         sums = (forces @ columns, solver.solve_sums(slot, forces, columns))
         for sides, u in ((f, solver.solve(slot, f)), sums):

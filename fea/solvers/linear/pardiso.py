@@ -123,7 +123,7 @@ class Pardiso(LinearSolver):
         self._by_nodes: _Handle | None = None
         self._with_schur: _Handle | None = None
         self._solve: dict[int, Operator] = {}
-        self._sum: dict[int, Operator] = {}  # of slots whose factor has a Schur block
+        self._within: dict[int, tuple[_Handle, int, Floats, int]] = {}  # where the factor has a Schur block
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Factorise into a slot (0…slots − 1). Raises `SingularMatrixError`; `MemoryError`: by MKL."""
@@ -133,7 +133,7 @@ class Pardiso(LinearSolver):
             self._by_nodes = _Handle(self._slots, _BY_NODES, parts)
         self._by_nodes(_FACTORISE, slot, upper.data)
         self._solve[slot] = partial(_solved, self._by_nodes, slot, upper.data)
-        self._sum.pop(slot, None)
+        self._within.pop(slot, None)
 
     def condense(self, slot: int, matrix: SymmetricMatrix, forces: sparse.csc_array) -> Floats:
         """Put a factor into a slot that leaves the columns of sparse forces to the end: see `LinearSolver`.
@@ -149,8 +149,8 @@ class Pardiso(LinearSolver):
             self._with_schur = _Handle(self._slots, _WITH_SCHUR, parts, last)
         complement = np.zeros((size, size))
         self._with_schur(_FACTORISE, slot, parts[0], solution=complement)
-        self._solve[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n)
-        self._sum[slot] = partial(_solved_within, self._with_schur, slot, parts[0], n, summed=True)
+        within = self._within[slot] = self._with_schur, slot, parts[0], n
+        self._solve[slot] = partial(_solved_within, *within)
         return -(complement + complement.T) / 2
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
@@ -159,7 +159,14 @@ class Pardiso(LinearSolver):
 
     def solve_sums(self, slot: int, forces: sparse.csc_array, columns: Floats) -> Floats:
         """Solve for sums of condensed forces in half the time: see `LinearSolver`."""
-        return self._sum[slot](columns) if slot in self._sum else super().solve_sums(slot, forces, columns)
+        if slot not in self._within:
+            return super().solve_sums(slot, forces, columns)
+        return _solved_within(*self._within[slot], columns, summed=True)
+
+    def work(self, slot: int, forces: Floats) -> Floats:
+        """Work of forces in half the time of their solution: see `LinearSolver`."""
+        within = self._within.get(slot)
+        return super().work(slot, forces) if within is None else _work_within(*within, forces)
 
 
 def _bordered(matrix: SymmetricMatrix, forces: sparse.csc_array) -> Parts:
@@ -204,6 +211,17 @@ def _solved_within(
         handle(_BACKWARD, slot, values, known, found)
         solution[:, start : start + _AT_ONCE] = found[:n]
     return solution
+
+
+def _work_within(handle: _Handle, slot: int, values: Floats, n: int, forces: Floats) -> Floats:
+    """FᵀA⁻¹F (k, k) of F (n, k), A = L Lᵀ, by forward substitution L⁻¹F."""
+    halves = np.empty((forces.shape[1], n))
+    for start in range(0, len(halves), _AT_ONCE):
+        some = np.pad(forces[:, start : start + _AT_ONCE].T, [(0, 0), (0, len(handle) - n)]).T
+        found = np.empty_like(some)
+        handle(_FORWARD, slot, values, some, found)
+        halves[start : start + _AT_ONCE] = found[:n].T
+    return np.asarray(halves @ halves.T)
 
 
 def is_installed() -> bool:

@@ -46,6 +46,10 @@ class LinearSolver(ABC):
         """Solve for sums F c of the sparse forces that were condensed, with columns c (k, m)."""
         return self.solve(slot, forces @ columns)
 
+    def work(self, slot: int, forces: Floats) -> Floats:
+        """Work FᵀA⁻¹F (k, k) of forces F (n, k) with the matrix in a slot."""
+        return np.asarray(forces.T @ self.solve(slot, forces))
+
 
 def work(forces: sparse.csc_array, solve: Operator) -> Floats:
     """Work FᵀA⁻¹F (k, k) of sparse forces F (n, k) with a solver of A u = f, some columns at a time."""
