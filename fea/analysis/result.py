@@ -12,6 +12,7 @@ from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
 from fea.analysis.life import Life
 from fea.analysis.motion import Known, Motion, agreeing, motion
@@ -164,10 +165,14 @@ class RunResult:
         return force_columns(self.loading.engine, self.mass, self.loading.gas, self.rpm)
 
     @property
+    def films(self) -> tuple[FilmResult, ...]:
+        """The oil films, where they were asked for."""
+        return () if self.speed is None else self.speed.films
+
+    @property
     def film(self) -> Mapping[str, npt.ArrayLike] | None:
         """The columns of ``film.csv``; None where no oil film was computed."""
-        films = () if self.speed is None else self.speed.films
-        return {name: values for film in films for name, values in film.columns.items()} or None
+        return {name: values for film in self.films for name, values in film.columns.items()} or None
 
     @cached_property
     def contact(self) -> Arrays | None:

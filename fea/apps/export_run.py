@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.figures import EnvelopeFigures
+from fea.analysis.figures import EnvelopeFigures, FilmFigures
+from fea.analysis.film import films_at
 from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import Known, agreeing, motion
 from fea.analysis.prepare import PreparedRod, prepare
@@ -27,7 +29,13 @@ from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.rod.given import PART, meshed_rod
-from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
+from fea.solid.errors import (
+    ContactError,
+    FilmError,
+    SingularMatrixError,
+    SolverUnavailableError,
+    UnderconstrainedError,
+)
 from fea.solid.stress import matrices
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import PINS
@@ -85,6 +93,8 @@ def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str
     return again
 
 
+# Relative change of a film's highest pressure up to which it is the same.
+_SAME = 1e-3
 # What may keep the cycle from being solved again; the rest of a report does without.
 _REFUSALS = (
     InvalidValue, MeshError, ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError,
@@ -113,6 +123,8 @@ def _report(folder: Path, clock: Clock, units: UnitSystem | None) -> Path:
         cycle = run.summary.cycle if run.fields else None
     if cycle is not None:
         run = _with_motion(run, cycle, clock)
+    if run.fields and run.summary.film:
+        run = _with_films(run, run.summary.film, clock)
     with clock("report"), shown_in(units or run.study.output.units):
         write_report(folder / REPORT, run)
     return folder / REPORT
@@ -129,6 +141,16 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
         return replace(run, without_motion=f"the cycle could not be solved again: {error}")
     same, why = agreeing(again, _known(run))
     return replace(run, motion=same, without_motion=f"solved again, {why}" if why else "")
+
+
+def _with_films(run: StoredRun, known: Mapping[str, FilmFigures], clock: Clock) -> StoredRun:
+    """The run with the oil films of its bearings, solved again, where they are what they were."""
+    with suppress(FilmError, *_REFUSALS), clock("film"):
+        films, _ = films_at(prepared_again(run), run.summary.rpm or 0.0)
+        pairs = [(film.figures.p_max_MPa, known[film.end.value].p_max_MPa) for film in films]
+        if all(abs(again / before - 1) < _SAME for again, before in pairs):
+            return replace(run, films=films)
+    return run
 
 
 def _known(run: StoredRun) -> Iterator[Known]:

@@ -116,7 +116,7 @@ def _texts(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _films(run: RunResult) -> Iterator[RunFiles]:
-    for film in () if run.speed is None else run.speed.films:
+    for film in run.films:
         cycle = film.cycle
         for name, number in (("h_min", cycle.thinnest.argmin()), ("p_max", cycle.highest.argmax())):
             yield _one(f"{film.name}_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number)))
@@ -152,7 +152,7 @@ def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
 
 
 def _plots(run: RunResult) -> Iterator[RunFiles]:
-    title, films = run.summary.title, () if run.speed is None else run.speed.films
+    title, films = run.summary.title, run.films
     if run.cycle is not None:
         from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 

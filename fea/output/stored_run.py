@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.analysis.figures import Summary
+from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
 from fea.output.folder import SUMMARY
@@ -41,6 +42,7 @@ class StoredRun:
     files: Mapping[str, FileFields]  #: of each load case; none where one is missing
     motion: Motion | None = None
     without_motion: str = ""
+    films: tuple[FilmResult, ...] = ()
 
     @property
     def mesh(self) -> TetMesh:

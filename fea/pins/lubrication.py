@@ -132,17 +132,18 @@ class Lubrication:
             warm = said.or_else(table.inlet_C, assumed.INLET_C, "inlet at {:.3g} °C (film.inlet_C)")
             text = "heat into the oil {:.3g} % (film.heat_percent)"
             heat = said.or_else(table.heat_percent, assumed.HEAT_PERCENT, text) / 100
-        twice = [key for key in _VISCOSITIES if getattr(table, key) is not None]
-        unused = [
-            warning(f"film.{key} is not used: film.{twice[0]} says the viscosity", TOPIC) for key in twice[1:]
-        ]
+        first, *twice = [key for key in _VISCOSITIES if getattr(table, key) is not None] or ["oil"]
+        if isinstance(oil, Oil):
+            twice += [key for key in ("inlet_C", "heat_percent") if getattr(table, key) is not None]
+        because = f"is not used: film.{first} gives the viscosity"
+        unused = [warning(f"film.{key} {because}", TOPIC) for key in twice]
         inlet = said.or_else(table.inlet_bar, assumed.INLET_BAR, "oil pressure {:.3g} bar (film.inlet_bar)")
         angle = said.or_else(table.hole_deg, assumed.HOLE_DEG, "oil hole at {:.3g} ° (film.hole_deg)")
         text = "oil hole of {:.3g} mm (film.hole_diameter_mm)"
         diameter = said.or_else(table.hole_diameter_mm, assumed.HOLE_MM, text)
         _require_hole("film.hole_diameter_mm", diameter, End.BIG, bores.big_width)
         table.require_land(bores.big_width)
-        asperities = _asperities(structure, End.BIG, said)
+        asperities = _asperities(structure, End.BIG, clearance * UM, said)
         halved = Surface.SYMMETRY_Z in structure.mesh.facets
         return cls(
             oil=oil,
@@ -189,7 +190,7 @@ class Lubrication:
             temperature=warm,
             holes=(hole, *holes) if hole.diameter else holes,
             swing=1 - assumed.TURNS[kind],
-            asperities=_asperities(structure, End.SMALL, Assumed()),
+            asperities=_asperities(structure, End.SMALL, fits.small_clearance, Assumed()),
             notes=assumptions(TOPICS[End.SMALL], said),
         )
 
@@ -211,8 +212,9 @@ def _require_film(key: str, clearance: float, unit: str, size: float, remedy: st
 
 
 def _require_hole(key: str, diameter: float, end: End, width: float) -> None:
-    rule = f"must be less than the width of the {end.words}'s bore, {width:.4g} mm"
-    require(diameter < width, key, diameter, rule)
+    most = assumed.WIDEST * width
+    rule = f"leaves no land at the ends of the {end.words}'s bore: at most {most:.4g} mm"
+    require(diameter <= most, key, diameter, rule)
 
 
 def _openings(structure: Structure, end: End, said: Assumed) -> tuple[Hole, ...]:
@@ -244,13 +246,16 @@ def _oil(table: assumed.FilmTable, said: Assumed) -> Oil | WarmOil:
     return replace(oil, temperatures=(100.0, 150.0), kinematic=(kinematic, *oil.kinematic))
 
 
-def _asperities(structure: Structure, end: End, said: Assumed) -> Asperities | None:
+def _asperities(structure: Structure, end: End, clearance: float, said: Assumed) -> Asperities | None:
     table = structure.film
     text = "roughness {:.3g} µm (film.roughness_um)"
     rough = said.or_else(table.roughness_um, assumed.ROUGHNESS_UM, text)
+    rule = f"must be less than the radial clearance of the {end.words}, {clearance / UM:.3g} µm"
+    require(rough * UM < clearance, "film.roughness_um", rough, rule)
     if not rough:
         return None
-    friction = assumed.BOUNDARY_FRICTION if table.boundary_friction is None else table.boundary_friction
+    text = "boundary friction {:.3g} (film.boundary_friction)"
+    friction = said.or_else(table.boundary_friction, assumed.BOUNDARY_FRICTION, text)
     of_pin = structure.pin_stiffness.get(CRANK_PIN if end is End.BIG else PISTON_PIN, STEEL)
     bore = end.material(structure)
     yields = (1 - of_pin[1] ** 2) / of_pin[0] + (1 - bore.poissons_ratio**2) / bore.youngs_modulus

@@ -1,6 +1,5 @@
 """The [film] table: the oil of the bearings at both ends, how it gets there, and the surfaces."""
 
-import math
 import re
 from dataclasses import dataclass
 from itertools import pairwise
@@ -26,8 +25,8 @@ SMALL_END_BAR, SMALL_END_C = 1.0, 140.0
 # rotation and lubrication, Lubricants 8, 30), which is nearer to a fixed one.
 FLOATING = "floating"
 TURNS = {FLOATING: 0.5, "fixed": 0.0}
-# Of the bore, grooves may leave this share at most to its ends, and cover this share in all.
-_WIDEST, _COVERED = 0.9, 0.5
+# Of the width, a groove or a hole covers this share at most; of the bore, all grooves this share.
+WIDEST, _COVERED = 0.9, 0.5
 _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
 
@@ -118,13 +117,15 @@ class FilmTable(
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        both = (self.viscosity_40C_mPas, self.viscosity_100C_mPas)
-        if both != (None, None):
-            rule, remedy = "is needed at 40 °C and at 100 °C", "Or give an oil by its SAE grade."
-            require(None not in both, "film.viscosity_100C_mPas", both[1], rule, remedy)
-            cold, hot = (math.nan if value is None else value for value in both)
+        cold, hot = self.viscosity_40C_mPas, self.viscosity_100C_mPas
+        if cold is not None and hot is not None:
             rule = f"must be less than that at 40 °C, {cold:g} mPa·s"
             require(cold > hot, "film.viscosity_100C_mPas", hot, rule)
+        elif cold is not hot:
+            missing = "40C" if cold is None else "100C"
+            rule = "is needed beside that at the other temperature"
+            remedy = "Give both viscosities, or an oil by its SAE grade."
+            raise InvalidValue(f"film.viscosity_{missing}_mPas", None, rule, remedy)
         if self.oil is not None:
             grade(self.oil)
         of_grooves = {"groove_arc_deg": self.groove_arc_deg, "groove_width_mm": self.groove_width_mm}
@@ -140,8 +141,8 @@ class FilmTable(
     def require_land(self, width: float) -> None:
         """Refuse grooves that do not leave enough of a bore of a width, mm."""
         arc, wide = self.groove_arc_deg or 0.0, self.groove_width_mm or 0.0
-        rule = f"leaves no land at its ends: at most {_WIDEST * width:.4g} mm in this bore"
-        require(wide <= _WIDEST * width, "film.groove_width_mm", wide, rule)
+        rule = f"leaves no land at its ends: at most {WIDEST * width:.4g} mm in this bore"
+        require(wide <= WIDEST * width, "film.groove_width_mm", wide, rule)
         covered = len(self.grooves_deg) * arc / 360 * wide / width
         rule = f"lets the grooves cover {covered:.0%} of the bore, of which {_COVERED:.0%} must carry"
         require(covered <= _COVERED, "film.groove_width_mm", wide, rule, "Use narrower or shorter ones.")
@@ -153,7 +154,7 @@ def grade(name: str) -> tuple[float, float]:
     numbers = [each for each in grades if each.isdigit()]
     parts = _GRADE.fullmatch(name.upper().replace(" ", ""))
     if parts is None or parts[2] not in numbers:
-        rule = f"is not an SAE grade: with or without a winter number (0W to 25W), {', '.join(numbers)}"
+        rule = f"is not an SAE grade: {', '.join(numbers)}, alone or behind a winter grade (0W to 25W)"
         raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
     winter = (parts[1] or "").rstrip("-")
     exact = f"{winter}-{parts[2]}"

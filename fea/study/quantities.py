@@ -42,7 +42,7 @@ def quantity(name: str, value: object, unit: str, *, change: bool = False) -> fl
     `change`: the value is a difference of two, such as a deviation; of temperatures it has no zero. Raises
     `InvalidValue`: it is no number with a unit, the unit is unknown, or of another kind.
     """
-    example = f'Write number and unit, as in "70 {_others(unit)[0]}".'
+    example = f'Write number and unit, as in "70 {_others(unit)[-1]}".'
     if not isinstance(value, str):
         raise InvalidValue(name, value, "has no unit", example)
     parts = _QUANTITY.fullmatch(value)

@@ -1,11 +1,15 @@
 """The oil film of the big end in a run: coarse films on a coarse rod, for seconds."""
 
 import json
+import re
+from contextlib import redirect_stdout
 from dataclasses import replace
+from io import StringIO
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from browser import browser, missing
 
 from fea import analyse
 from fea.__main__ import call
@@ -22,22 +26,47 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
-
-@pytest.fixture
-def coarse(monkeypatch):
-    monkeypatch.setattr(lubrication, "FINE", (32, 5, 72))
-    monkeypatch.setattr(lubrication, "COARSE", (24, 4, 48))
-
-
 HEAD = '[rod]\npreset = "leon-2001"\n[engine]\npreset = "leon-2001"\n'
 
 
-def test_a_run_with_its_film(coarse, tmp_path, capsys):
-    out, study = tmp_path / "run", tmp_path / "study.toml"
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """The folder of a run with its films and a report that solves them again, and what was said."""
+    folder, said = tmp_path_factory.mktemp("film"), StringIO()
+    out, study = folder / "run", folder / "study.toml"
     study.write_text(f"{HEAD}[speed]\nrpm = 6000\n[film]\nviscosity_mPas = 8.0\nlining_MPa = 60.0\n", "utf-8")
-    asked = ["--size", "14", "--pressure", "bonded", "--report", "--out", str(out)]
-    assert call(["run", str(study), *asked]) == 0
-    said = " ".join(capsys.readouterr().out.split())
+    asked = ["--size", "14", "--pressure", "bonded", "--out", str(out)]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
+        patch.setattr(lubrication, "FINE", (32, 5, 72))
+        patch.setattr(lubrication, "COARSE", (24, 4, 48))
+        assert call(["run", str(study), *asked]) == 0
+        assert call(["report", str(out)]) == 0
+    return out, " ".join(said.getvalue().split())
+
+
+def test_a_report_shows_the_film_at_every_crank_angle(ran):
+    if why := missing("chromium"):
+        pytest.skip(f"no chromium: {why}")
+    out, _ = ran
+    course = read_columns(out / "film.csv")
+    slide = "(own.value = {}, own.dispatchEvent(new Event('input')))"
+    slide = f"((own) => {slide})(document.getElementById('film-angle'))"
+    shown = "Array.from(document.querySelectorAll('.film .now-value'), (own) => own.textContent)"
+    with browser("chromium") as page:
+        page.open(out / "report.html")
+        assert page.run("window.feaReport.then((own) => own.films.length)") == 2
+        for angle in (0, 200, 480):
+            page.run(slide.format(angle))
+            said = page.run(shown)
+            most = [float(re.fullmatch(rf" {angle}°: at most ([\d.]+) MPa", text)[1]) for text in said]
+            at = int(np.abs(course["crank_deg"] - angle).argmin())
+            solved = [course[f"{end}p_max_MPa"][at] for end in ("", "small_end_")]
+            assert most == pytest.approx(solved, rel=2e-3)
+        assert page.complaints() == []
+
+
+def test_a_run_with_its_film(ran):
+    out, said = ran
     assert "Oil film, big end: mixed, at the thinnest 0.9" in said
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert "film.csv" in summary["files"]
@@ -140,12 +169,17 @@ def test_where_no_film_can_be(study, flags, message):
     [
         ("radial_clearance_um = 1.0", "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm"),
         ('oil = "5W-35"', "film.oil = '5W-35': is not an SAE grade"),
-        ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed at 40 °C and at 100 °C"),
+        ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed beside that at the other"),
+        ("viscosity_100C_mPas = 8.0", "film.viscosity_40C_mPas is needed beside that at the other"),
         ("viscosity_mPas = 0.0", "film.viscosity_mPas = 0: must be positive"),
-        ("hole_diameter_mm = 30.0", "film.hole_diameter_mm = 30: must be less than the width"),
+        (
+            "hole_diameter_mm = 28.0",
+            "film.hole_diameter_mm = 28: leaves no land at the ends of the big end's",
+        ),
+        ("roughness_um = 8.0", "film.roughness_um = 8: must be less than the radial clearance of the small"),
         (
             "small_end_hole_diameter_mm = 40.0",
-            "film.small_end_hole_diameter_mm = 40: must be less than the width",
+            "film.small_end_hole_diameter_mm = 40: leaves no land",
         ),
         ('piston_pin = "loose"', "film.piston_pin = 'loose': must be one of floating, fixed"),
         ("grooves_deg = [0.0]\ngroove_arc_deg = 20.0", "film.groove_width_mm is needed with"),

@@ -96,9 +96,9 @@ class DrawnMap:
         beyond = np.where(self.yielding > ELASTIC, 1.0, 0.0)
         axes.contourf(self.rpm, self.peak, beyond, levels=[0.5, 1.5], colors=["0.85"])
         for number, (mode, line) in enumerate(self.found.of_rays.limits.items()):
-            color = f"C{number}"
+            color, name = f"C{number}", f"{mode.value}{', λ = 1' if mode is Mode.FILM else ''}"
             rpm, peak, bar = np.array([_point(limit, bars) for limit in line]).T
-            axes.plot(rpm, peak, "-", color=color, lw=1.6, label=mode.value, zorder=3)
+            axes.plot(rpm, peak, "-", color=color, lw=1.6, label=name, zorder=3)
             wide = np.isfinite(bar) & np.isfinite(rpm)
             if wide.any():  # along a ray speed squared and pressure grow alike
                 ends = np.concatenate([1 - bar[wide], (1 + bar[wide])[::-1]])

@@ -221,7 +221,7 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     _draw_orbit(panels["orbit"], x, y, degrees)
     panels["orbit"].set(title=f"centre of the {film.end.pin} in the bore, in clearances")
     state, grid = cycle.states[int(cycle.highest.argmax())], cycle.bearing.reynolds.grid
-    turned = np.roll(state.pressure, grid.n_angle // 2, axis=0)
+    turned = scale("MPa") * np.roll(state.pressure, grid.n_angle // 2, axis=0)
     around = np.linspace(-180, 180, grid.n_angle + 1) - 180 / grid.n_angle
     for side in (1, -1) if grid.halved else (1,):
         drawn = panels["map"].pcolormesh(around, side * grid.edges, turned.T, cmap="viridis")
@@ -229,7 +229,7 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
         xlim=(-180, 180), xticks=range(-180, 181, 90), title=f"pressure at {found.p_max_deg:.0f}°"
     )
     label_axes(panels["map"], "angle in the bore from the rod's axis, °", "along the pin, mm")
-    figure.colorbar(drawn, ax=panels["map"], label="MPa")
+    figure.colorbar(drawn, ax=panels["map"], label=unit("MPa"))
     figure.suptitle(f"{title}: oil film of the {film.end.words}, {found.verdict}", fontsize=11)
     save(figure, path, 100)
 
@@ -249,4 +249,4 @@ def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats) -> None:
             f"{angle}°", at, fontsize=7, xytext=off, textcoords="offset points", ha="center", va="center"
         )
     axes.set(aspect="equal", xmargin=0.1, ymargin=0.1)
-    label_axes(axes, "along the rod", "across the rod")
+    label_axes(axes, "along the rod, away from the crank", "across the rod")

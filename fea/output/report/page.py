@@ -107,7 +107,7 @@ def _with_bar(value: float | None, error_percent: float | None) -> str:
 # In this order, as one script: each uses what stands before it.
 _SCRIPTS = (
     "vectors.js", "numbers.js", "surface.js", "results.js", "camera.js", "painter.js", "loads.js", "pick.js",
-    "hands.js", "charts.js", "legend.js", "viewer.js", "start.js",
+    "hands.js", "charts.js", "legend.js", "films.js", "viewer.js", "start.js",
 )  # fmt: skip
 
 
@@ -156,7 +156,7 @@ _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=T
 
 
 def _with_charts(drawn: Scene, parts: Sequence[Section]) -> JsonObject:
-    turns = any(result["kind"] == "cycle" for result in drawn.header["results"])
+    turns = any(result["kind"] == "cycle" for result in drawn.header["results"]) or drawn.header["films"]
     charts = [chart.moving() for part in parts for chart in part.charts] if turns else []
     return {**drawn.header, "charts": charts}
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.figures import BoreFigures
+from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion, ParityMotion
 from fea.analysis.result import BORES, Array
 from fea.base.choices import Support
@@ -156,6 +157,7 @@ def _whole(values: Floats) -> list[int]:
 # Steps from nothing to the peak: of stress in a load case, of displacement, and of a mode of the cycle.
 _STRESS, _DISPLACEMENT, _MODE = 2**14, 2**13, 10**4
 _MOVED = 2**13
+_FILM = 2**10  # of the pressure of an oil film
 # Letters of the packed numbers: with text, still picture and script the page stays within 3 MB, and within 6
 # MB with the cycle.
 _LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
@@ -207,6 +209,7 @@ def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
         "shown": {"length": _unit("mm", 1, 2), "force": _unit("kN", 1, 0, 1e-3)},
         "results": results,
         "spots": [*hot_spots(run)],
+        "films": [_film(film, packer) for film in run.films],
         "first": {"result": run.summary.worst_case, "field": "von_mises"},
         "arrays": packer.entries,
     }
@@ -301,6 +304,25 @@ def _cycle(
         "loads": cycle_loads(run),
         "moves": found.moves,
         "fields": [field for field in shown if found.moves or field["name"] != "displacement"],
+    }
+
+
+def _film(film: FilmResult, packer: Packer) -> JsonObject:
+    """Pressures of a film, step by step, over the angle and the width or half of it; and its orbit."""
+    cycle, grid = film.cycle, film.cycle.bearing.reynolds.grid
+    pressures, steps = (
+        np.array([state.pressure.ravel() for state in cycle.states]),
+        np.arange(len(cycle.states)),
+    )
+    packer.values(film.name, pressures, np.stack([steps - 1] * 2, axis=1), levels=_FILM)
+    return {
+        "id": film.name,
+        "end": film.end.words,
+        "angles": grid.n_angle,
+        "halved": grid.halved,
+        "edges": grid.edges.round(4).tolist(),
+        "orbit": cycle.eccentricity.round(4).tolist(),
+        "field": _described("film_pressure", {"film_pressure": pressures.ravel()}, {}),
     }
 
 

@@ -1,7 +1,7 @@
 """The sections of a report in their order, each with a template; empty ones are left out."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -326,7 +326,9 @@ def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
         ]
     ]
     tables = [tabular.film_table(*each) for each in (summary.film or {}).items()]
-    return _tables("film", "Oil films of the bearings", tables, film_lines(summary), drawn)
+    found = _tables("film", "Oil films of the bearings", tables, charts=drawn)
+    content = {**found.content, "lines": film_lines(summary)}
+    return replace(found, template="film.html.jinja", content=content)
 
 
 _FILM_CHARTS = (

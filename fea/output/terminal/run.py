@@ -1,6 +1,6 @@
 """What a run at one or several speeds says at its end: a table, what was written, what to do next."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import compress
 from pathlib import Path
 
@@ -39,6 +39,8 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
     heading, tables = [headline, *unusual(notes), *answer.fatigue_unjudged(summaries)], [table]
+    if any(summary.film for summary in rising):
+        tables.append(plain_table(_FILM_COLUMNS, _film_rows(rising), left=("bearing", "regime")))
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
         tables += _captioned(tabular.endurance_table(worst), tabular.life_table(worst.life))
@@ -97,6 +99,20 @@ def _row(summary: Summary) -> tuple[str, ...]:
     result, angle = summary.results[case], number(summary.loads[case].crank_deg, ".0f")
     stress = number(result.max_von_mises_MPa, ".1f"), bar(result.error_percent)
     return number(summary.rpm, "g"), case, angle, *stress, factor(result.min_safety_factor), failed
+
+
+_FILM_COLUMNS = (
+    "rpm", "bearing", "min.\nfilm\nµm", "±\n%", "λ", "max.\nMPa", "friction\nW", "oil\nl/min", "oil\n°C",
+    "regime",
+)  # fmt: skip
+
+
+def _film_rows(summaries: Iterable[Summary]) -> Iterator[tuple[str, ...]]:
+    for rpm, end, film in ((one.rpm, *each) for one in summaries for each in (one.film or {}).items()):
+        gap = number(film.h_min_um, ".2f"), bar(film.h_min_error_percent), number(film.lambda_min, ".1f")
+        costs = number(film.power_W, ".0f"), number(film.flow_l_min, ".2g"), number(film.temperature_C, ".0f")
+        named = number(rpm, "g"), end.replace("_", " ")
+        yield *named, *gap, number(film.p_max_MPa, ".0f"), *costs, film.verdict
 
 
 def _sweep_written(runs: Sequence[tuple[Path, Summary]]) -> list[str]:

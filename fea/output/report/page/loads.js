@@ -28,7 +28,8 @@ class Loads {
 
   // Solids for the painter, and where to write how large the forces are. `touching` are the contact pressures
   // of the nodes and their places, where they are known.
-  drawn(result, angle, camera, tint, touching) {
+  // `film` is the oil film of the big end, where that loads it.
+  drawn(result, angle, camera, tint, touching, film) {
     const acting = this.acting(result, angle);
     if (!acting) return { solids: [], labels: [] };
     const length = this.bores[1].x, solids = [], labels = [];
@@ -42,7 +43,7 @@ class Loads {
         const tip = plus([bore.x, 0, z], direction, reach + 0.05 * length);
         labels.push({ at: tip, text: `${fixed(this.force.factor * size, this.force.digits)} ${this.force.unit}` });
       }
-      const arc = this.arc(k, force, acting.touch, touching);
+      const arc = film && k === 0 ? film.around(angle) : this.arc(k, force, acting.touch, touching);
       if (arc) {
         for (const face of [bore.low - 0.003 * length, bore.high + 0.003 * length]) {
           solids.push({ ...pressed(bore, face, arc), tint: [...tint.map((c) => c * 0.9), 0.75] });
@@ -65,6 +66,7 @@ class Loads {
     }
     if (size <= 1e-3 * this.largest) return null;
     const height = (HEIGHT * size) / this.largest;
+    if (this.pressure.kind === "oil-film") return { middle, width: Math.PI, height, share: Math.cos };
     if (this.pressure.kind !== "arc") return { middle, width: 2 * Math.PI, height: height / 2, share: () => 1 };
     const outwards = k === 1 ? force[0] > 0 : force[0] < 0;
     const { shape, deg } = outwards ? this.pressure.tension : this.pressure.compression;

@@ -12,6 +12,7 @@ class Viewer {
     this.loads = new Loads(header);
     this.results = new Map(header.results.map((own) => [own.id, new KINDS[own.kind](numbers, own, this.surface)]));
     this.charts = new Charts(header.charts ?? []);
+    this.films = (header.films ?? []).map((film) => new FilmMap(film, numbers, header.shown.length));
     this.values = new Float32Array(this.surface.count);
     this.moved = new Float32Array(3 * this.surface.count);
     this.shown = { ...header.first, angle: 0, scale: header.exaggeration, mesh: false, loads: true, spot: null };
@@ -51,6 +52,15 @@ class Viewer {
       });
       part("play").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
     }
+    const turned = document.getElementById("film-angle");
+    if (turned) {
+      document.getElementById("films").hidden = false;
+      turned.addEventListener("input", () => {
+        this.pause();
+        if (this.results.has("cycle")) this.turn(Number(turned.value));
+        else this.crank(Number(turned.value));
+      });
+    }
     new ResizeObserver(() => {
       this.resize();
       this.repaint();
@@ -83,6 +93,15 @@ class Viewer {
   // Show an instant of the cycle.
   turn(angle) {
     this.show({ result: "cycle", angle, spot: this.shown.result === "cycle" ? this.shown.spot : null });
+  }
+
+  // What beside the rod follows the crank angle.
+  crank(angle) {
+    for (const own of [this.charts, ...this.films]) own.at(angle);
+    const turned = document.getElementById("film-angle");
+    if (!turned) return;
+    turned.value = Math.round(angle);
+    turned.nextElementSibling.textContent = `${Math.round(angle)}°`;
   }
 
   play() {
@@ -134,7 +153,7 @@ class Viewer {
     const { result, shown, camera } = this;
     const tint = colour("--load");
     const { solids, labels } = shown.loads
-      ? this.loads.drawn(result.header, shown.angle, camera, tint, this.touching)
+      ? this.loads.drawn(result.header, shown.angle, camera, tint, this.touching, this.filmed)
       : { solids: [], labels: [] };
     this.painter.load(solids);
     this.painter.draw(camera, { field: this.field, scale: this.scale, mesh: shown.mesh, ink: [0.1, 0.1, 0.12] });
@@ -148,6 +167,12 @@ class Viewer {
   get still() {
     const { kind, moves } = this.result.header;
     return kind === "envelope" || moves === false;
+  }
+
+  // The oil film that presses on the big end; none at rest.
+  get filmed() {
+    const { kind, id } = this.result.header;
+    return this.header.pressure.kind === "oil-film" && kind !== "envelope" && id !== "gas" ? this.films[0] : null;
   }
 
   get touching() {
@@ -282,8 +307,8 @@ class Viewer {
       slider.value = Math.round(shown.angle);
       part("angle-now").textContent = header.kind === "envelope" ? "–" : `${Math.round(shown.angle)}°`;
       slider.setAttribute("aria-valuetext", `${Math.round(shown.angle)} degrees`);
-      if (header.kind !== "envelope") this.charts.at(shown.angle);
     }
+    if (header.kind === "cycle" || (header.kind === "case" && header.angle !== null)) this.crank(shown.angle);
     const worst = this.worst(field), place = this.where(this.surface.place(worst));
     const away = field.away ? " (away from places where the elastic stress is infinite)" : "";
     const most = field.low ? "least" : field.name === "principal_3" ? "lowest" : "largest";
