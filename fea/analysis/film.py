@@ -1,7 +1,7 @@
 """The oil films of the bearings at one speed: how thin, at what pressure and cost, how certain."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -114,31 +114,43 @@ class FilmResult:
     @cached_property
     def figures(self) -> FilmFigures:
         """The figures of `summary.json`."""
-        cycle, said = self.cycle, self.lubrication
-        films, grid = (cycle, self.coarse, self.softer), cycle.bearing.reynolds.grid
-        thinnest = [float(film.thinnest.min()) if film else math.inf for film in films]
-        highest = [float(film.highest.max()) if film else math.inf for film in films]
+        cycle, said, grid = self.cycle, self.lubrication, self.cycle.bearing.reynolds.grid
+        share, warm = float(cycle.asperities.max()), cycle.temperature
         specific = float(np.hypot(*cycle.acting.load.T[:2]).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
-            h_min_um=thinnest[0] / UM,
+            h_min_um=float(cycle.thinnest.min()) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=film_error(*thinnest),
-            p_max_MPa=highest[0],
+            h_min_error_percent=self._error(lambda film: film.thinnest.min()),
+            p_max_MPa=float(cycle.highest.max()),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=film_error(*highest),
+            p_max_error_percent=self._error(lambda film: film.highest.max()),
             power_W=cycle.dissipated / _W,
+            power_error_percent=self._error(lambda film: film.dissipated),
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
+            flow_error_percent=self._error(lambda film: film.leaked),
             filled_percent=100 * float(cycle.filled.mean()),
-            temperature_C=cycle.temperature if said.temperature is None else said.temperature,
+            temperature_C=warm if said.temperature is None else said.temperature,
+            temperature_error_K=warm and self._warmth_error(warm),
             viscosity_mPas=cycle.bearing.reynolds.oil.viscosity / MPAS,
             radial_clearance_um=said.clearance / UM,
             lambda_min=self.ratio if said.asperities else None,
-            asperity_percent=100 * float(cycle.asperities.max()),
+            asperity_percent=100 * share,
+            asperity_error_percent=share * self._error(lambda film: film.asperities.max()),
             specific_load_MPa=specific,
             lining_factor=said.lining and said.lining / specific,
             verdict=self.verdict.value,
         )
+
+    def _error(self, figure: Callable[[FilmCycle], float]) -> float:
+        """Error of a figure, percent; all of it where the softer bore's film was not solved."""
+        films = (self.cycle, self.coarse, self.softer)
+        return film_error(*(float(figure(film)) if film else math.inf for film in films))
+
+    def _warmth_error(self, warm: float) -> float:
+        """Error of the temperature, K; the softer bore's film has that of the coarse one."""
+        coarse = self.coarse.temperature or warm
+        return warm * film_error(warm, coarse) / 100 + abs(self.cycle.unbalanced)
 
     @property
     def columns(self) -> dict[str, npt.ArrayLike]:
@@ -244,8 +256,9 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
 
     Raises `InvalidValue`: [film] does not suit the rod; `FilmError`: that of the big end was not solved.
     """
-    topic, fit = TOPICS[End.SMALL], rod.structure.contact.small_end_clearance_mm
-    if fit is not None and fit <= 0:
+    topic = TOPICS[End.SMALL]
+    if End.SMALL.pressed_in(rod.structure):
+        fit = rod.structure.contact.small_end_clearance_mm
         why = f"the pin is pressed into the bore (contact.small_end_clearance_mm = {fit:g})"
         return (film_at(rod, rpm),), (omission(topic, why),)
     small = rod.small_end_films

@@ -138,14 +138,16 @@ class PreparedRod:
     @cached_property
     def films(self) -> Films:
         """The oil films of the big end's bearing."""
-        if isinstance(self.pins, FilmPins | FilmPartsPins):
-            return self.pins.films
-        return Films(self.structure, End.BIG, self.assembly_contact)
+        return self._films_of(End.BIG)
 
     @cached_property
     def small_end_films(self) -> Films:
         """The oil films of the small end's bearing."""
-        return Films(self.structure, End.SMALL, self.assembly_contact)
+        return self._films_of(End.SMALL)
+
+    def _films_of(self, end: End) -> Films:
+        own = self.pins.films if isinstance(self.pins, FilmPins | FilmPartsPins) else {}
+        return own.get(end) or Films(self.structure, end, self.assembly_contact)
 
     @cached_property
     def prescribed(self) -> PinModel:

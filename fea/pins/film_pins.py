@@ -1,10 +1,10 @@
-"""Pins of which the big end's floats on an oil film: its pressure over the crank cycle loads the bore.
+"""Pins that float on oil films: their pressures over the crank cycle load the bores.
 
-A prescribed pressure loads the small end, and also the big end of a rod at rest, as far as the film's smooth
-functions represent it.
+A prescribed pressure loads the bores of a rod at rest, as far as the smooth functions of a film represent it,
+and a small end into which its pin is pressed.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -28,65 +28,74 @@ from loads.instants import Instants
 
 
 class FilmPins(PinModel):
-    """A crank pin in its oil film, and a piston pin that presses with half a cosine."""
-
-    notes = (
-        assumption(
-            f"{PRESCRIBED} presses on the small end, and on the big end of a rod at rest (gas)", TOPIC
-        ),
-    )
+    """A crank pin and a piston pin in their oil films, or a piston pin that is pressed into its bore."""
 
     def __init__(self, structure: Structure) -> None:
         super().__init__(structure)
-        self.films, self._crank_cycle = Films(structure), structure.crank_cycle
+        self.films = {end: Films(structure, end) for end in End if not end.pressed_in(structure)}
+        fixed = "" if End.SMALL in self.films else "on the small end, whose pin is pressed in, and "
+        text = f"{PRESCRIBED} presses {fixed}on the bores of a rod at rest (gas)"
+        self.notes = (assumption(text, TOPIC),)
         self._prescribed = PressedPins.of(replace(structure, pressure=PRESCRIBED))
 
     @cached_property
     def _units(self) -> "FilmUnits":
-        return FilmUnits(self._prescribed, self.films, self._crank_cycle)
+        return FilmUnits(self._prescribed, self.films, self.structure.crank_cycle)
 
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
         """Return what acts on the rod at instants: see `PinModel.respond`."""
-        film = self._units.film
+        films = self._units.films
+        every = [film.weights(instants, cycle).T for film in films.values()]
         return [
-            self._prescribed.response(instant, {Surface.BIG_END_BORE: film.pressed(weights)[0]})
-            for instant, weights in zip(instants, film.weights(instants, cycle).T, strict=True)
+            self._prescribed.response(
+                instant,
+                {
+                    surface: film.pressed(own)[0]
+                    for (surface, film), own in zip(films.items(), weights, strict=True)
+                },
+            )
+            for instant, *weights in zip(instants, *every, strict=True)
         ]
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
-        """Return the film's functions, harmonics of the pressure on the small end, and inertia."""
+        """Return the films' functions, harmonics of other pressures, and inertia."""
         return self._units
 
 
 class FilmUnits(Harmonics):
-    """Harmonics on the small end, smooth functions on the big end, and inertia."""
+    """Smooth functions on bores with films, harmonics on others, and inertia."""
 
-    def __init__(self, pins: PressedPins, films: Films, crank_cycle: Callable[[float], CrankCycle]) -> None:
+    def __init__(
+        self, pins: PressedPins, films: Mapping[End, Films], crank_cycle: Callable[[float], CrankCycle]
+    ) -> None:
         super().__init__(pins)
-        *self.bores, big = self.bores
-        self.film = FilmLoad(films, crank_cycle, pins.n_nodes, big)
+        at_rest = {pressed.bore.surface: pressed for pressed in self.bores}
+        self.films = {
+            end.bore: FilmLoad(own, crank_cycle, pins.n_nodes, at_rest.pop(end.bore))
+            for end, own in films.items()
+        }
+        self.bores = list(at_rest.values())
 
     def _count(self, parity: int) -> int:
-        return super()._count(parity) + self.film.counts[parity]
+        return super()._count(parity) + sum(film.counts[parity] for film in self.films.values())
 
     def _harmonics(self, parity: int) -> Iterator[tuple[Surface, Floats, Floats]]:
         yield from super()._harmonics(parity)
-        for load in self.film.loads(parity):
-            yield Surface.BIG_END_BORE, *load
+        for surface, film in self.films.items():
+            for load in film.loads(parity):
+                yield surface, *load
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
-        (small,) = self.bores
-        pressed = small.weights(small.bore.force(instants))
-        even, odd = np.split(self.film.weights(instants, cycle), self.film.counts[:1])
-        return Weights(
-            np.concatenate([pressed.even, even, instants.motions[:2]]),
-            np.concatenate([pressed.odd, odd, instants.motions[2:]]),
-        )
+        pressed = [bore.weights(bore.bore.force(instants)) for bore in self.bores]
+        films = self.films.values()
+        floats = [np.split(film.weights(instants, cycle), film.counts[:1]) for film in films]
+        even, odd = zip(*pressed, *floats, (instants.motions[:2], instants.motions[2:]), strict=True)
+        return Weights(np.concatenate(even), np.concatenate(odd))
 
 
 class FilmLoad(FilmPressure):
-    """What the film presses on the big end's bore at instants; `at_rest`: on a rod at rest, else nothing."""
+    """What a film presses on its bore at instants; `at_rest`: on a rod at rest, else nothing."""
 
     def __init__(
         self,
@@ -108,23 +117,24 @@ class FilmLoad(FilmPressure):
         `cycle`: that the instants belong to; by default that of their speed and the study's gas. Of a
         multiple of what acts at an instant, it is the multiple of that instant's.
         """
-        speeds = np.atleast_1d(instants.speed)
+        end, speeds = self._films.end, np.atleast_1d(instants.speed)
+        acting = end.force(instants).reshape(2, -1)
         weights = np.zeros((self.functions.count, len(speeds)))
         for speed in np.unique(speeds[np.isfinite(speeds)]):
             here = speeds == speed
             own, angles = cycle or self._crank_cycle(float(speed)), instants.crank_angle[here]
             fine, *_ = self._films.at(own)
-            forces = own.at(angles).crank
-            factors = (instants.crank[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
+            forces = end.force(own.at(angles))
+            factors = (acting[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
             weights[:, here] = factors * between(fine.weights, angles / CYCLE * len(fine.weights)).T
         rest = ~np.isfinite(speeds)
         if self._at_rest is not None and rest.any():
-            still, scales = self._at_rest.weights(instants.crank[:, rest]), self.functions.scales
+            still, scales = self._at_rest.weights(acting[:, rest]), self.functions.scales
             of_plain = scales[self._plain[0]][:, None]
             for plain, own_weights, scale in zip(self._plain, still, (of_plain, of_plain[1:]), strict=True):
                 weights[np.ix_(plain, rest)] = own_weights / scale
         moved = self.functions.translations
-        missing = instants.crank.reshape(2, -1) - self.resultants @ weights
+        missing = acting - self.resultants @ weights
         weights[moved] += np.linalg.solve(self.resultants[:, moved], missing)
         return weights
 
@@ -140,11 +150,12 @@ class FilmPartsPins(AssemblyPins):
         super().__init__(structure)
         text = "where the joint opens, and on a rod at rest (gas), the crank pin presses by contact"
         self.notes, self._touched = (*self.notes, assumption(text, TOPIC)), _Touched(self)
-        self.films = Films(structure, End.BIG, self._touched)
+        self._own = Films(structure, End.BIG, self._touched)
+        self.films = {End.BIG: self._own}
 
     @cached_property
     def _film(self) -> FilmLoad:
-        return FilmLoad(self.films, self.structure.crank_cycle, len(self.structure.mesh.points))
+        return FilmLoad(self._own, self.structure.crank_cycle, len(self.structure.mesh.points))
 
     def _problem(self) -> AssemblyContact:
         return AssemblyContact(self.structure, self.fits, self._film)
@@ -153,8 +164,8 @@ class FilmPartsPins(AssemblyPins):
         """What acts between the parts: see `AssemblyPins.loads`."""
         moving = np.flatnonzero(np.isfinite(instants.speed))
         states = self._touched.states(instants[moving], cycle)
-        closed = moving[[not self.films.opened(state) for state in states]]
-        weights = np.zeros((self.films.functions.count, len(instants)))
+        closed = moving[[not self._own.opened(state) for state in states]]
+        weights = np.zeros((self._own.functions.count, len(instants)))
         if closed.size:
             weights[:, closed] = self._film.weights(instants[closed], cycle)
         return self.assembly.loads(instants, weights)

@@ -1,4 +1,4 @@
-"""Pressure of an oil film on the big end's bore: sums of the film's smooth functions."""
+"""Pressure of an oil film on its bore: sums of the film's smooth functions."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 
 
 class FilmPressure:
-    """Smooth functions of the pressure on the big end's bore as loads on the cell (n_nodes).
+    """Smooth functions of the pressure on a bore as loads on the cell (n_nodes).
 
     Attributes: `counts`: how many of the functions are even about y = 0, and odd.
     """

@@ -54,6 +54,16 @@ class End(StrEnum):
         return "crank pin" if self is End.BIG else "piston pin"
 
     @property
+    def bore(self) -> Surface:
+        """The surface of its bore."""
+        return Surface(f"{self}_bore")
+
+    def pressed_in(self, structure: Structure) -> bool:
+        """Whether the pin is pressed into it, so that there is no film."""
+        fit = structure.contact.small_end_clearance_mm
+        return self is End.SMALL and fit is not None and fit <= 0
+
+    @property
     def other(self) -> "End":
         """The end across the rod."""
         return End.SMALL if self is End.BIG else End.BIG
@@ -65,7 +75,7 @@ class End(StrEnum):
         """
         bores, taper = structure.bores, 0.0 if self is End.BIG else structure.bores.small_taper
         x, width = (0.0 if self is End.BIG else bores.rod_length), self.size(bores)[1]
-        facets = bore_facets(structure.mesh, Surface(f"{self}_bore"), x)
+        facets = bore_facets(structure.mesh, self.bore, x)
         corners = facets.corners - [0.0, 0.0, self.middle(structure)]
         at_nodes, there = (1 + taper / width * np.cos(angle) for angle in (facets.node_angle, facets.angle))
         corners[..., 2] /= at_nodes
@@ -74,7 +84,7 @@ class End(StrEnum):
     def middle(self, structure: Structure) -> float:
         """Place of the middle of its bore along z, mm."""
         mesh = structure.mesh
-        z = mesh.points[np.unique(mesh.facets[Surface(f"{self}_bore")]), 2]
+        z = mesh.points[np.unique(mesh.facets[self.bore]), 2]
         return 0.0 if Surface.SYMMETRY_Z in mesh.facets else float(z.min() + z.max()) / 2
 
     def material(self, structure: Structure) -> Material:
@@ -82,7 +92,7 @@ class End(StrEnum):
         mesh = structure.mesh
         if mesh.part is None:
             return structure.materials[0]
-        beside = np.isin(mesh.tets, mesh.facets[Surface(f"{self}_bore")][0]).sum(axis=1)
+        beside = np.isin(mesh.tets, mesh.facets[self.bore][0]).sum(axis=1)
         return structure.materials[int(mesh.part[beside.argmax()])]
 
     def size(self, bores: Bores) -> tuple[float, float]:

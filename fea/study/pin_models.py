@@ -44,8 +44,8 @@ _CONTACT = (
 )
 FILM = "oil-film"
 _FILM = (
-    "The pressure on the big end's bore comes from its oil film over the crank cycle, as [film] says; the "
-    "piston pin presses on the small end with half a cosine."
+    "The pressures on the bores come from their oil films over the crank cycle, as [film] says; at rest, and "
+    "where the piston pin is pressed in, pins press with half a cosine."
 )
 _FILM_IN_PARTS = (
     "The pressure on the big end's bore comes from its oil film over the crank cycle, as [film] says, while "

@@ -67,7 +67,7 @@ def test_a_report_shows_the_film_at_every_crank_angle(ran):
 
 def test_a_run_with_its_film(ran):
     out, said = ran
-    assert "Oil film, big end: mixed, at the thinnest 0.9" in said
+    assert "Oil film, big end: mixed, min. 0.9" in said
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert "film.csv" in summary["files"]
     found = summary["film"]["big_end"]

@@ -18,7 +18,7 @@ from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.pins import lubrication
 from fea.pins.lubrication import Films, Grooves, Lubrication
-from fea.pins.yielding import End, YieldingPin
+from fea.pins.yielding import End, YieldingPin, unit_forces
 from fea.solid.errors import FilmError
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
@@ -308,3 +308,47 @@ def test_smooth_surfaces_that_meet_at_an_edge_are_refused(rod, monkeypatch):
     monkeypatch.setattr(Films, "_integrated", lambda *_: film)
     with pytest.raises(FilmError, match=r"meet at an edge of the bore\. Give film\.roughness_um"):
         films.at(rod.crank_cycle(6000.0))
+
+
+def test_a_rod_under_its_films_opens_the_gaps_that_they_have(monkeypatch):
+    """Stress and film are of one rod: what it yields in a run is by what the films' gaps are wider."""
+    # Means of cos φ over 48 cells lack 0.07 % of it: the film's weights miss as much of the load.
+    monkeypatch.setattr(lubrication, "COARSE", (16, 4, 24))
+    monkeypatch.setattr(lubrication, "FINE", (48, 4, 36))
+    flags = Flags(size=18.0, pressure="oil-film")
+    rod = prepare(replace(flags.applied(load_study()), film=FilmTable(viscosity_mPas=8.0)))
+    cycle, structure, step = rod.crank_cycle(6000.0), rod.structure, 13
+    instant = cycle.at(lubrication.crank_angles(36)[step : step + 1])
+    moved = rod.equilibrium(instant).solution.displacement
+    for end, films in ((End.BIG, rod.films), (End.SMALL, rod.small_end_films)):
+        fine, *_ = films.at(cycle)
+        facets, functions, bore = films.facets, films.functions, films.bore
+        forces = unit_forces(functions, facets, len(structure.mesh.points))
+        of_each = [
+            facets.images * np.tensordot(own, each[..., 0], axes=2)
+            for own, each in zip(forces, moved.values(), strict=True)
+        ]
+        found = np.concatenate(of_each)
+        yields = fine.states[step].bulge - bore.relief
+        if bore.pin is not None:
+            yields = yields - bore.pin.compliance @ fine.weights[step]
+            yields -= bore.pin.carried(end.force(instant))[0]
+        kept = np.setdiff1d(np.arange(len(found)), functions.rigid)
+        assert yields[kept] == pytest.approx(found[kept], abs=0.01 * np.abs(found[kept]).max()), end
+
+
+def test_a_pin_that_is_pressed_in_has_no_film():
+    study = Flags(size=18.0, pressure="oil-film").applied(load_study())
+    rods = [
+        prepare(replace(study, contact=replace(study.contact, small_end_clearance_mm=fit)))
+        for fit in (0.01, -0.01)
+    ]
+    floats, pressed = (rod.pins for rod in rods)
+    assert list(floats.films) == list(End)
+    assert list(pressed.films) == [End.BIG]
+    assert "cosine-180 presses on the small end, whose pin is pressed in" in str(pressed.notes)
+    # At rest both press with half a cosine, of which the film's functions leave little out.
+    gas = {case.name: case for case in rods[0].loading.at(rods[0].mass, 6000.0).cases}["gas"][None]
+    one, other = (rod.equilibrium(gas).solution.displacement for rod in rods)
+    for parity, moved in one.items():
+        assert moved == pytest.approx(other[parity], abs=2e-3 * max(np.abs(u).max() for u in other.values()))

@@ -55,12 +55,11 @@ def shown(value: object) -> str:
 
 _FILM = {
     "h min": "smallest film",
-    "h min error": "its error bar",
     "p max": "highest pressure",
-    "p max error": "its error bar",
     "power W": "friction power, W",
     "friction mep": "friction mean effective pressure",
     "flow l min": "oil flow, l/min",
+    "temperature error K": "its error bar, K",
     "lambda min": "smallest film over roughness",
     "asperity": "largest share that asperities carry",
     "filled": "share of the gap that is full of oil",
@@ -164,6 +163,7 @@ def film_table(end: str, film: FilmFigures) -> Table:
     for field in fields(film):
         value, (words, unit) = getattr(film, field.name), named(field.name)
         heading = "at crank angle" if unit == "°" else _FILM.get(words, words)
+        heading = "its error bar" if words.endswith(" error") else heading
         if value is not None:
             text = value if isinstance(value, str) else figure(value)
             rows.append((f"{heading}, {unit}" if unit else heading, text))

@@ -67,11 +67,12 @@ def factor(value: float | None) -> str:
 def film_lines(summary: Summary) -> list[str]:
     """Return a line per bearing whose oil film was computed."""
     return [
-        f"Oil film, {end.replace('_', ' ')}: {film.verdict}, at the thinnest {film.h_min_um:.2f} µm "
+        f"Oil film, {end.replace('_', ' ')}: {film.verdict}, min. {film.h_min_um:.2f} µm "
         f"± {bar(film.h_min_error_percent)} % at {film.h_min_deg:.0f}°"
-        f"{'' if film.lambda_min is None else f', {film.lambda_min:.1f} times the roughness'}; at most "
+        f"{'' if film.lambda_min is None else f' ({film.lambda_min:.1f} × roughness)'}, max. "
         f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} % at {film.p_max_deg:.0f}°; friction "
-        f"{film.power_W:.0f} W, oil {film.flow_l_min:.2g} l/min"
+        f"{film.power_W:.0f} W ± {bar(film.power_error_percent)} %, oil {film.flow_l_min:.2g} l/min "
+        f"± {bar(film.flow_error_percent)} %"
         f"{'' if film.temperature_C is None else f' at {film.temperature_C:.0f} °C'}."
         f"{'' if film.asperity_percent < 1 else f' Asperities carry up to {film.asperity_percent:.0f} %.'}"
         f"{'' if film.lining_factor is None else f' Lining: factor {factor(film.lining_factor)}.'}"
