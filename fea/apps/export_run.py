@@ -29,13 +29,7 @@ from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
 from fea.rod.given import PART, meshed_rod
-from fea.solid.errors import (
-    ContactError,
-    FilmError,
-    SingularMatrixError,
-    SolverUnavailableError,
-    UnderconstrainedError,
-)
+from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.solid.stress import matrices
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import PINS
@@ -145,11 +139,10 @@ def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> Stored
 
 def _with_films(run: StoredRun, known: Mapping[str, FilmFigures], clock: Clock) -> StoredRun:
     """The run with the oil films of its bearings, solved again, where they are what they were."""
-    with suppress(FilmError, *_REFUSALS), clock("film"):
+    with suppress(*_REFUSALS), clock("film"):
         films, _ = films_at(prepared_again(run), run.summary.rpm or 0.0)
-        pairs = [(film.figures.p_max_MPa, known[film.end.value].p_max_MPa) for film in films]
-        if all(abs(again / before - 1) < _SAME for again, before in pairs):
-            return replace(run, films=films)
+        changes = [film.figures.p_max_MPa / known[film.end.value].p_max_MPa - 1 for film in films]
+        return replace(run, films=films) if np.abs(changes).max() < _SAME else run
     return run
 
 

@@ -49,13 +49,9 @@ class FilmTable(
     )
     viscosity_100C_mPas: float | None = key("8.5", "", require_positive)
     viscosity_mPas: float | None = key(
-        "8.0",
-        "in place of both: of the film, at whatever temperature it has; dynamic, without pressure",
-        require_positive,
+        "8.0", "in place of both: of the film, at whatever temperature, without pressure", require_positive
     )
-    piezoviscosity_1_GPa: float | None = key(
-        "13.0", "of the viscosity under pressure (Roelands); 0: none", within(0, 40)
-    )
+    piezoviscosity_1_GPa: float | None = key("13.0", "by Roelands' law; 0: none", within(0, 40))
     radial_clearance_um: float | None = key(
         "25.0",
         "radius of the big end's bore less that of the crank pin; default: half of "
@@ -64,56 +60,36 @@ class FilmTable(
     )
     inlet_bar: float | None = key("4.0", "of the oil in the crank pin's hole", within(0.01, 100))
     inlet_C: float | None = key("110.0", "temperature of that oil", within(-40, 180))
-    heat_percent: float | None = key(
-        "80.0", "share of the friction that heats the oil; the rest goes into rod and crank", within(0, 100)
-    )
+    heat_percent: float | None = key("80.0", "share of the friction that heats the oil", within(0, 100))
     hole_deg: float | None = key(
-        "30.0",
-        "angle of the hole in the crank pin, from the crank arm's outward direction in the sense of rotation",
-        within(-360, 360),
+        "30.0", "of the hole, from the crank arm outwards in the sense of rotation", within(-360, 360)
     )
-    hole_diameter_mm: float | None = key("5.0", "", require_positive)
+    hole_diameter_mm: float | None = key("5.0", "of the hole in the crank pin", require_positive)
     grooves_deg: tuple[float, ...] = key(
         "[90.0, 270.0]",
         "middle of each groove: in the shell from the rod's axis, in the pin as hole_deg",
         within(-360, 360),
         default=(),
     )
-    groove_arc_deg: float | None = key(
-        "20.0", "length of each around the bore; 360: a groove all round", within(0.1, 360)
-    )
+    groove_arc_deg: float | None = key("20.0", "length of each; 360: all round", within(0.1, 360))
     groove_width_mm: float | None = key("16.0", "along the pin, in the middle of the bore", require_positive)
     grooves_in: str = key(
         '"shell"', "or pin; they hold oil of inlet_bar", one_of(("shell", "pin")), default="shell"
     )
     piston_pin: str | None = key(
-        '"floating"',
-        "or fixed in the piston: the small end swings on it; a floating pin shares half of the swing",
-        one_of(TURNS),
+        '"floating"', "shares half of the rod's swing; or fixed in the piston", one_of(TURNS)
     )
     small_end_C: float | None = key("140.0", "temperature of the small end's film", within(-40, 250))
     small_end_inlet_bar: float | None = key(
-        "1.0",
-        "of the oil that wets the sides of the small end and fills its hole, above that of a ruptured film",
-        within(0.01, 100),
+        "1.0", "of the oil beside the small end and in its hole, above a ruptured film's", within(0.01, 100)
     )
     small_end_hole_diameter_mm: float | None = key(
         "4.0", "diameter; default: that of rod.oil_hole_mm, if there is one", require_positive
     )
-    small_end_hole_deg: float = key(
-        "0.0", "angle of that hole from the rod's axis, away from the crank", within(-360, 360), default=0.0
-    )
-    roughness_um: float | None = key(
-        "0.4", "of both surfaces together: the root of the sum of the squares of their Rq", not_negative
-    )
-    boundary_friction: float | None = key(
-        "0.02", "coefficient of friction where the surfaces touch", within(0, 1)
-    )
-    lining_MPa: float | None = key(
-        "70.0",
-        "specific load, force over diameter times width, that the lining endures, as its maker says",
-        require_positive,
-    )
+    small_end_hole_deg: float = key("0.0", "of that hole; 0: at the top", within(-360, 360), default=0.0)
+    roughness_um: float | None = key("0.4", "of both surfaces: root of the sum of their Rq²", not_negative)
+    boundary_friction: float | None = key("0.02", "where the surfaces touch", within(0, 1))
+    lining_MPa: float | None = key("70.0", "specific load that the lining endures", require_positive)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -164,9 +164,12 @@ def plot_bores(path: Path, cases: Mapping[str, CaseResult], rod_length: float, t
             turned = np.concatenate([shape.direction, shape.direction[1:] + np.pi])
             change = 1e3 * scale("µm") * np.concatenate([shape.change, shape.change[1:]])
             below.plot(turned, change, color=colour, lw=1.4)
-        _decorate(above, f"{name}: contact pressure, {unit('MPa')} (dotted: largest along the bore)")
-        _decorate(below, f"{name}: change of diameter, {unit('µm')}")
+        above.set_title(f"{name}: contact pressure, {unit('MPa')} (dotted: largest along the bore)", size=10)
+        below.set_title(f"{name}: change of diameter, {unit('µm')}", size=10)
         above.set_ylim(0)
+    for panel in panels.flat:
+        panel.tick_params(labelsize=8)
+        panel.grid(alpha=0.4)
     panels[0, 0].legend(loc="lower left", bbox_to_anchor=(-0.15, -0.12), frameon=False, fontsize=8)
     figure.suptitle(f"{title}. 0°: along the rod, from the crank pin to the piston pin", fontsize=11)
     save(figure, path, 100)
@@ -186,12 +189,6 @@ def _around(surface: Surface, x: float, cases: Collection[CaseResult]) -> tuple[
     share = 1 / np.maximum(distance, _SAME) ** 2
     near = pressure[nodes % len(pressure)]
     return places, np.einsum("...k,...kc->...c", share / share.sum(axis=-1, keepdims=True), near)
-
-
-def _decorate(panel: Any, heading: str) -> None:
-    panel.set_title(heading, fontsize=10)
-    panel.tick_params(labelsize=8)
-    panel.grid(alpha=0.4)
 
 
 _FILM, _PRESSURE = "#0072b2", "#d55e00"  # distinguished by people with colour blindness (Wong 2011)

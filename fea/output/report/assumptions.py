@@ -163,7 +163,8 @@ def limits(run: Run) -> Iterator[str]:
     yield f"{residual}."
     yield "Vibration of the rod and of the crank train, and variation from one engine cycle to the next."
     if run.summary.model.pressure == FILM:
-        yield "The bending and ovalisation of the crank pin; the film of the small end does not load the rod."
+        in_parts = "; the film of the small end does not load the rod" if run.summary.assembly else ""
+        yield f"The bending and ovalisation of the crank pin{in_parts}."
     elif not pin_model(run.summary.model.pressure).in_contact:
         yield (
             "The bending and ovalisation of the pins, clearances, and the oil film, which change the stress "

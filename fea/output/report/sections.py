@@ -29,8 +29,6 @@ LEFT, RIGHT, TOP, BOTTOM = 58, 590, 26, 198
 LAST = 720
 _STEPS = 5
 _EVERY = 2  # degrees from one corner of a line to the next
-_DEAD_CENTRES = ((0, "TDC", "start"), (180, "BDC", "middle"), (360, "firing TDC", "middle"),
-                 (540, "BDC", "middle"), (720, "TDC", "end"))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -45,16 +43,8 @@ class Chart:
     names: tuple[str, ...]  #: of the lines; empty where there is one that needs no name
     lines: tuple[str, ...]  #: the points of each line as SVG has them
     ticks: tuple[tuple[float, str], ...]  #: height and label of the horizontal lines
-    angles: tuple[tuple[float, str], ...]  #: place and label of the ticks of the crank angle
-    #: Place, row and name of the load cases; TDC and BDC: place, name and anchor
-    marks: tuple[tuple[float, int, str], ...]
-    centres: tuple[tuple[float, str, str], ...]  #: dead centres: place, name and how it is aligned
+    marks: tuple[tuple[float, int, str], ...]  #: place, row and name of the load cases
     series: tuple[tuple[float, ...], ...]  #: (n_lines, 721) values at every degree, for the slider
-
-    @property
-    def zero(self) -> float | None:
-        """Height of the line of zero."""
-        return next((y for y, label in self.ticks if label == "0"), None)
 
     def moving(self) -> JsonObject:
         """What the page needs to show the crank angle of the slider."""
@@ -97,9 +87,7 @@ def chart(
             for row in values
         ),
         ticks=tuple((y(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, last + 1)),
-        angles=tuple((x(angle), f"{angle}°") for angle in range(0, LAST + 1, 90)),
         marks=_marks({case: x(angle) for case, angle in marks.items()}),
-        centres=tuple((x(angle), label, anchor) for angle, label, anchor in _DEAD_CENTRES),
         series=tuple(tuple(float(f"{value:.4g}") for value in row) for row in values),
     )
 
@@ -313,18 +301,11 @@ def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
 
 def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
-    degrees = np.linspace(0.0, 720.0, 721)
-    drawn = [
-        chart((f"chart-{column}", title, unit), degrees, of_ends, marks(summary))
-        for column, title, unit in _FILM_CHARTS
-        for of_ends in [
-            {
-                words: np.interp(degrees, columns["crank_deg"], columns[first + column], period=720.0)
-                for words, first in (("big end", ""), ("small end", "small_end_"))
-                if first + column in columns
-            }
-        ]
-    ]
+    degrees, ends, drawn = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}, []
+    for name, title, given in _FILM_CHARTS:
+        courses = {end: columns[first + name] for end, first in ends.items() if first + name in columns}
+        curves = {end: np.interp(degrees, columns["crank_deg"], own) for end, own in courses.items()}
+        drawn.append(chart((f"chart-{name}", title, given), degrees, curves, marks(summary)))
     tables = [tabular.film_table(*each) for each in (summary.film or {}).items()]
     found = _tables("film", "Oil films of the bearings", tables, charts=drawn)
     content = {**found.content, "lines": film_lines(summary)}
@@ -356,8 +337,8 @@ def _repeat(run: Run) -> Section:
 
 def marks(summary: Summary) -> dict[str, float]:
     """Return the crank angle, degrees, of each load case that is an instant of the cycle."""
-    angles = {name: load.crank_deg for name, load in summary.loads.items() if name != "gas"}
-    return {name: angle for name, angle in angles.items() if angle is not None}
+    loads = summary.loads.items()
+    return {name: load.crank_deg for name, load in loads if name != "gas" and load.crank_deg is not None}
 
 
 def study_text(run: Run) -> str:

@@ -352,11 +352,8 @@ def assembly_lines(found: AssemblyFigures) -> Iterator[str]:
 
 def _joint(found: AssemblyFigures) -> Iterator[str]:
     joint = found.joint
-    said = []
-    if joint.opens is not None:
-        said.append(f"opens at the bore {_when(joint.opens)}")
-    if joint.separates is not None:
-        said.append(f"comes apart {_when(joint.separates)}")
+    onsets = {"opens at the bore": joint.opens, "comes apart": joint.separates}
+    said = [f"{what} {_when(onset)}" for what, onset in onsets.items() if onset is not None]
     if said:
         yield f"Joint: {'; '.join(said)}."
     if joint.cycle is not None:

@@ -1,6 +1,6 @@
 """What a run at one or several speeds says at its end: a table, what was written, what to do next."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import compress
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.verdict import Verdict
 from fea.output.report import tables as tabular
+from fea.output.report.tables import figure
 from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose, run_lines
 from fea.output.terminal.answer import assembly_lines, governs, levers, life, of_kind, singular
@@ -40,7 +41,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     notes, left_out = by_consequence(noted)
     heading, tables = [headline, *unusual(notes), *answer.fatigue_unjudged(summaries)], [table]
     if any(summary.film for summary in rising):
-        tables.append(plain_table(_FILM_COLUMNS, _film_rows(rising), left=("bearing", "regime")))
+        tables.append(_film_table(rising))
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
     if verbose:
         tables += _captioned(tabular.endurance_table(worst), tabular.life_table(worst.life))
@@ -101,18 +102,19 @@ def _row(summary: Summary) -> tuple[str, ...]:
     return number(summary.rpm, "g"), case, angle, *stress, factor(result.min_safety_factor), failed
 
 
-_FILM_COLUMNS = (
-    "rpm", "bearing", "min.\nfilm\nµm", "±\n%", "λ", "max.\nMPa", "friction\nW", "oil\nl/min", "oil\n°C",
-    "regime",
-)  # fmt: skip
+_FILM = {
+    "min.\nfilm\nµm": "h_min_um", "±\n%": "h_min_error_percent", "λ": "lambda_min", "max.\nMPa": "p_max_MPa",
+    "friction\nW": "power_W", "oil\nl/min": "flow_l_min", "oil\n°C": "temperature_C",
+}  # fmt: skip
 
 
-def _film_rows(summaries: Iterable[Summary]) -> Iterator[tuple[str, ...]]:
-    for rpm, end, film in ((one.rpm, *each) for one in summaries for each in (one.film or {}).items()):
-        gap = number(film.h_min_um, ".2f"), bar(film.h_min_error_percent), number(film.lambda_min, ".1f")
-        costs = number(film.power_W, ".0f"), number(film.flow_l_min, ".2g"), number(film.temperature_C, ".0f")
-        named = number(rpm, "g"), end.replace("_", " ")
-        yield *named, *gap, number(film.p_max_MPa, ".0f"), *costs, film.verdict
+def _film_table(summaries: Sequence[Summary]) -> Table:
+    films = [(number(one.rpm, "g"), *each) for one in summaries for each in (one.film or {}).items()]
+    rows = (
+        (rpm, end.replace("_", " "), *(figure(getattr(film, key), 3) for key in _FILM.values()), film.verdict)
+        for rpm, end, film in films
+    )
+    return plain_table(("rpm", "bearing", *_FILM, "regime"), rows, left=("bearing", "regime"))
 
 
 def _sweep_written(runs: Sequence[tuple[Path, Summary]]) -> list[str]:

@@ -28,8 +28,8 @@ class Loads {
 
   // Solids for the painter, and where to write how large the forces are. `touching` are the contact pressures
   // of the nodes and their places, where they are known.
-  // `film` is the oil film of the big end, where that loads it.
-  drawn(result, angle, camera, tint, touching, film) {
+  // `films` are the oil films of the ends that they load.
+  drawn(result, angle, camera, tint, touching, films) {
     const acting = this.acting(result, angle);
     if (!acting) return { solids: [], labels: [] };
     const length = this.bores[1].x, solids = [], labels = [];
@@ -43,7 +43,8 @@ class Loads {
         const tip = plus([bore.x, 0, z], direction, reach + 0.05 * length);
         labels.push({ at: tip, text: `${fixed(this.force.factor * size, this.force.digits)} ${this.force.unit}` });
       }
-      const arc = film && k === 0 ? film.around(angle) : this.arc(k, force, acting.touch, touching);
+      const film = acting.touch?.[k]?.[2] > 0 ? null : films[k];
+      const arc = film ? film.around(angle) : this.arc(k, force, acting.touch, touching);
       if (arc) {
         for (const face of [bore.low - 0.003 * length, bore.high + 0.003 * length]) {
           solids.push({ ...pressed(bore, face, arc), tint: [...tint.map((c) => c * 0.9), 0.75] });
@@ -57,7 +58,7 @@ class Loads {
   arc(k, force, touch, touching) {
     if (k === 0 && this.clamped) return null;
     const size = Math.hypot(...force), middle = Math.atan2(force[1], force[0]);
-    if (this.pressure.kind === "contact") {
+    if (this.pressure.kind === "contact" || touch?.[k]?.[2] > 0) {
       if (!touch || touch[k][2] <= 0) return null;
       const height = (HEIGHT * touch[k][2]) / this.hardest;
       if (touching) return { middle: 0, width: 2 * Math.PI, height, share: around(this.bores[k], touching) };

@@ -169,10 +169,9 @@ class Viewer {
     return kind === "envelope" || moves === false;
   }
 
-  // The oil film that presses on the big end; none at rest.
+  // The oil films that press on the bores; none at rest.
   get filmed() {
-    const { kind, id } = this.result.header;
-    return this.header.pressure.kind === "oil-film" && kind !== "envelope" && id !== "gas" ? this.films[0] : null;
+    return this.header.pressure.kind === "oil-film" && this.result.header.id !== "gas" ? this.films : [];
   }
 
   get touching() {
