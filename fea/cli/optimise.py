@@ -59,6 +59,7 @@ def optimise(
     if min_film_um is not None:
         table = replace(table, min_film_um=min_film_um)
     asked = replace(asked, optimise=table)
+    asked.require_plausible()
 
     from fea.apps.optimise.figures import print_table
     from fea.apps.optimise.run_optimise import optimise as optimised

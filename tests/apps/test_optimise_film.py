@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fea.__main__ import call
 from fea.analysis.film import film_at
 from fea.analysis.prepare import prepare
 from fea.apps.optimise.designs import Designs
@@ -78,3 +79,8 @@ def test_a_film_that_cannot_be_is_refused(tables, why, tmp_path):
     (tmp_path / "own.toml").write_text(asked, "utf-8")
     with pytest.raises(InvalidValue, match=rf"optimise.min_film_um = 1.*{why}"):
         search_study(load_study(tmp_path / "own.toml"))
+
+
+def test_a_film_that_no_engine_has_is_refused(capsys):
+    assert call(["optimise", "leon-2001", "--min-film-um", "1000"]) == 2
+    assert "optimise.min_film_um = 1000: it is outside 0.2 to 20" in capsys.readouterr().err

@@ -63,9 +63,9 @@ def limited_speeds(study: Study) -> list[float]:
     rule = "gives the force on the pin: without an engine there are no speeds and peak pressures"
     require(study.forces is None, "[forces]", None, rule, "Give an [engine], or use --engine.")
     study.require_engine()
-    rule = "would need an oil film, of seconds, at each of some hundred points; it changes the big end alone"
-    on_film = study.analysis.pressure == FILM
-    require(not on_film, "analysis.pressure", FILM, rule, "Choose another, or leave it out.")
+    rule = "would need oil films, which take seconds, at each of some hundred operating points"
+    remedy = "Leave it out; --film adds the line of the oil film."
+    require(study.analysis.pressure != FILM, "analysis.pressure", FILM, rule, remedy)
     speeds = sorted(rpm for rpm in study.speeds() if rpm is not None)
     require_positive("speed.rpm", speeds[-1])
     return speeds

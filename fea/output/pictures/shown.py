@@ -85,7 +85,6 @@ _FIELDS = (
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
     Field("endurance_limit", "endurance limit, MPa", " MPa", low=True),
     Field("contact_pressure", "contact pressure, MPa", " MPa"),
-    Field("film_pressure", "pressure of the oil film, MPa", " MPa"),
     Field("displacement", "displacement, mm", " mm"),
 )
 

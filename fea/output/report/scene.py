@@ -27,6 +27,7 @@ from loads.bearing import Arc, BorePressure
 from mesh.tetmesh import TetMesh
 
 _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
+_OF_FILM = Field("film_pressure", "pressure of the oil film, MPa", " MPa")
 # In the order in which a load case offers them.
 CASE_FIELDS = (
     VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor",
@@ -61,7 +62,8 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
 
 
 def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> JsonObject:
-    field = (_MIDDLE if name == _MIDDLE.name else field_of(name)).in_units()
+    own = {field.name: field for field in (_MIDDLE, _OF_FILM)}
+    field = (own.get(name) or field_of(name)).in_units()
     values = np.asarray(field.values(data), float)
     finite = values[np.isfinite(values)]
     largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0
@@ -322,7 +324,7 @@ def _film(film: FilmResult, packer: Packer) -> JsonObject:
         "halved": grid.halved,
         "edges": grid.edges.round(4).tolist(),
         "orbit": cycle.eccentricity.round(4).tolist(),
-        "field": _described("film_pressure", {"film_pressure": pressures.ravel()}, {}),
+        "field": _described(_OF_FILM.name, {_OF_FILM.name: pressures.ravel()}, {}),
     }
 
 
