@@ -24,6 +24,7 @@ from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_columns, write_text
 from fea.output.vtu import write_cells, write_pvd, write_result
+from fea.pins.yielding import End
 from geometry.surfaces import INTERFACES
 
 ENVELOPE, BUCKLING = "envelope.vtu", "buckling.vtu"
@@ -117,13 +118,13 @@ def _texts(run: RunResult) -> Iterator[RunFiles]:
 
 def _films(run: RunResult) -> Iterator[RunFiles]:
     for film in run.films:
-        cycle = film.cycle
+        cycle, x = film.cycle, 0.0 if film.end is End.BIG else run.summary.rod.length_mm
         for name, number in (("h_min", cycle.thinnest.argmin()), ("p_max", cycle.highest.argmax())):
-            yield _one(f"{film.name}_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number)))
+            yield _one(f"{film.name}_{name}.vtu", partial(_write_film, cycle=cycle, number=int(number), x=x))
 
 
-def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
-    """Write the bore with pressure, MPa, and thickness, mm, of its film at an instant."""
+def _write_film(path: Path, cycle: FilmCycle, number: int, x: float) -> None:
+    """Write the bore at x with pressure, MPa, and thickness, mm, of its film at an instant."""
     state, grid = cycle.states[number], cycle.bearing.reynolds.grid
     # The ends of the bearing stand beside the cells; the film has the pressure of the surroundings there.
     half, end = range(1, grid.n_width + 1), grid.n_width + 1
@@ -132,7 +133,7 @@ def _write_film(path: Path, cycle: FilmCycle, number: int) -> None:
         columns, z = [end, *reversed(half), *half, end], np.array([*-z[:0:-1], *z[1:]])
     outside = np.full((grid.n_angle, 1), cycle.acting.inlet if cycle.acting.flooded else 0.0)
     edge = state.edge
-    around = np.stack([np.cos(grid.angle), np.sin(grid.angle)], axis=1) * grid.radius
+    around = np.stack([np.cos(grid.angle), np.sin(grid.angle)], axis=1) * grid.radius + [x, 0.0]
     points = np.column_stack([np.repeat(around, len(z), axis=0), np.tile(z, len(around))])
     corner = np.arange(len(points)).reshape(-1, len(z))
     first, second = (each[:, :-1].ravel() for each in (corner, np.roll(corner, -1, axis=0)))

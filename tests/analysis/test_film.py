@@ -93,7 +93,10 @@ def test_a_run_with_its_film(ran):
     assert all(check["pass"] for check in checks.values())
     for name, film in (("film", found), ("film_small_end", small)):
         assert {f"{name}.png", f"{name}_h_min.vtu", f"{name}_p_max.vtu"} <= set(summary["files"])
-        at = {key: read_vtu(out / f"{name}_{key}.vtu").point for key in ("h_min", "p_max")}
+        files = {key: read_vtu(out / f"{name}_{key}.vtu") for key in ("h_min", "p_max")}
+        at = {key: file.point for key, file in files.items()}
+        centre = files["p_max"].mesh.points.mean(axis=0)
+        assert centre == pytest.approx([141.0 if film is small else 0.0, 0.0, 0.0], abs=1e-3)
         assert 1e3 * at["h_min"]["film_thickness"].min() == pytest.approx(film["h_min_um"], rel=1e-5)
         assert at["p_max"]["film_pressure"].max() == pytest.approx(film["p_max_MPa"], rel=1e-5)
     report = (out / "report.html").read_text(encoding="utf-8")
