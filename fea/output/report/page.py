@@ -157,7 +157,7 @@ _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=T
 
 def _with_charts(drawn: Scene, parts: Sequence[Section]) -> JsonObject:
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"]) or drawn.header["films"]
-    charts = [chart.moving() for part in parts for chart in part.charts] if turns else []
+    charts = [chart.moving() for part in parts for chart in part.content.get("charts", ())] if turns else []
     return {**drawn.header, "charts": charts}
 
 

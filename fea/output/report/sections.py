@@ -234,23 +234,13 @@ _PROCESSORS = ("x86_64", "AMD64", "aarch64", "arm64")
 
 @dataclass(frozen=True)
 class Section:
-    """A section: its id and title, its template, what that needs, and its name in the contents."""
+    """A section: its id and title, its template, what that needs, and a shorter title for the contents."""
 
     id: str
     title: str
     template: str
     content: Mapping[str, Any]
     short: str = ""
-
-    @property
-    def name(self) -> str:
-        """Its name in the contents."""
-        return self.short or self.title
-
-    @property
-    def charts(self) -> tuple[Chart, ...]:
-        """The charts in it."""
-        return tuple(self.content.get("charts", ()))
 
 
 def sections(run: Run) -> Iterator[Section]:
