@@ -46,10 +46,14 @@ class Printed:
         table: Callable[[], object],
         study: "Study | None" = None,
         written: Iterable[Path | None] = (),
+        digits: int | None = None,
     ) -> None:
-        """Print figures as JSON, or their table, in the units of a study, and the files that were written."""
+        """Print figures as JSON, with so many significant digits, or their table, in the units of a study.
+
+        After the table come the files that were written.
+        """
         if self.json:
-            print_json(figures)
+            print_json(figures, digits)
         elif not self.quiet:
             from fea.base.choices import UnitSystem
             from fea.output.units import shown_in

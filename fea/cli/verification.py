@@ -1,23 +1,16 @@
 """The commands that compare results with known ones: JSON rows, tables and reports."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated
 
 from cyclopts import Parameter
 
-from fea.cli.options import Markdown, Printed, print_json, print_written
+from fea.cli.options import Markdown, Printed
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.output.target import require_target
 from fea.study.study import DEFAULT_STUDY
-
-
-class Row(Protocol):
-    """One result and what it is compared with."""
-
-    def as_dict(self) -> dict[str, object]:
-        """Return the figures by their JSON keys."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +27,6 @@ class Shown(Printed):
         if self.report is not None:
             name = self.report.name if self.report.is_absolute() else self.report.as_posix()
             write(self.report, f"{command} --report {name}")
-
-    def print(self, rows: Iterable[Row], digits: int, table: Callable[[], None]) -> None:
-        """Print rows as JSON with so many significant digits, or as a table with the path of the report."""
-        if self.json:
-            print_json([row.as_dict() for row in rows], digits)
-        elif not self.quiet:
-            table()
-            print_written((self.report,))
 
 
 Options = Annotated[Shown, Parameter(name="*")]
@@ -64,7 +49,8 @@ def verify(*cases: str, shown: Options = _NOTHING) -> int:
         rows = compute(cases, listener)
         command = " ".join(["fea verify", *cases])
         shown.write(command, lambda report, said: write_report(report, rows, said, listener))
-    shown.print(rows, 9, lambda: print_verification(rows))
+    figures = [row.as_dict() for row in rows]
+    shown.show(figures, lambda: print_verification(rows), written=(shown.report,), digits=9)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
@@ -83,7 +69,8 @@ def stability(*cases: str, shown: Options = _NOTHING) -> int:
     with stages(silent=shown.quiet) as listener:
         rows = compute(cases, listener)
     shown.write(" ".join(["fea stability", *cases]), lambda report, said: write_report(report, rows, said))
-    shown.print(rows, 9, lambda: print_stability(rows))
+    figures = [row.as_dict() for row in rows]
+    shown.show(figures, lambda: print_stability(rows), written=(shown.report,), digits=9)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
@@ -115,7 +102,8 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
     shown.write(command, lambda report, said: write_report(report, result, said))
     rod = [row for row in result.rows if row.computation.problem == "rod"]
     advised = advice(rod, result.references["rod"].uncertainty_percent)
-    shown.print(result.rows, 6, lambda: print_comparison(result.rows, advised))
+    figures = [row.as_dict() for row in result.rows]
+    shown.show(figures, lambda: print_comparison(result.rows, advised), written=(shown.report,))
     return 0
 
 
@@ -133,7 +121,7 @@ def reproduce(source: str = "all", *, shown: Options = _NOTHING) -> int:
 
     tables = compare(source)
     shown.write(f"fea reproduce {source}", lambda report, said: write_report(report, tables, said))
-    figures = [figure for table in tables for figure in table.figures]
+    figures = [figure.as_dict() for table in tables for figure in table.figures]
     # The studies print up to ten significant digits; every one is compared.
-    shown.print(figures, 12, lambda: print_reproduction(tables))
+    shown.show(figures, lambda: print_reproduction(tables), written=(shown.report,), digits=12)
     return CHECK_FAILED if summarise(tables).unexplained else 0
