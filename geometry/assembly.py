@@ -8,7 +8,6 @@ from geometry.dimensions import Dimensions
 from geometry.errors import InvalidValue, require, require_number
 from geometry.outline import Bosses, Outline, web_pocket
 from geometry.rod import require_of
-from geometry.surfaces import Mirror
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,10 +38,6 @@ class Assembly:
         """The joint plane's normal (x, y), from the cap towards the rod."""
         angle = math.radians(self.split or 0.0)
         return math.cos(angle), math.sin(angle)
-
-    def smallest_cell(self, rod: Dimensions) -> Mirror:
-        """Return the smallest symmetry cell of a rod that is assembled in this way."""
-        return rod.smallest_cell if not self.split else Mirror.HALF
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,8 +5,6 @@ from enum import StrEnum
 from functools import cache
 from typing import Any
 
-from geometry.surfaces import Mirror
-
 
 class ShankSection(StrEnum):
     """Cross-section of the shank."""
@@ -163,11 +161,6 @@ class Dimensions:
     def shank_bore_round(self) -> float:
         """Radius at the end of that bore, whose bottom is flat in the middle, mm."""
         return 0.4 * self.shank_bore
-
-    @property
-    def smallest_cell(self) -> Mirror:
-        """The smallest symmetry cell: the part whose reflections are the whole rod."""
-        return Mirror.QUARTER
 
 
 @cache

@@ -97,12 +97,6 @@ def turned_over(body: int) -> int:
     return _only_volume(copies)
 
 
-def bottom_rounded(body: int, z: float, radius: float) -> int:
-    """Round the edges of a body that lie in the plane `z`."""
-    slack = 1e-6 * (1 + abs(z))
-    return rounded(body, radius, lambda _x, _y, middle: abs(middle - z) < slack)
-
-
 def rounded(body: int, radius: float, chosen: Callable[[float, float, float], bool]) -> int:
     """Round the edges of a body that are `chosen` by the middles of their bounding boxes."""
     gmsh.model.occ.synchronize()

@@ -33,16 +33,6 @@ class Section:
     inertia_y: float
     inertia_z: float
 
-    @property
-    def gyration_y(self) -> float:
-        """Radius of gyration for bending sideways, mm."""
-        return math.sqrt(self.inertia_y / self.area)
-
-    @property
-    def gyration_z(self) -> float:
-        """Radius of gyration for bending in the plane of motion, mm."""
-        return math.sqrt(self.inertia_z / self.area)
-
 
 @dataclass(frozen=True)
 class HeightField:

@@ -273,16 +273,16 @@ class Solid:
         return bodies([part.volumes for part in self.parts], self.interfaces)
 
 
-def build(rod: Rod, mirror: Mirror = Mirror.QUARTER, assembly: Assembly | None = None) -> Solid:
-    """Draw a rod, or a symmetry cell of it, in a new model of the open session.
+def build(rod: Rod, mirror: Mirror | None = None, assembly: Assembly | None = None) -> Solid:
+    """Draw a rod, or a symmetry cell of it, by default the smallest, in a new model of the open session.
 
     Without an assembly the rod is one piece, with its bushing bonded to it. Raises `InvalidValue`: the rod
     does not have the symmetry, or the parts do not go together; `GeometryError`: the CAD kernel failed.
     """
     if assembly is not None:
         check(rod, assembly)
-    smallest = rod.smallest_cell if assembly is None else assembly.smallest_cell(rod)
-    cells = list(Mirror)
+    smallest = Mirror.HALF if assembly is not None and assembly.split else Mirror.QUARTER
+    mirror, cells = mirror or smallest, list(Mirror)
     rule = f"the smallest symmetry cell of this rod is {smallest}"
     possible = cells.index(mirror) <= cells.index(smallest)
     require(possible, "symmetry", str(mirror), rule, "Choose that or a larger part.")
@@ -386,7 +386,8 @@ def _pocket(rod: Rod) -> int:
         outside = max(rod.big_end_radius, rod.small_end_radius)
     with kernel.attempt("round the pocket floor (rod.pocket_floor_radius_mm)"):
         tool = kernel.prism(pocket.outline(), (), pocket.floor, pocket.floor + 1.1 * (outside - pocket.floor))
-        tool = kernel.bottom_rounded(tool, pocket.floor, pocket.floor_radius)
+        slack = 1e-6 * (1 + pocket.floor)
+        tool = kernel.rounded(tool, pocket.floor_radius, lambda _x, _y, z: abs(z - pocket.floor) < slack)
     if pocket.in_sides:
         gmsh.model.occ.rotate([(kernel.SOLID, tool)], 0, 0, 0, 1, 0, 0, -math.pi / 2)
     return tool

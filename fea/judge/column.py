@@ -5,6 +5,7 @@ The rod is pinned at both ends in the plane of motion (effective length l) and b
 chapter 4.
 """
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -34,7 +35,7 @@ class Plane(StrEnum):
 
     def gyration(self, section: Section) -> float:
         """Radius of gyration of a section for this bending, mm."""
-        return section.gyration_z if self is Plane.IN_PLANE else section.gyration_y
+        return math.sqrt(self.inertia(section) / section.area)
 
 
 @dataclass(frozen=True)

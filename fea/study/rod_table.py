@@ -168,9 +168,7 @@ class RodTable:
                 raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule) from error
         from geometry.solid import build  # noqa: PLC0415 - likewise
 
-        rod = self.solid()
-        cell = rod.smallest_cell if assembly is None else assembly.smallest_cell(rod)
-        return build(rod, cell, assembly)
+        return build(self.solid(), assembly=assembly)
 
     def solid(self) -> Rod:
         """Return the dimensions; raises `InvalidValue`: there are none."""

@@ -209,7 +209,7 @@ WRONG = {
 def test_parts_that_do_not_go_together_are_refused_by_name(case):
     rod, assembly, key = WRONG[case]
     with pytest.raises(InvalidValue) as refused, session():
-        build(rod, assembly.smallest_cell(rod), assembly)
+        build(rod, assembly=assembly)
     assert refused.value.name == key
 
 
@@ -229,15 +229,14 @@ def test_a_random_assembly_is_drawn_or_refused_by_name(seed):
     if isinstance(drawn, InvalidValue):
         return
     rod, assembly = drawn
-    cell = assembly.smallest_cell(rod)
     try:
         with session():
-            solid = build(rod, cell, assembly)
+            solid = build(rod, assembly=assembly)
     except InvalidValue as refused:
         table, key = refused.name.split(".")
         assert table == "assembly" or key.removesuffix("_mm") in dimensions()
         return
     with session():
-        one_piece = build(rod, cell)
+        one_piece = build(rod, solid.mirror)
     assert solid.mass.mass == pytest.approx(one_piece.mass.mass, rel=1e-5)
     assert len(solid.bolts) == len(bolt_axes(rod, assembly)) == (2 if assembly.bolt else 0)
