@@ -121,11 +121,6 @@ def orthonormal(vectors: Floats, forces: Floats) -> Space:
     return space
 
 
-def ritz_values(space: Space, pushed: Floats) -> Floats:
-    """Return the Ritz values, in increasing order, of a space and A times its vectors."""
-    return np.asarray(np.linalg.eigvalsh(_symmetric(space.vectors.T @ pushed)))
-
-
 def _symmetric(matrix: Floats) -> Floats:
     return (matrix + matrix.T) / 2
 
@@ -244,10 +239,11 @@ class Buckling:
 
     def _enough(self, load: ReferenceLoad, count: int) -> float:
         """Lower bound of the `count` largest values of 1/λ: Ritz values are bounds from below."""
-        pushed = [
-            (each, self._pushed(load, parity_z, each.vectors)) for parity_z, each in self._spaces.items()
+        values = [
+            np.linalg.eigvalsh(_symmetric(each.vectors.T @ self._pushed(load, parity_z, each.vectors)))
+            for parity_z, each in self._spaces.items()
         ]
-        ranked = np.sort(np.concatenate([ritz_values(*each) for each in pushed]))[::-1]
+        ranked = np.sort(np.concatenate(values))[::-1]
         return max(0.0, float(ranked[:count][-1]) * (1 - _ACCURACY))
 
     def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:

@@ -65,15 +65,11 @@ class Constraint:
         """C p."""
         return np.asarray(self.compliance[:, None] * (self.mass @ p))
 
-    def decompressed(self, widths: Floats) -> Floats:
-        """Approximate C⁻¹ times a residual of D u = C p: the pressures that cause it."""
-        return np.asarray(self._over_mass(widths) / self.compliance[:, None])
-
     def precondition(self, residual: Floats) -> Floats:
         """Approximate (scale · M)⁻¹."""
-        return np.asarray(self._over_mass(residual) / self.scale[:, None])
+        return np.asarray(self.over_mass(residual) / self.scale[:, None])
 
-    def _over_mass(self, right: Floats) -> Floats:
+    def over_mass(self, right: Floats) -> Floats:
         """M⁻¹ by a fixed number of Chebyshev steps (Wathen & Rees 2009)."""
         return chebyshev(self.mass.__matmul__, self.mass.diagonal(), right, _MASS_BOUNDS, _MASS_STEPS)
 
@@ -219,16 +215,11 @@ def _summed(values: Floats, rows: Ints, columns: Ints, shape: tuple[int, int]) -
     return sparse.csr_array(sparse.coo_array((values.ravel(), (row, column)), shape=shape))
 
 
-def shear_materials(materials: Sequence[Material], soft: Sequence[int]) -> tuple[Material, ...]:
-    """Return the materials of the displacement equations: for the `soft` parts only 2 μ ε."""
-    return tuple(m.without_lambda() if n in soft else m for n, m in enumerate(materials))
-
-
 @dataclass(frozen=True)
 class MixedSystem:
     """The equations A u + Dᵀ p = f, D u − C p = 0 with their supports."""
 
-    stiffness: SymmetricMatrix  #: A, N/mm, with the materials of `shear_materials`
+    stiffness: SymmetricMatrix  #: A, N/mm, of the soft parts only with 2 μ ε
     space: PressureSpace  #: gives D, and C, which is the mass matrix over λ
     fixed: Mask  #: (3 n_nodes,) displacements that are zero
     alive: Mask  #: (n_pressures,) pressures that are not zero by symmetry
@@ -294,7 +285,9 @@ class MixedSystem:
         work = (u * f).sum(axis=0)
         energy = (u * (self.stiffness @ u)).sum(axis=0) + (p * compressed).sum(axis=0)
         left = np.abs(first[~self.fixed]).max(axis=0)
-        untied = self.space.divergence[self.alive].T @ self._constraint.decompressed(second[self.alive])
+        # C⁻¹ times what is left of D u = C p, approximately: the pressures that cause it.
+        cause = self._constraint.over_mass(second[self.alive]) / self._constraint.compliance[:, None]
+        untied = self.space.divergence[self.alive].T @ cause
         unbalanced = np.abs((first + untied)[~self.fixed]).max(axis=0)
         apart = np.abs(second[self.alive]).max(axis=0, initial=0.0)
         return Residuals(
@@ -323,7 +316,8 @@ class MixedModel(Model):
         clock: Clock | None = None,
         assembly: Assembly = Assembly.BATCHED,
     ) -> None:
-        elastic = of_parts(shear_materials(materials, soft), mesh.part)
+        shearing = tuple(m.without_lambda() if n in soft else m for n, m in enumerate(materials))
+        elastic = of_parts(shearing, mesh.part)
         super().__init__(mesh, elastic, support, solver, clock, assembly=assembly)
         with self._clock("assembly"):
             self._space = pressure_space(mesh, {number: materials[number] for number in soft})

@@ -27,7 +27,8 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     free = SHARE * available_bytes()
     if direct_bytes(n_dofs, slots) <= free:
         return direct()
-    need = iterative_bytes(n_dofs, slots)
+    # Multigrid takes a part proportional to the degrees of freedom, and a coarse factor.
+    need = slots * (2300.0 * n_dofs + direct_bytes(n_dofs // 8, 1))
     if need <= free:
         return SolverName.AMG
     coarser = (need / free) ** (1 / 3)
@@ -41,7 +42,7 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
 
 def direct() -> SolverName:
     """Return the name of the direct solver available on this machine."""
-    return SolverName.PARDISO if pardiso.is_installed() else SolverName.CHOLMOD
+    return SolverName.PARDISO if importlib.util.find_spec("pypardiso") else SolverName.CHOLMOD
 
 
 def linear_solver(
@@ -96,11 +97,6 @@ def direct_bytes(n_dofs: int, slots: int) -> float:
     freedom: the prediction holds for it to 15 %, which `SHARE` leaves free.
     """
     return float(slots * 8 * 1.2 * n_dofs**1.5)
-
-
-def iterative_bytes(n_dofs: int, slots: int) -> float:
-    """Predicted bytes of multigrid: a part proportional to the degrees of freedom, and a coarse factor."""
-    return slots * (2300.0 * n_dofs + direct_bytes(n_dofs // 8, 1))
 
 
 def available_bytes() -> float:

@@ -224,15 +224,6 @@ def _work_within(handle: _Handle, slot: int, values: Floats, n: int, forces: Flo
     return np.asarray(halves @ halves.T)
 
 
-def is_installed() -> bool:
-    """Whether pypardiso is installed (nothing is loaded)."""
-    try:
-        importlib.metadata.version("pypardiso")
-    except importlib.metadata.PackageNotFoundError:
-        return False
-    return True
-
-
 def _library() -> Any:
     _point_at_mkl()
     from pypardiso.pardiso_wrapper import PyPardisoSolver  # noqa: PLC0415 - MKL is heavy and optional
