@@ -34,7 +34,7 @@ _MOST = 20.0
 _EVERY = 4
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class DrawnMap:
     """What is known of a rod on a grid of speeds and peak pressures."""
 
@@ -63,16 +63,7 @@ class DrawnMap:
         factors = of_rays.factors(*at)
         yielding = figures.required_safety_factor / factors.get(Mode.YIELD, np.full_like(charge, np.inf))
         hours = None if found.life is None else np.where(yielding > ELASTIC, np.nan, found.life.hours(*at))
-        return cls(
-            found=found,
-            figures=figures,
-            speeds=speeds,
-            rpm=rpm,
-            peak=peak / BAR,
-            factors=factors,
-            yielding=yielding,
-            hours=hours,
-        )
+        return cls(found, figures, speeds, rpm, peak / BAR, factors, yielding, hours)
 
     @property
     def title(self) -> str:

@@ -119,7 +119,9 @@ class SearchResult:
     @property
     def best(self) -> Design:
         """The lightest rod that meets the required factors on its own mesh, or the one that lacks least."""
-        return _best([design for design in self.tried if design.remeshed])
+        if self.holding:
+            return self.holding[0]
+        return min((one for one in self.tried if one.remeshed), key=lambda design: design.lacking)
 
     @property
     def holding(self) -> list[Design]:
@@ -191,15 +193,12 @@ def _finished(designs: Designs, remeshed: list[Design], most: int, mesh_cost: in
 def _lightest(designs: Designs, about: Design, reserve: float, radius: float) -> Floats:
     """The lightest design near another whose margins keep a reserve, by a model of those tried."""
     model = LocalModel.of(designs.tried, about)
-    low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
 
     def figures(x: Floats) -> tuple[float, Floats]:
-        x = np.clip(x, low, high)
         mass, margins = model.at(x)
-        return mass, np.append(margins - reserve, -np.linalg.norm(x - designs.nearest(x, about.x)))
+        return mass, margins - reserve
 
-    x = _minimised(figures, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
-    return designs.nearest(x, about.x)
+    return _minimised(designs, figures, about.x, radius)
 
 
 def _merit(design: Design) -> float:
@@ -247,7 +246,7 @@ def _round(
 
 def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, radius: float) -> Floats:
     """The lightest design (n,) near another: a linear programme, unless a rule forbids its solution."""
-    low, high = (np.clip(about.x + side * radius, 0.0, 1.0) for side in (-1, 1))
+    low, high = _around(about.x, radius)
     limits = len(figures) - 1
     programme = linprog(
         [*slopes[0], *[_LACKING * figures[0]] * limits],  # a step, and what each limit lacks there
@@ -261,46 +260,44 @@ def _stepped(designs: Designs, about: Design, figures: Floats, slopes: Floats, r
             return np.asarray(x)
 
     def model(x: Floats) -> tuple[float, Floats]:
-        mass, *used = figures + slopes @ (np.clip(x, low, high) - about.x)
-        away = np.linalg.norm(x - designs.nearest(np.clip(x, low, high), about.x))
-        return float(mass), np.append(1 - np.exp(used), -away)
+        mass, *used = figures + slopes @ (x - about.x)
+        return float(mass), 1 - np.exp(used)
 
-    x = _minimised(model, about.x, (low, high), (radius / 2, _SAME / 10), _OF_MODEL * len(about.x))
-    return designs.nearest(x, about.x)
+    return _minimised(designs, model, about.x, radius)
+
+
+def _around(about: Floats, radius: float) -> tuple[Floats, Floats]:
+    return np.clip(about - radius, 0.0, 1.0), np.clip(about + radius, 0.0, 1.0)
 
 
 def _minimised(
-    figures: Callable[[Floats], tuple[float, Floats]],
-    start: Floats,
-    bounds: tuple[Floats, Floats],
-    radii: tuple[float, float],
-    most: int,
+    designs: Designs, figures: Callable[[Floats], tuple[float, Floats]], about: Floats, radius: float
 ) -> Floats:
-    """Return the design with the least mass whose constraints are not negative.
+    """Return the design (n,) near another with the least mass that no rule forbids.
 
-    `figures` returns mass and constraints of a design; `radii` are the first and the last one of the trust
-    region, and `most` the number of evaluations.
+    `figures` returns the mass of a design, and constraints, which shall not be negative.
     """
+    low, high = _around(about, radius)
     known = dict[bytes, tuple[float, Floats]]()
 
     def at(x: Floats) -> tuple[float, Floats]:
         if x.tobytes() not in known:
-            known[x.tobytes()] = figures(x)
+            within = np.clip(x, low, high)
+            mass, margins = figures(within)
+            away = np.linalg.norm(within - designs.nearest(within, about))
+            known[x.tobytes()] = mass, np.append(margins, -away)
         return known[x.tobytes()]
 
     optimum = minimize(
         lambda x: at(x)[0],
-        start,
+        about,
         method="COBYQA",
-        bounds=Bounds(*bounds),
+        bounds=Bounds(low, high),
         constraints=NonlinearConstraint(lambda x: at(x)[1], 0.0, np.inf),
-        options={"initial_tr_radius": radii[0], "final_tr_radius": radii[1], "maxfev": most},
+        options={
+            "initial_tr_radius": radius / 2,
+            "final_tr_radius": _SAME / 10,
+            "maxfev": _OF_MODEL * len(about),
+        },
     )
-    return np.asarray(np.clip(optimum.x, *bounds))
-
-
-def _best(some: Sequence[Design]) -> Design:
-    holding = [design for design in some if design.margin >= 0]
-    if holding:
-        return min(holding, key=lambda design: design.mass_kg)
-    return min(some, key=lambda design: design.lacking)
+    return designs.nearest(np.clip(optimum.x, low, high), about)
