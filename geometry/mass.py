@@ -25,12 +25,12 @@ class MassProperties:
 
     def times(self, factor: float) -> "MassProperties":
         """Scale the mass: `factor` is the density (t/mm³) where the properties are for density 1."""
-        return MassProperties(factor * self.mass, self.center, _tensor(factor * np.array(self.inertia)))
+        return MassProperties(factor * self.mass, self.center, tensor(factor * np.array(self.inertia)))
 
     def reflected(self, axis: int) -> "MassProperties":
         """Join the body and its image about the plane through the origin normal to `axis` (0, 1, 2)."""
         sign = np.where(np.arange(3) == axis, -1.0, 1.0)
-        inertia = _tensor(np.outer(sign, sign) * self.inertia)
+        inertia = tensor(np.outer(sign, sign) * self.inertia)
         return joined((self, MassProperties(self.mass, vector(sign * self.center), inertia)))
 
 
@@ -43,9 +43,10 @@ def joined(bodies: Sequence[MassProperties]) -> MassProperties:
     for body in bodies:
         away = body.center - center
         total += body.inertia + body.mass * (away @ away * np.eye(3) - np.outer(away, away))
-    return MassProperties(mass, vector(center), _tensor(total))
+    return MassProperties(mass, vector(center), tensor(total))
 
 
-def _tensor(rows: Floats) -> Tensor:
+def tensor(rows: Floats) -> Tensor:
+    """Return a tensor (3, 3) as plain numbers."""
     x, y, z = map(vector, rows)
     return x, y, z

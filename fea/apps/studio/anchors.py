@@ -20,7 +20,6 @@ from fea.apps.studio.frame import LARGEST_OF_CASES, CaseFigures, Factor, Figures
 from fea.apps.studio.stars import SAME, Mix, Star, stars
 from fea.base.material import Material
 from fea.base.units import DEG, KG
-from fea.judge.case_result import CaseResult
 from fea.judge.column import Plane, column
 from fea.judge.history import FROM_TENSOR, signed_equivalent
 from fea.output.report.surface import NumberedSurface
@@ -29,7 +28,7 @@ from fea.rod.loading import EngineLoading, Loading
 from fea.rod.place_names import place_name
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, vector
-from geometry.mass import MassProperties, Tensor
+from geometry.mass import MassProperties, tensor
 from geometry.section import Section
 from loads.instants import Instants, joined
 
@@ -177,19 +176,14 @@ class Followed:
         self.places = np.searchsorted(self.nodes, whole.source[at]), whole.sign[at].astype(np.float32)
         self.row_places = np.searchsorted(self.nodes, node), whole.sign[self.whole]
         self.name = cache(partial(place_name, rod.mesh))
-        tired = self._tired(rod, cases)[self.whole]
+        # What the load cases tell of the utilisation against fatigue; else the stress.
+        used, *_ = usage(rod, cases) or (np.max([case.von_mises for case in cases], axis=0),)
+        tired = used[self.whole]
         self.tired = np.flatnonzero(tired >= _TIRED * tired[self.counts].max())
-
-    @staticmethod
-    def _tired(rod: PreparedRod, cases: tuple[CaseResult, ...]) -> Floats:
-        """What the load cases tell of the utilisation (n_nodes,) against fatigue; else the stress."""
-        found = usage(rod, cases)
-        return np.max([case.von_mises for case in cases], axis=0) if found is None else found[0]
 
     def anchor(self, x: Floats, loaded: Loaded, rod: PreparedRod, result: SpeedResult) -> Anchor:
         """Keep what is followed of a rod that is solved."""
-        cases, given = result.cases, rod.loading
-        length = rod.mesh.bores.rod_length
+        cases, given, length = result.cases, rod.loading, rod.mesh.bores.rod_length
         errors = {
             name: (case.von_mises_error / np.maximum(case.von_mises, 1e-9))[self.whole].astype(np.float32)
             for name, case in cases.items()
@@ -200,7 +194,7 @@ class Followed:
         }
         found = Anchor(
             x=x,
-            loading=partial(_loading, length) if isinstance(given, EngineLoading) else lambda _study: given,
+            loading=lambda study: EngineLoading.of(study.engine, length) if study.engine else given,
             mass=rod.mass,
             points=rod.mesh.cell.points[self.nodes].astype(np.float32),
             parts=[],
@@ -234,10 +228,6 @@ def _apart(case: Instants, angles: Angles) -> bool:
     """Whether a load case is at another crank angle; that of the gas alone is at rest."""
     angle = float(case.crank_angle)
     return bool(case.in_cycle) and bool(abs(angle - angles.get(case.name, angle)) > _TURN)
-
-
-def _loading(length: float, study: Study) -> Loading:
-    return EngineLoading.of(study.require_engine(), length)
 
 
 class Anchors:
@@ -321,7 +311,7 @@ class _Stack:
         masses = [one.mass for one in self.anchors]
         center = weights @ np.array([mass.center for mass in masses])
         inertia = np.tensordot(weights, np.array([mass.inertia for mass in masses]), 1)
-        mass = MassProperties(float(weights @ self.mass), vector(center), _tensor(inertia))
+        mass = MassProperties(float(weights @ self.mass), vector(center), tensor(inertia))
         return replace(near, mass=mass).cases(self.loaded)
 
     @cached_property
@@ -330,11 +320,6 @@ class _Stack:
         found = [one.tired(self.loaded, self._followed.tired) for one in self.anchors]
         known = [own for own in found if own is not None]
         return np.stack(known) if len(known) == len(found) else None
-
-
-def _tensor(rows: Floats) -> Tensor:
-    first, second, third = (vector(row) for row in rows)
-    return first, second, third
 
 
 class Between:
@@ -360,11 +345,6 @@ class Between:
     def solved(self) -> bool:
         """Whether this design is an anchor."""
         return not self._mix.lines
-
-    @property
-    def vague(self) -> bool:
-        """Whether the interpolation is too uncertain to be shown."""
-        return self.worst_gap > VAGUE
 
     def gap(self, row: int, case: int) -> float:
         """Estimated error of the stress at a row over it."""

@@ -12,7 +12,7 @@ from fea.analysis.adapt import adapt_mesh
 from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
-from fea.apps.studio.anchors import UNIT, Anchors, Followed, Loaded
+from fea.apps.studio.anchors import UNIT, VAGUE, Anchors, Followed, Loaded
 from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
 from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
 from fea.machine.clock import Clock
@@ -153,7 +153,7 @@ class LiveRod:
         design = self._full(design)
         frame = self._frame(design, operation, Label.INTERPOLATED, fields)
         between = self._anchors.at(self._scaled(design), self._loaded(operation))
-        if between is None or between.vague:
+        if between is None or between.worst_gap > VAGUE:
             return frame
         points, values = between.drawn(fields)
         return replace(frame, figures=between.figures, points=points, values=values)
