@@ -8,7 +8,6 @@ import numpy as np
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from mesh.tetmesh import FACET_EDGES
 
-_SIDES = [[0, 1], [1, 2], [2, 0]]
 # Angle up to which two facets lie on each other, rad.
 _TWIN = 1e-6
 
@@ -76,7 +75,7 @@ def apart(surface: SurfaceMesh) -> SurfaceMesh:
 
     Of the four facets at such a side, those belong together that are next to each other through material.
     """
-    sides = surface.facets[:, _SIDES].reshape(-1, 2)
+    sides = surface.facets[:, FACET_EDGES].reshape(-1, 2)
     _, which, uses = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(which.ravel(), kind="stable")
     of_side = np.split(order // 3, np.cumsum(uses)[:-1])

@@ -52,7 +52,8 @@ class PrescribedPins(PinModel):
         if support is not Support.CLAMPED:
             big = bore_facets(mesh, Surface.BIG_END_BORE, 0.0)
             self.bores.append(LoadedBore(Surface.BIG_END_BORE, big, -1, bores.big_radius, bores.big_width))
-        self.tilt = Tilt.where_free(mesh, inertia, held=support is Support.CLAMPED)
+        held = support is Support.CLAMPED or Surface.SYMMETRY_Z in mesh.facets  # neither lets it tilt
+        self.tilt = None if held else Tilt.of(mesh.points, inertia)
         self._rod_length = bores.rod_length
 
     @classmethod

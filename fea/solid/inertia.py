@@ -8,12 +8,13 @@ import numpy as np
 from fea.base.choices import Assembly
 from fea.solid import forms
 from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
-from fea.solid.element import VOLUME_DEGREE, gauss_blocks, jacobians, tabulate, volume_points
+from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
 from fea.solid.forms import moment
 from fea.solid.parity import Split
 from fea.solid.scikit_fem import by_point, volume_forces, volume_moments
-from geometry.arrays import Floats
-from geometry.mass import MassProperties
+from fea.solid.traction import traction_forces
+from geometry.arrays import Floats, vector
+from geometry.mass import MassProperties, tensor
 from geometry.surfaces import Surface
 from loads.instants import Instants, in_motion
 from mesh.tetmesh import TetMesh
@@ -89,10 +90,8 @@ def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> Ma
             second[axis, np.arange(3) != axis] = second[np.arange(3) != axis, axis] = 0.0
     center = first / total
     central = second - total * np.outer(center, center)
-    tensor = np.trace(central) * np.eye(3) - central
-    x, y, z = (float(value) for value in center)
-    xx, xy, xz, yy, yz, zz = (float(value) for value in tensor[np.triu_indices(3)])
-    return MassProperties(float(total), (x, y, z), ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    about = np.trace(central) * np.eye(3) - central
+    return MassProperties(float(total), vector(center), tensor((about + about.T) / 2))
 
 
 def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
@@ -115,19 +114,10 @@ def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
     return volume_forces(mesh, forms.body_force(by_point(field)), VOLUME_DEGREE)
 
 
-_DEGREE = 4  # of x · (∂x/∂ξ × ∂x/∂η) on a curved facet
-
-
 def enclosed_volume(mesh: TetMesh) -> float:
     """Volume inside facets, mm³, ∫ x · n dA / 3: that of the elements if facets fill the boundary once."""
-    total = 0.0
-    for nodes in mesh.facets.values():
-        table = tabulate(nodes.shape[1], _DEGREE)
-        corners = mesh.points[nodes]
-        tangents = jacobians(corners, table.gradients)
-        outwards = np.cross(tangents[..., 0], tangents[..., 1])
-        total += float((((table.values @ corners) * outwards).sum(axis=2) @ table.weights).sum())
-    return total / 3
+    outwards = (traction_forces(mesh, surface, lambda _, normals: normals) for surface in mesh.facets)
+    return sum(float((mesh.points * forces).sum()) for forces in outwards) / 3
 
 
 # Resultants that vanish in plane motion: force along z, moments about x and y.
@@ -163,11 +153,6 @@ class Tilt:
         scale = np.sqrt(np.diag(reached))  # mass and moments of inertia differ by powers of ten
         shares = np.linalg.inv(reached / np.outer(scale, scale)) / np.outer(scale, scale)
         return cls(points, np.tensordot(shares[:, _OUT_OF_PLANE].T, rigid, axes=1))
-
-    @classmethod
-    def where_free(cls, mesh: TetMesh, inertia: Inertia, *, held: bool) -> "Tilt | None":
-        """Form the fields of a cell; None if a clamp or the mirror plane z = 0 prevents any tilt."""
-        return None if held or Surface.SYMMETRY_Z in mesh.facets else cls.of(mesh.points, inertia)
 
     def balanced(self, forces: Floats) -> Floats:
         """Nodal forces (n_nodes, 3) plus the inertia forces that cancel their out-of-plane resultants."""

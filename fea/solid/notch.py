@@ -52,16 +52,12 @@ class VNotch:
         return float(4 * math.cos((1 - lam) * gamma) / (1 + lam + chi * (1 - lam)))
 
     @property
-    def tip(self) -> float:
-        """Distance r₀ of the field's origin from a rounded tip over the tip's radius (Neuber's hyperbola)."""
-        q = 2 - self.opening / math.pi
-        return (q - 1) / q
-
-    @property
     def rounded(self) -> float:
         """Peak at a rounded tip over the stress across the bisector of the sharp notch, one radius away."""
         rise = float(_RISE(math.degrees(self.opening)))
-        return float((1 + rise) * self.tip ** (self.opens - 1))
+        q = 2 - self.opening / math.pi
+        tip = (q - 1) / q  # distance r₀ of the field's origin from it over its radius (Neuber's hyperbola)
+        return float((1 + rise) * tip ** (self.opens - 1))
 
 
 def _root(gamma: float, sign: float) -> float:

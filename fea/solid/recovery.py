@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 
 from fea.base.material import Material
@@ -56,11 +55,6 @@ def _monomial_slopes(place: Floats, order: int) -> Floats:
     if order == 2:
         along = [[*along[0], 2 * p, q, zero], [*along[1], zero, p, 2 * q]]
     return np.stack([np.stack(row, axis=1) for row in along], axis=1)
-
-
-def _groups(sorted_keys: Ints) -> Ints:
-    """Start of each run of equal keys."""
-    return np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
 
 
 def dyads(a: Floats, b: Floats) -> Floats:
@@ -131,7 +125,7 @@ class SurfaceStress:
         n_ext = len(self.boundary.points)
         pairs = np.unique((number[:, None] * n_ext + facets).ravel())
         fan, node = np.divmod(pairs, n_ext)
-        start = _groups(fan)
+        _, start = np.unique(fan, return_index=True)
         flat = self._flattened(fan, node)
         self._scale = np.maximum.reduceat(np.linalg.norm(flat, axis=1), start)
         terms = _monomials(flat / self._scale[fan, None], order)
@@ -166,8 +160,7 @@ class SurfaceStress:
         by_node = np.argsort(node[keep], kind="stable")
         self._fan, node = fan[keep][by_node], node[keep][by_node]
         self._node = node
-        self._start = _groups(node) if node.size else np.zeros(0, dtype=np.int64)
-        self.nodes = node[self._start]
+        self.nodes, self._start = np.unique(node, return_index=True)
         place = self._flattened(self._fan, node) / self._scale[self._fan, None]
         self._slopes = _monomial_slopes(place, order)
 
@@ -231,12 +224,6 @@ class SurfaceStress:
         return self._known[E, nu]
 
 
-def stress_parity(plane: Surface) -> npt.NDArray[np.int64]:
-    """Sign (6,) of each stress component when a symmetric field is mirrored about `plane`."""
-    axis = PLANE_AXIS[plane]
-    return np.array([-1 if (i == axis) != (j == axis) else 1 for i, j in COMPONENTS])
-
-
 def extrapolation(n_nodes: int) -> Floats:
     """Matrix (n_nodes, n_places) that extrapolates values linearly from the Gauss points to the nodes."""
     places, nodes = gauss_places(n_nodes), reference_nodes(n_nodes)
@@ -290,7 +277,7 @@ class Recovery:
 
     Inside the body it is the mean over the elements that share a node, each extrapolated linearly from its
     Gauss points. On the mirror planes at which the mesh is cut the other half adds the same values with the
-    signs of `stress_parity`, so that the mean does not change for even components and is zero for odd ones.
+    signs of a mirror image, so that the mean does not change for even components and is zero for odd ones.
     On surfaces of known traction, those without displacement constraints, it comes from `SurfaceStress`.
     """
 
@@ -345,7 +332,8 @@ class Recovery:
         if self._surface is not None:
             stress[self._surface.nodes] = self._surface(displacement, material, traction or {}, parity)
         for plane, nodes in self._on_plane.items():
-            sign = stress_parity(plane) * (parity if plane is Surface.SYMMETRY_Y else 1)
+            axis, turned = PLANE_AXIS[plane], parity if plane is Surface.SYMMETRY_Y else 1
+            sign = np.array([-turned if (i == axis) != (j == axis) else turned for i, j in COMPONENTS])
             stress[np.ix_(nodes, np.flatnonzero(sign < 0))] = 0.0
         return stress
 

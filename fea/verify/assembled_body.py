@@ -78,19 +78,17 @@ def rings(radii: Sequence[float], height: float) -> SideBySide:
     return SideBySide(tuple(Prism((*of_ring[2:], *of_ring[:2]), (0.0, height)) for of_ring in sides))
 
 
-def bars(
-    ends: Sequence[float], width: tuple[float, float], height: float, below: Surface = Surface.FREE
-) -> SideBySide:
+def bars(ends: Sequence[float], width: tuple[float, float], height: float) -> SideBySide:
     """Bars one after another along x, from `Surface.BOLT_THREAD` to `Surface.BOLT_HEAD`.
 
     `ends` are the x where the first begins, where they touch and where the last ends, `width` the least and
-    greatest y, mm. They are cut at `Surface.SYMMETRY_Z`; `below` names the sides at the least y.
+    greatest y, mm. They are cut at `Surface.SYMMETRY_Z`.
     """
 
     def bar(number: int, first: float, last: float) -> Prism:
         start = Surface.BOLT_THREAD if number == 0 else Surface.FREE
         end = Surface.BOLT_HEAD if number == len(ends) - 2 else Surface.FREE
-        return Prism(rectangle((first, last), width, (below, end, Surface.FREE, start)), (0.0, height))
+        return Prism(rectangle((first, last), width, (Surface.FREE, end, Surface.FREE, start)), (0.0, height))
 
     return SideBySide(tuple(bar(number, *pair) for number, pair in enumerate(pairwise(ends))))
 

@@ -11,6 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.faces import Bore
@@ -67,7 +68,8 @@ def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
         sweep -= 2 * math.pi
     steps = max(8, math.ceil(abs(sweep) / _STEP))
     arm = rod.points[first.outline] - wall.center
-    rings = [wall.center + _turned(arm, wall.direction, sweep * k / steps) for k in range(steps + 1)]
+    turns = Rotation.from_rotvec(np.outer(np.linspace(0.0, sweep, steps + 1), wall.direction))
+    rings = [wall.center + turn.apply(arm) for turn in turns]
     count, size = len(rod.points), len(arm)
     numbers = [first.outline, *(count + size * k + np.arange(size) for k in range(steps - 1))]
     facets = [_kept(rod, [first, last])]
@@ -178,13 +180,6 @@ def _loops(facets: Ints) -> list[Ints]:
 
 def _kept(surface: SurfaceMesh, faces: Sequence[_JointFace]) -> Ints:
     return np.delete(surface.facets, np.concatenate([face.facets for face in faces]), axis=0)
-
-
-def _turned(arms: Floats, axis: Floats, angle: float) -> Floats:
-    """Turn vectors (n, 3) about a unit vector (Rodrigues)."""
-    along = (arms @ axis)[:, None] * axis
-    across = np.cross(axis, arms)
-    return np.asarray(along + math.cos(angle) * (arms - along) + math.sin(angle) * across)
 
 
 def _band(one: Ints, places: Floats, other: Ints, other_places: Floats) -> Ints:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
-from fea.verify.reproduce.printed import Column, column
+from fea.verify.reproduce.printed import column
 from fea.verify.reproduce.published import Formula, PublishedStudy
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
@@ -144,10 +144,6 @@ def _of_motion(figure: Callable[[Kinematics], Floats]) -> Formula:
     return lambda cells, rpm: figure(kinematics(engine(), cells.theta, rpm * RPM))
 
 
-def _row_above(cells: Column, rpm: int) -> Floats:
-    return np.roll(as_published(rpm, cells.degrees).T12 / N_M, 1)
-
-
 def _largest_difference(_: int) -> float:
     """Of the piston positions of independent software, mm."""
     position = column("columba2022_working_model", "piston_x_mm")
@@ -171,7 +167,7 @@ _FORMULAS: dict[str, Formula] = {
     **{f"{name} without gas": _correct(name, gas=False) for name in _NAMES},
     **{f"worksheet {name}": _worksheet(name) for name in _NAMES},
     **{f"worksheet {name} without gas": _worksheet(name, gas=False) for name in _NAMES},
-    "worksheet T12 of the row above": _row_above,
+    "worksheet T12 of the row above": lambda cells, rpm: np.roll(_worksheet("T12")(cells, rpm), 1),
 }
 STUDY = PublishedStudy(
     SOURCE,

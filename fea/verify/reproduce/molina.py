@@ -32,11 +32,8 @@ def travel(crank_degrees: npt.ArrayLike) -> Floats:
 
 def fit(degrees: Floats, displacement: Floats) -> tuple[tuple[float, float], float]:
     """Coefficients (a, b) of a + b θ², θ in degrees, and R² of the fit."""
-    design = np.stack([np.ones_like(degrees), degrees**2], axis=1)
-    coefficients, *_ = np.linalg.lstsq(design, displacement, rcond=None)
-    residual = displacement - design @ coefficients
-    quality = 1 - float(residual @ residual) / float(np.sum((displacement - displacement.mean()) ** 2))
-    return (float(coefficients[0]), float(coefficients[1])), quality
+    slope, start = np.polyfit(degrees**2, displacement, 1)
+    return (float(start), float(slope)), float(np.corrcoef(degrees**2, displacement)[0, 1] ** 2)
 
 
 def _two_term_velocity(cells: Column, rpm: int) -> Floats:
