@@ -108,12 +108,14 @@ class FilmGrid:
         """
         offsets = (np.arange(parts) + 0.5) / parts - 0.5
         around = (self.angle - angle + math.pi) % (2 * math.pi) - math.pi
-        x = (self.radius * around)[:, None] + offsets * self.dx
+        soft = np.maximum(self.dx, self.dz)[:, None, None] / parts
+        near = self.radius * np.abs(around) < (diameter + self.dx + soft.max()) / 2  # others are not covered
+        x = (self.radius * around[near])[:, None] + offsets * self.dx
         along = (self.z - z)[:, None] + offsets * self.dz[:, None]
         distance = np.hypot(x[:, None, :, None], along[None, :, None, :])
-        soft = np.maximum(self.dx, self.dz)[:, None, None] / parts
-        inside = np.clip((diameter / 2 - distance) / soft + 0.5, 0.0, 1.0)
-        return np.asarray(inside.mean(axis=(2, 3)))
+        share = np.zeros(self.shape)
+        share[near] = np.clip((diameter / 2 - distance) / soft + 0.5, 0.0, 1.0).mean(axis=(2, 3))
+        return share
 
     def groove(self, angle: float, arc: float, width: float = math.inf) -> Floats:
         """Share (n_angle, n_width) of each cell that a groove in the middle of the width covers; rad, mm."""
