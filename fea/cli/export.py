@@ -3,8 +3,6 @@
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from fea.base.choices import UnitSystem
 from fea.cli.options import USUAL, Printing, Threads, print_written
 
@@ -84,7 +82,7 @@ def view(
             rule = "cannot be used with a report, which shows every field"
             require(value is None, option, None if value is None else str(value), rule, "Leave it out.")
         open_report(file)
-        _say(f"Opened {file}")
+        sys.stdout.write(f"Opened {file}\n")
         return
     from fea.output.pictures.picture import picture_of
     from fea.output.target import require_target
@@ -93,8 +91,4 @@ def view(
     require_target("--out", out, (".png",))
     with shown_in(units):
         picture = picture_of(file, out or file.with_suffix(".png"), field)
-    _say(f"Wrote {picture}")
-
-
-def _say(text: str) -> None:
-    Console(soft_wrap=True, highlight=False).print(text, markup=False)
+    print_written([picture])

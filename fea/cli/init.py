@@ -64,10 +64,9 @@ def init(
     except FileNotFoundError:
         rule, remedy = "is in a directory that does not exist", "Create the directory first."
         raise InvalidValue("FILE", str(file), rule, remedy) from None
-    console = Console(soft_wrap=True, highlight=False)
-    console.print(f"Wrote {file}. Edit it, then run: fea run {file}", markup=False)
+    sys.stdout.write(f"Wrote {file}. Edit it, then run: fea run {file}\n")
     if schema := _schema_beside(file):
-        console.print(f"Wrote {schema}, from which editors complete and check the keys.", markup=False)
+        sys.stdout.write(f"Wrote {schema}, from which editors complete and check the keys.\n")
 
 
 def _millimetres(name: str, text: str) -> float:

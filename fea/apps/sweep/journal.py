@@ -74,7 +74,10 @@ class Journal:
         self.path = path
         with self._reported():
             self._base = sqlite3.connect(path, isolation_level=None)
-            self._require_ours()
+            query = "SELECT name FROM sqlite_master WHERE type = 'table'"
+            tables = {name for (name,) in self._base.execute(query)}
+            if tables and tables != {"meta", "rods"}:
+                raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(tables))}")
             self._base.execute("PRAGMA journal_mode = WAL")
             self._base.execute("PRAGMA synchronous = NORMAL")
 
@@ -156,13 +159,6 @@ class Journal:
             ):
                 values, results = json.loads(design), json.loads(figures)
                 yield Entry(number, sample, values, rpm, State(state), reason, results)
-
-    def _require_ours(self) -> None:
-        tables = {
-            name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
-        }
-        if tables and tables != {"meta", "rods"}:
-            raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(tables))}")
 
     def _all(self, query: str, *values: Any) -> list[Any]:
         with self._reported():

@@ -210,9 +210,7 @@ def _columns(swept: Swept) -> dict[str, Floats]:
 
 def _some(swept: Swept, most: int) -> Ints:
     known = np.flatnonzero(np.isfinite(swept.figures.get(FACTOR, np.full(len(swept.samples.rows), np.nan))))
-    if len(known) <= most:
-        return known
-    return np.asarray(known[np.linspace(0, len(known) - 1, most).round().astype(int)])
+    return np.asarray(known[np.linspace(0, len(known) - 1, min(len(known), most)).round().astype(int)])
 
 
 def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:

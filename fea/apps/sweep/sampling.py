@@ -230,9 +230,7 @@ def saltelli(first: Floats, second: Floats) -> Floats:
 def _sobol(dimensions: int, count: int, rng: np.random.Generator) -> Floats:
     from scipy.stats import qmc  # noqa: PLC0415 - as above
 
-    with (
-        warnings.catch_warnings()
-    ):  # that other numbers than powers of two are less even, is the user's choice
+    with warnings.catch_warnings():  # numbers that are no powers of two are the user's choice
         warnings.simplefilter("ignore", UserWarning)
         return np.asarray(qmc.Sobol(dimensions, rng=rng).random(count))
 

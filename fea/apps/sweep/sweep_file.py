@@ -49,8 +49,7 @@ class Sweep:
         named = [option for value in self.varied.values() for option in getattr(value, "options", ())]
         paths = [self.base.folder / option for option in named if isinstance(option, str)]
         files = [digest(path) for path in (*self.base.files, *paths, *([self.file] if self.file else []))]
-        text = json.dumps([asked, counts, files], default=str, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+        return _digest(asked, counts, files)
 
 
 def load_sweep(path: Path) -> Sweep:
