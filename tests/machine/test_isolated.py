@@ -49,7 +49,8 @@ def test_a_job_finds_standard_input_empty():
 def test_where_processes_cannot_be_copied_a_fresh_one_does_the_job(monkeypatch):
     monkeypatch.setattr(isolated.system, "CAN_FORK", False)
     told = []
-    assert isolated.isolated(works.tells, seconds=60, listener=told.append) != os.getpid()
+    with isolated.begun(works.tells, seconds=60) as process:
+        assert process.result(told.append) != os.getpid()
     assert told == ["at work"]
 
 
