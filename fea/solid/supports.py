@@ -8,6 +8,7 @@ import numpy.typing as npt
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
+from geometry.holes import place_text
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh, element_faces, face_keys
 
@@ -154,8 +155,7 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
         if motions:
             who, remedy = "the model", "Add a support"
             if count > 1:
-                x, y, z = mesh.points[nodes].mean(axis=0)
-                place = f"{nodes.sum()} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
+                place = f"{nodes.sum()} nodes around {place_text(mesh.points[nodes].mean(axis=0))} mm"
                 who, remedy = f"one of {count} disconnected pieces ({place})", f"{remedy} or join the pieces"
             raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
     body = bodies(mesh)
@@ -165,13 +165,12 @@ def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
         motions = _in_words(shares[number])
         if motions:
             members = np.unique(mesh.tets[body == number])
-            x, y, z = mesh.points[members].mean(axis=0)
-            message = (
-                f"a piece of {len(members)} nodes around ({x:.4g}, {y:.4g}, {z:.4g}) mm is connected to the "
-                "rest only along an edge or at a point and is under-constrained: nothing prevents "
-                f"{motions}. Join the pieces over a face"
+            place = place_text(mesh.points[members].mean(axis=0))
+            raise UnderconstrainedError(
+                f"a piece of {len(members)} nodes around {place} mm is connected to the rest only along an "
+                f"edge or at a point and is under-constrained: nothing prevents {motions}. Join the pieces "
+                "over a face"
             )
-            raise UnderconstrainedError(message)
 
 
 def _in_words(share: Floats) -> str:

@@ -19,7 +19,7 @@ from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_fa
 from geometry.cad.shapes import ROUND, concave_rounds, recognised, recognised_faces
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, edge_points, face_of, parameter_grid, surfaces
-from geometry.holes import EQUAL_BORES, rod_frame
+from geometry.holes import EQUAL_BORES, place_text, rod_frame
 from geometry.imports import (
     CAP_ASSUMED,
     DECLARED,
@@ -384,14 +384,13 @@ def _assembled(
         area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
         listing.append(f"{first} and {second} touch over {area:.4g} mm²")
     for bolt in solid.bolts:
-        x, y, z = bolt.point
         end = (
             f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
             if bolt.engaged
             else f"nut on {2 * bolt.nut_radius:.4g} mm"
         )
         listing.append(
-            f"bolt through the joint at ({x:.4g}, {y:.4g}, {z:.4g}) mm from the crank pin: hole of "
+            f"bolt through the joint at {place_text(np.array(bolt.point))} mm from the crank pin: hole of "
             f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
             f"grip {bolt.grip:.4g} mm, {end}"
         )
