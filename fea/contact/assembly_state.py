@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.contact.bolt_beam import BoltBeam
 from geometry.arrays import Floats, Ints, Vector
 from geometry.assembly import BoltAxis
 from geometry.surfaces import Surface
@@ -15,6 +14,33 @@ _ROUNDING = 1e-6
 
 # The names of fits, by the seat.
 FITS = {Surface.BUSHING_SEAT: "bushing", Surface.SHELL_SEAT: "shells"}
+
+
+@dataclass(frozen=True)
+class BoltBeam:
+    """A bolt as a beam, from the first thread that carries (s = 0) to its head (s = 1)."""
+
+    #: (2, 2) turns of the ends at head and thread from the line between the seats, of unit moments on the
+    #: ends at head and thread, 1/(N mm)
+    flexibility: Floats
+    #: Sections where stress is highest, the first of them in the thread: s (n,), area (n,), mm², and section
+    #: modulus (n,), mm³
+    places: Floats
+    areas: Floats
+    moduli: Floats
+    #: Force over the offset of the parts that bends it where it bears on its hole, N/mm; and the slip of the
+    #: joint from which on it does, mm
+    lateral: float = 0.0
+    play: float = 0.0
+
+    def bending(self, moments: Floats) -> Floats:
+        """Bending stress (n, 2) in each plane at the sections of moments (2, 2) on the ends, MPa.
+
+        `moments` has the planes in its rows and the ends at head and thread in its columns, N mm.
+        """
+        head, thread = np.asarray(moments).T
+        inside = np.multiply.outer(self.places, head) - np.multiply.outer(1 - self.places, thread)
+        return np.asarray(inside / self.moduli[:, None])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from fea.contact.assembled import Assembled
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.contact.friction_system import ContactState
 from fea.contact.multipliers import Multipliers, uniform
 from fea.solid.parity import MirrorUnfolding, Parity

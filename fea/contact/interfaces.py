@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
 from fea.contact.multipliers import Direction, Multipliers, uniform
 from fea.solid.parity import Parity

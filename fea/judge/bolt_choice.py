@@ -9,7 +9,7 @@ from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.base.note import Assumed, Note, assumptions, doubt, remark, warning
 from fea.base.units import INCH, KN, N_M, UM
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.judge import vdi2230
 from fea.judge.bolt import Bolt, BoltShape
 from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
@@ -319,13 +319,12 @@ def _compliances(
     """Compliance of the bolt along its axis and in bending, and of the parts by the guideline."""
     own = {} if bolt_table is None else {BOLT: bolt_table}
     modulus = bolt_material(own, table.grade).material().youngs_modulus
-    nut, shank = shape.engaged == 0, shape.shank_diameter
+    nut = shape.engaged == 0
     moduli = {"modulus": modulus, "counter_modulus": modulus if nut else rod_modulus}
-    alike = {"grip": shape.grip, "free_thread": shape.free_thread, **moduli}
-    bolt = vdi2230.bolt_compliance(shape.thread, shank_area=math.pi / 4 * shank**2, nut=nut, **alike)
-    beam = vdi2230.bolt_beam(shape.thread, shank_diameter=shank, nut=nut, play=shape.play, **alike)
+    lengths = {"grip": shape.grip, "free_thread": shape.free_thread, "shank": shape.shank_diameter}
+    bolt = vdi2230.BoltBody(thread=shape.thread, nut=nut, **lengths, **moduli)
     parts = vdi2230.ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
-    return bolt, beam, parts.compliance
+    return bolt.compliance, bolt.beam(shape.play), parts.compliance
 
 
 def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:

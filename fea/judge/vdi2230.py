@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.study.bolts import Thread
 
 # ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.
@@ -120,31 +120,6 @@ class BoltCompliance:
         return self.between_ends + self.counterpart
 
 
-def bolt_compliance(
-    thread: Thread,
-    *,
-    grip: float,
-    free_thread: float,
-    shank_area: float,
-    modulus: float,
-    counter_modulus: float,
-    nut: bool,
-) -> BoltCompliance:
-    """Return δ_S and its parts.
-
-    The grip reaches from seat to seat, or to the first thread that carries; the free thread is its threaded
-    part, and the rest is shank. `counter_modulus` is E of the nut or of the rod.
-    """
-    d = thread.diameter
-    return BoltCompliance(
-        head=_HEAD * d / (modulus * thread.nominal_area),
-        shank=(grip - free_thread) / (modulus * shank_area),
-        free_thread=free_thread / (modulus * thread.root_area),
-        engaged=_ENGAGED * d / (modulus * thread.root_area),
-        counterpart=(_NUT if nut else _THREADED_HOLE) * d / (counter_modulus * thread.nominal_area),
-    )
-
-
 def _bending_area(diameter: float) -> float:
     """Second moment of area I = π/64 d⁴, mm⁴."""
     return math.pi / 64 * diameter**4
@@ -157,49 +132,64 @@ _SHEAR = 0.886 / 2.6
 HEAD_TURN = 0.2
 
 
-def bolt_beam(
-    thread: Thread,
-    *,
-    grip: float,
-    free_thread: float,
-    shank_diameter: float,
-    modulus: float,
-    counter_modulus: float,
-    nut: bool,
-    play: float = 0.0,
-) -> BoltBeam:
-    """Return a bolt that bends, with the sections and equivalent cylinders of its compliance δ_S.
+@dataclass(frozen=True, kw_only=True)
+class BoltBody:
+    """A bolt that stretches and bends."""
 
-    Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of nut or hole; a head is stiffer
-    than its cylinder there (`HEAD_TURN`). Parameters are those of `bolt_compliance`. Stress in the thread is
-    that of its stress diameter. `play`: half of how much wider its hole is.
-    """
-    d, span = thread.diameter, 0.0
-    flexibility = np.zeros((2, 2))
-    for end, diameter in ((free_thread / grip, thread.root_diameter), (1.0, shank_diameter)):
-        # ∫ s², −∫ s (1 − s) and ∫ (1 − s)² of the moments that grow from either end, and shear alike.
-        a, b = span, end
-        bent = grip / (modulus * _bending_area(diameter))
-        far = (b**3 - a**3) / 3
-        mixed = (b**2 - a**2) / 2 - far
-        flexibility += bent * np.array([[far, -mixed], [-mixed, (b - a) - (b**2 - a**2) + far]])
-        flexibility += (b - a) / (grip * _SHEAR * modulus * math.pi / 4 * diameter**2)
-        span = end
-    nominal = _bending_area(d)
-    flexibility[0, 0] += HEAD_TURN * d / (modulus * nominal)
-    flexibility[1, 1] += _ENGAGED * d / (modulus * _bending_area(thread.root_diameter))
-    flexibility[1, 1] += (_NUT if nut else _THREADED_HOLE) * d / (counter_modulus * nominal)
-    sections = [(0.0, thread.stress_diameter)]
-    if free_thread > 0:
-        sections.append((free_thread / grip, thread.stress_diameter))
-    if free_thread < grip:
-        sections += [(free_thread / grip, shank_diameter), (1.0, shank_diameter)]
-    places, diameters = np.array(sections).T
-    # Across the joint it is built in half a diameter from it on either side, where its hole holds it.
-    across = d**3 / (12 * modulus * _bending_area(shank_diameter))
-    across += d / (_SHEAR * modulus * math.pi / 4 * shank_diameter**2)
-    areas, moduli = math.pi / 4 * diameters**2, math.pi / 32 * diameters**3
-    return BoltBeam(flexibility, places, areas, moduli, 1 / across, play)
+    thread: Thread
+    grip: float  #: from seat to seat, or to the first thread that carries, mm
+    free_thread: float  #: length of the threaded part of the grip, whose rest is shank, mm
+    shank: float  #: diameter, mm
+    modulus: float  #: E, MPa
+    counter_modulus: float  #: E of the nut or of the rod, MPa
+    nut: bool
+
+    @property
+    def compliance(self) -> BoltCompliance:
+        """δ_S and its parts."""
+        thread, d = self.thread, self.thread.diameter
+        counter = (_NUT if self.nut else _THREADED_HOLE) * d
+        return BoltCompliance(
+            head=_HEAD * d / (self.modulus * thread.nominal_area),
+            shank=(self.grip - self.free_thread) / (self.modulus * math.pi / 4 * self.shank**2),
+            free_thread=self.free_thread / (self.modulus * thread.root_area),
+            engaged=_ENGAGED * d / (self.modulus * thread.root_area),
+            counterpart=counter / (self.counter_modulus * thread.nominal_area),
+        )
+
+    def beam(self, play: float = 0.0) -> BoltBeam:
+        """Return it as it bends, with the sections and equivalent cylinders of its compliance δ_S.
+
+        Section 5.1.1.2: β_S = Σ l_i/(E I_i), with I_d3 of the thread and I_N of nut or hole; a head is
+        stiffer than its cylinder there (`HEAD_TURN`). Stress in the thread is that of its stress diameter.
+        `play`: half of how much wider its hole is.
+        """
+        thread, grip, modulus, d = self.thread, self.grip, self.modulus, self.thread.diameter
+        flexibility, span, threaded = np.zeros((2, 2)), 0.0, self.free_thread / grip
+        for end, diameter in ((threaded, thread.root_diameter), (1.0, self.shank)):
+            # ∫ s², −∫ s (1 − s) and ∫ (1 − s)² of the moments that grow from either end, and shear alike.
+            a, b = span, end
+            bent = grip / (modulus * _bending_area(diameter))
+            far = (b**3 - a**3) / 3
+            mixed = (b**2 - a**2) / 2 - far
+            flexibility += bent * np.array([[far, -mixed], [-mixed, (b - a) - (b**2 - a**2) + far]])
+            flexibility += (b - a) / (grip * _SHEAR * modulus * math.pi / 4 * diameter**2)
+            span = end
+        nominal = _bending_area(d)
+        flexibility[0, 0] += HEAD_TURN * d / (modulus * nominal)
+        flexibility[1, 1] += _ENGAGED * d / (modulus * _bending_area(thread.root_diameter))
+        flexibility[1, 1] += (_NUT if self.nut else _THREADED_HOLE) * d / (self.counter_modulus * nominal)
+        sections = [(0.0, thread.stress_diameter)]
+        if threaded > 0:
+            sections.append((threaded, thread.stress_diameter))
+        if threaded < 1:
+            sections += [(threaded, self.shank), (1.0, self.shank)]
+        places, diameters = np.array(sections).T
+        # Across the joint it is built in half a diameter from it on either side, where its hole holds it.
+        across = d**3 / (12 * modulus * _bending_area(self.shank))
+        across += d / (_SHEAR * modulus * math.pi / 4 * self.shank**2)
+        areas, moduli = math.pi / 4 * diameters**2, math.pi / 32 * diameters**3
+        return BoltBeam(flexibility, places, areas, moduli, 1 / across, play)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from scripts import command, publish, reporting
 
 from fea.analysis.prepare import prepare
 from fea.base.material import Material
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.pins.assembly import AssemblyPins
 from fea.solid.element import gauss_places, shape_functions
 from fea.solid.parity import Parity

@@ -13,11 +13,10 @@ from fea.judge.bolt import Bolt, BoltResult
 from fea.judge.vdi2230 import (
     HEAD_TURN,
     USUAL_EMBEDDING,
+    BoltBody,
     ClampedParts,
     Lever,
     allowed_preload,
-    bolt_beam,
-    bolt_compliance,
     embedding_loss,
     endurance_after,
     endurance_before,
@@ -173,9 +172,8 @@ def test_the_allowed_preload_uses_its_share_of_the_yield_strength(thread, fricti
 
 def test_a_shank_of_the_core_only_is_a_chain_of_cylinders():
     thread, E = parse_thread("key", "M10"), 205e3
-    found = bolt_compliance(
-        thread, grip=50.0, free_thread=20.0, shank_area=40.0, modulus=E, counter_modulus=70e3, nut=False
-    )
+    shank = {"grip": 50.0, "free_thread": 20.0, "shank": math.sqrt(160.0 / math.pi)}
+    found = BoltBody(thread=thread, **shank, modulus=E, counter_modulus=70e3, nut=False).compliance
     area, root = math.pi / 4 * 10.0**2, thread.root_area
     parts = (5 / area, 30 / 40.0, 20 / root, 5 / root, 3.3 / area * E / 70e3)
     assert found.total * E == pytest.approx(sum(parts), rel=1e-12)
@@ -278,15 +276,15 @@ def test_a_seat_lifts_where_linear_pressure_vanishes_at_its_edge(force, wide, ho
 def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
     d, grip, modulus = thread.diameter, 5 * thread.diameter, 2e5
     free, shank = threaded * grip, waist * d
-    beam = bolt_beam(
-        thread,
+    beam = BoltBody(
+        thread=thread,
         grip=grip,
         free_thread=free,
-        shank_diameter=shank,
+        shank=shank,
         modulus=modulus,
         counter_modulus=1e5,
         nut=nut,
-    )
+    ).beam()
 
     def section(diameter):
         return modulus * math.pi / 64 * diameter**4, 0.886 / 2.6 * modulus * math.pi / 4 * diameter**2

@@ -8,7 +8,7 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.contact.assembled import Warming
-from fea.contact.bolt_beam import BoltBeam
+from fea.contact.assembly_state import BoltBeam
 from fea.contact.bolt_bending import BoltBending, BoltEnds
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
