@@ -171,7 +171,8 @@ def limits(run: Run) -> Iterator[str]:
             "in the bores."
         )
     else:
-        yield "Friction and oil film between pins and bores."
+        beside = ", which is computed beside and does not load the rod" if run.summary.film else ""
+        yield f"Friction and the oil film between pins and bores{beside}."
     if run.summary.envelope is None:
         yield "Fatigue: only the peaks of the cycle were solved; nothing is said about the life of the rod."
     elif run.summary.life is None:
