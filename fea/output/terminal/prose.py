@@ -15,7 +15,7 @@ _MOST_UNUSUAL = 2
 WIDTH = 80  # of what is not a terminal: a file, a pipe
 _INDENT = "  "
 # Blanks within a figure, at which no line is broken.
-_TOGETHER = re.compile(r"(?<=±) | (?=±)|(?<=\d) (?=(?:MPa|mm|µm|kN|ksi|in|lbf|rpm|h|%)\b)")
+_TOGETHER = re.compile(r"(?<=±) | (?=±)|(?<=\d) (?=(?:MPa|mm|µm|kN|ksi|in|lbf|rpm|h|W|°C|°F|%)\b)")
 # Headings of the notes that are printed in full.
 _HEADINGS = {
     NoteKind.DOUBT: "Doubts",
