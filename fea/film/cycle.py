@@ -18,8 +18,9 @@ from geometry.arrays import Floats
 
 # Share of a cycle over which loads and displacements are brought up before the first whole cycle.
 _RAMP = 0.25
-# Most parts of a step that fails.
-_MOST_PARTS = 64
+# Most parts of a step that fails, and most failures in about a cycle: a film has a few, while one whose
+# asperities are pressed flat has them at every other step.
+_MOST_PARTS, _MOST_FAILED = 64, 20
 # Relative change of the film from one cycle to the next at which it repeats itself; two cycles are usual.
 REPEATED = 1e-3
 MOST_CYCLES = 12
@@ -232,6 +233,7 @@ class _Course:
     #: 3/2 of the oil (n_angle, n_width) less 1/2 of that a step before, mm: its sum changes by what flows in
     #: and out in the steps of the second order, and so it must in those of Euler's method that replace them.
     oil: Floats
+    failed: float = 0.0  #: times that a step, or its parts, was not solved, fewer the longer ago
 
     @classmethod
     def begun(cls, bearing: Bearing, acting: JournalLoads, before: FilmCycle | None) -> "_Course":
@@ -258,15 +260,18 @@ class _Course:
         """Go on by a step: by second backward differences, or by Euler's method if they fail."""
         step, states, guesses = self.acting.period / self.acting.count, self.states, []
         last, self.place = states[-1], self.place + 1
+        self.failed *= 1 - 1 / self.acting.count
         if len(states) > 1:  # as a cycle before, or as in the last step
             like = (states[0], states[1]) if len(states) == states.maxlen else (states[-2], last)
             guesses = [replace(guess, response=like[1].response) for guess in (last.ahead(*like), last)]
         oil = self.oil + last.volume / 2
         # Differences leave less than nothing in a cell that drains fast; or it is empty, and owes that.
-        for guess, kept in [(guess, kept) for kept in (oil, np.maximum(oil, 0.0)) for guess in guesses]:
+        ways = [oil] if oil.min() >= 0 else [oil, np.maximum(oil, 0.0)]
+        for guess, kept in [(guess, kept) for kept in ways for guess in guesses]:
             try:
                 states.append(self.acting.solve(self.bearing, guess, self.place, 1.5 / step, kept / step))
-            except FilmError:
+            except FilmError as error:
+                self._failed(last, error, _MOST_FAILED)
                 continue
             self.oil = 1.5 * states[-1].volume - last.volume / 2 + oil - kept
             return
@@ -281,14 +286,21 @@ class _Course:
                 oil = rate * states[-1].volume
                 states.append(self.acting.solve(self.bearing, states[-1], float(place), rate, oil))
         except FilmError as error:
-            if parts < _MOST_PARTS:
-                return self._in_parts(last, 2 * parts)
-            grid, end = self.bearing.reynolds.grid, states[-1]
-            gap, most = max(end.thinnest, 0.0) / UM, end.pressure.max()
-            specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
-            text = f"{gap:.2g} µm at {most:.3g} MPa under up to {specific:.3g} MPa of specific load"
-            raise FilmError(f"the oil film was not solved beyond {text}: {error}") from error
+            self._failed(states[-1], error, _MOST_FAILED if parts < _MOST_PARTS else 0)
+            return self._in_parts(last, 2 * parts)
         return replace(states[-1], parts=states[1:-1])
+
+    def _failed(self, last: JournalState, error: FilmError, most: int) -> None:
+        """Count what was not solved after a state, and raise `FilmError` beyond the most."""
+        self.failed += 1
+        if self.failed > most:
+            grid = self.bearing.reynolds.grid
+            gap, pressure = max(last.thinnest, 0.0) / UM, last.pressure
+            specific = np.hypot(*self.acting.load.T[:2]).max() / (2 * grid.radius * grid.width)
+            text = f"{gap:.2g} µm at {pressure.max():.3g} MPa under up to {specific:.3g} MPa of specific load"
+            if last.touching.any():
+                text += f", with asperities at up to {last.touching.max():.3g} MPa"
+            raise FilmError(f"the oil film was not solved beyond {text}: {error}") from error
 
 
 @dataclass(frozen=True)

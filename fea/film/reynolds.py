@@ -124,6 +124,7 @@ class Balance:
     leaked: float  #: at the ends of the whole bearing, mm³/s
     pressed: float  #: power that the flow under pressure dissipates in the whole bearing, N·mm/s
     brought: float  #: power of the pressures under which oil is supplied, N·mm/s
+    lost: float  #: excess of the whole bearing, mm³/s
 
 
 class _Flow(NamedTuple):
@@ -183,6 +184,7 @@ class Reynolds:
             supplied=-grid.images * float(supplied.flow.sum() + np.minimum(ends.flow, 0.0).sum()),
             leaked=grid.images * float(np.maximum(ends.flow, 0.0).sum()),
             pressed=grid.images * float(power.sum()),
+            lost=abs(grid.images * float(excess.sum())),
             brought=-grid.images * float((inlet * supplied.flow + outside * ends.flow).sum()),
         )
 

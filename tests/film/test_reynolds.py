@@ -180,6 +180,29 @@ def test_a_journal_that_nothing_holds_is_loaded_until_oil_presses():
     assert film.reynolds.grid.resultants(state.pressure) == pytest.approx([500.0, 0.0], abs=0.05)
 
 
+@pytest.mark.parametrize("load", [[10.0, -3.0], [100.0, 20.0], [1000.0, 300.0]])
+def test_a_journal_crosses_an_empty_bearing_to_the_few_cells_that_hold_it(load):
+    """In one short step, with a fifth of the oil: nothing holds the journal on its way."""
+    film = bearing(48, 4)
+    start, none = film.start((-0.8 * C, 0.1 * C)), np.zeros(film.reynolds.grid.shape)
+    start = replace(start, film=Film(none, none + 0.2, none > 0))
+    state = film.solve(start, Conditions(SPEED, None, 1e5, 1e5 * start.volume), load=np.array(load))
+    assert film.reynolds.grid.resultants(state.pressure) == pytest.approx(load, rel=1e-3)
+    assert 0 < state.film.full.sum() < 10
+    assert film.reynolds.grid.total(state.volume - start.volume) == pytest.approx(0, abs=1e-2)
+
+
+def test_a_hole_loses_no_oil_where_a_film_is_nearly_right():
+    """Pressure of the hole alone is wrong: what is left of that after a step would be much of the flow."""
+    film = bearing(oil=Oil(1e-8, 0.02))
+    conditions = Conditions(SPEED, Supply(film.reynolds.grid.hole(math.pi, 6.0), 0.7))
+    state = film.solve(film.start((0.9 * C, 0.0)), conditions)
+    hole = conditions.supply.share > 0.9
+    wrong = replace(state.film, pressure=np.where(hole, 0.0, state.film.pressure))
+    found = film.solve(replace(state, film=wrong), conditions).balance
+    assert found.supplied == pytest.approx(found.leaked, rel=1e-4)
+
+
 def test_a_step_in_parts_keeps_the_oil():
     """Over a cycle as much comes in as leaves, although one step is of another method, in four parts."""
     film, angle = bearing(24, 3), 2 * math.pi * np.arange(12) / 12
@@ -289,6 +312,20 @@ def test_a_film_beyond_the_model_is_refused_by_name():
         period=0.02, load=np.full((12, 2), 1e7), speed=np.zeros(12), inlet=0.5, hole_diameter=0.0
     )
     with pytest.raises(FilmError, match=r"beyond \S+ µm at \S+ MPa under up to 1\.13e\+04 MPa of specific"):
+        integrate(bearing(24, 3), acting)
+
+
+def test_a_film_whose_steps_fail_again_and_again_is_refused():
+    """Each is solved in four parts, so that the film would end after all."""
+
+    class Failing(JournalLoads):
+        def solve(self, bearing, guess, place, rate, before):
+            if place >= 0 and rate * self.period / self.count < 3:
+                raise FilmError("refused")
+            return super().solve(bearing, guess, place, rate, before)
+
+    acting = Failing(period=0.02, load=np.full((12, 2), 1e3), speed=np.full(12, SPEED), inlet=0.5)
+    with pytest.raises(FilmError, match=r"not solved beyond .* refused"):
         integrate(bearing(24, 3), acting)
 
 
