@@ -267,12 +267,12 @@ class Bearing:
             loaded = np.zeros_like(guess.bulge)
         bettered = 0
         for step in range(_STEPS):
-            before, most = iterate, _LARGEST
-            if step >= _HARD:
-                before, most = iterate._replace(response=None), _CAREFUL
+            hard = step >= _HARD
+            before = iterate._replace(response=None) if hard else iterate
+            most = _CAREFUL if hard else _LARGEST
             try:
                 iterate, limited = self._improved(before, conditions, load, loaded, most)
-                iterate = iterate if step < _HARD else self._settled(iterate, conditions, load)
+                iterate = self._settled(iterate, conditions, load) if hard else iterate
             except np.linalg.LinAlgError as error:
                 raise FilmError("the equations of the oil film are singular") from error
             if self.asperities is None and iterate.planes.min() < _MET * self.clearance:
@@ -292,16 +292,11 @@ class Bearing:
         """What pressures on the bore, of oil and asperities, lack of the load, and their integral, N."""
         pressure = at.film.pressure + self.touching(at.planes, conditions.supply)[0]
         count, pressed = len(at.bulge), self.reynolds.grid.total(pressure)
-        if load is None:
-            return 0.0, pressed
-        off = self._works[count : count + len(load)] @ pressure.ravel() + load
+        off = 0.0 if load is None else self._works[count : count + len(load)] @ pressure.ravel() + load
         return float(np.abs(off).max()), pressed
 
     def _settled(self, at: "_Iterate", conditions: Conditions, load: Floats | None) -> "_Iterate":
-        """The same with the film that a journal and a bore that stay have, where that bears the load better.
-
-        Few full cells hold the journal of a starved film, and which they are follows it.
-        """
+        """The same with a film closer to that at these gaps, if that bears the load better."""
         film = at.film
         for _ in range(_SETTLING):
             balance = self.reynolds.balance(film, at.space[0], conditions)
@@ -335,8 +330,7 @@ class Bearing:
 
         The film is eliminated first: what it does to the oil's balance is a band matrix. What is left is the
         bore's displacement and the position, whose equations are the bore's compliance and the load. In hard
-        steps, springs hold the journal that let the force that is out of balance move it so far: where only
-        cells at one angle are full, no pressure holds it along the gap.
+        steps, springs hold the journal, too: full cells at one angle alone do not hold it along the gap.
         """
         grid, count = self.reynolds.grid, len(at.bulge)
         unknowns = count + (len(at.position) if load is not None else 0)

@@ -37,7 +37,7 @@ from mesh.sizing import default_size
 from mesh.tetmesh import MeshError
 
 GRADES = ("8", "0W-16", "0W-20", "5W-30", "10W-40", "20W-50", "60")
-FASTEST, LONGEST = 30e3, 120.0  # mean speed of the piston, mm/s; s
+FASTEST, LONGEST = 30e3, 30.0  # mean speed of the piston, mm/s; s
 REFUSED, BEYOND, CRASHED = "refused", "beyond the model", "crashed"
 
 
