@@ -39,22 +39,17 @@ class Operation:
 
     def peak(self, rpm: float, scale: float = 1.0) -> float:
         """Absolute peak pressure, MPa."""
-        atmosphere, gauge = self.loading.table.atmosphere, self._gauge(rpm)
-        if isinstance(self.loading.gas, Otto):
-            return scale * (gauge + atmosphere)
-        return scale * gauge + atmosphere
+        gas = self.loading.gas
+        if isinstance(gas, Otto):  # with a pin offset the dead centre lies between degrees
+            return scale * (gas.compressed if gas.peak is None else gas.peak)
+        angles = np.concatenate([cycle_angles(), gas.samples])
+        gauge = float(gas.pressure(angles, np.asarray(rpm * RPM)).max())
+        return scale * gauge + self.loading.table.atmosphere
 
     def scale(self, rpm: float, peak: _Number) -> _Number:
         """Return the multiple of the charge that gives an absolute peak pressure, or each of many, MPa."""
         none = self.peak(rpm, 0.0)
         return (peak - none) / (self.peak(rpm) - none)
-
-    def _gauge(self, rpm: float) -> float:
-        gas = self.loading.gas
-        if isinstance(gas, Otto):  # with a pin offset the dead centre lies between degrees
-            return (gas.compressed if gas.peak is None else gas.peak) - self.loading.table.atmosphere
-        angles = np.concatenate([cycle_angles(), self.loading.gas.samples])
-        return float(self.loading.gas.pressure(angles, np.asarray(rpm * RPM)).max())
 
     @property
     def burns(self) -> bool:
