@@ -113,17 +113,21 @@ def compute(computation: Computation, study: Study) -> Measured:
     loaded, quantity = _BODIES["lame"]
     solved = loaded(_TINY, computation.order).solved()
     quantity(solved.mesh, solved.stress)
-    if computation.tool == "CalculiX":
-        calculix = _calculix_rod if computation.problem == "rod" else _calculix_body
-        return calculix(computation, study)
+    of_rod, by_calculix = computation.problem == "rod", computation.tool == "CalculiX"
+    if of_rod and by_calculix:
+        return _calculix_rod(computation, study)
     start = time.perf_counter()
-    size, dofs, value = (_rod if computation.problem == "rod" else _body)(computation, study)
-    return Measured(size, dofs, time.perf_counter() - start, peak_memory(), value)
+    size, dofs, value = _rod(computation, study) if of_rod else _body(computation)
+    return Measured(size, dofs, time.perf_counter() - start, peak_memory(of_children=by_calculix), value)
 
 
-def _body(computation: Computation, _: Study) -> tuple[float, int, float]:
+def _body(computation: Computation) -> tuple[float, int, float]:
     loaded, quantity = _BODIES[computation.problem]
-    solved = loaded(computation.size, computation.order).solved()
+    body = loaded(computation.size, computation.order)
+    if computation.tool == "CalculiX":
+        stress = _calculix(body.mesh, body.material, body.forces, body.fixed)
+        return computation.size, body.mesh.points.size, quantity(body.mesh, stress).computed
+    solved = body.solved()
     if computation.tool == "fea, mean":
         solved = dataclasses.replace(solved, known=(), traction=None)
     return computation.size, solved.dofs, quantity(solved.mesh, solved.stress).computed
@@ -153,15 +157,6 @@ def _peak(result: SpeedResult) -> tuple[int, float]:
     return case.mesh.points.size, case.max_von_mises
 
 
-def _calculix_body(computation: Computation, _: Study) -> Measured:
-    start = time.perf_counter()
-    loaded, quantity = _BODIES[computation.problem]
-    body = loaded(computation.size, computation.order)
-    stress = _calculix(body.mesh, body.material, body.forces, body.fixed)
-    value = quantity(body.mesh, stress).computed
-    return _measured(computation, body.mesh, time.perf_counter() - start, value)
-
-
 def _calculix_rod(computation: Computation, study: Study) -> Measured:
     clock = Clock()
     asked = _meshed(computation, study)
@@ -178,11 +173,8 @@ def _calculix_rod(computation: Computation, study: Study) -> Measured:
     start = time.perf_counter()
     stress = _calculix(mesh, rod.materials[0], forces, fixed)
     seconds = before + time.perf_counter() - start
-    return _measured(computation, mesh, seconds, float(np.nanmax(von_mises(stress))))
-
-
-def _measured(computation: Computation, mesh: TetMesh, seconds: float, value: float) -> Measured:
-    return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), value)
+    largest = float(np.nanmax(von_mises(stress)))
+    return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), largest)
 
 
 def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Floats:
