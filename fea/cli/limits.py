@@ -1,6 +1,5 @@
 """`fea limits`."""
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,4 +84,3 @@ def _print(figures: "LimitsFigures", folder: Path, *, reached: bool) -> None:
     lines += [str(note) for note in figures.notes[:6]]
     lines += [f"Written to {near(folder)} ({len(figures.files)} files): {', '.join(figures.files)}."]
     print_lines(terminal(), lines)
-    sys.stdout.flush()

@@ -284,14 +284,10 @@ class MatingFaces(Interface):
         return numbers[0], numbers[1]
 
     @cached_property
-    def second(self) -> Multipliers:
-        """The pressures on the second side."""
-        return replace(self.pressing, surface=self.opposite[0], facets=self.opposite[1])
-
-    @property
     def sides(self) -> tuple[Multipliers, Multipliers]:
         """The pressures on the first and on the second side."""
-        return self.pressing, self.second
+        surface, facets = self.opposite
+        return self.pressing, replace(self.pressing, surface=surface, facets=facets)
 
     def forces(self, n_nodes: int) -> sparse.csr_array:
         """Nodal forces (3 n_nodes, size) of unit stresses, N."""
@@ -402,10 +398,9 @@ class BoltStop(BoltPull):
         cls, joint: MatingFaces, around: Mask, beam: BoltBeam, share: float, n_nodes: int
     ) -> tuple["BoltStop", "BoltStop"]:
         """The stops either way of a bolt with these vertices (n,) of the joint around it."""
-        pressing = joint.pressing
-        tangent = replace(pressing, direction=lambda places: np.cross(_Z, pressing.direction(places)))
+        tangent, _ = joint.kinds[-1]
         both = tangent.forces(n_nodes) - replace(tangent, facets=joint.opposite[1]).forces(n_nodes)
-        unit, area = np.asarray(both @ around.astype(float)), float(pressing.weights @ around) / share
+        unit, area = np.asarray(both @ around.astype(float)), float(joint.pressing.weights @ around) / share
         one, other = (cls("stop", way * unit, share, beam.lateral, {}, area, beam.play) for way in (1, -1))
         return one, other
 

@@ -78,9 +78,7 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
 
     solution = least_squares(off, np.concatenate([[0, 0], np.ravel(first) / scale])).x
     axis, circles = turned(solution[:2]), scale * solution[2:].reshape(-1, 3)
-    centers = np.array(
-        [m + c[0] * across[0] + c[1] * across[1] for m, c in zip(middles, circles, strict=True)]
-    )
+    centers = np.array(middles) + circles[:, :2] @ across
     ends = np.cumsum([len(cloud) for cloud in clouds])[:-1]
     worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(solution), ends))
     return Axes(axis, centers, circles[:, 2], worst)
