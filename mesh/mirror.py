@@ -69,8 +69,7 @@ def reflect(whole: MirroredMesh, plane: Surface) -> MirroredMesh:
     """Add the mirror image about `plane`, whose facets the mesh must carry; they become interior."""
     mesh, axis = whole.mesh, PLANE_AXIS[plane]
     n_nodes = len(mesh.points)
-    shared = np.zeros(n_nodes, dtype=bool)
-    shared[mesh.facets[plane].ravel()] = True
+    shared = np.isin(np.arange(n_nodes), mesh.facets[plane])
     image = np.arange(n_nodes)
     image[~shared] = n_nodes + np.arange(np.count_nonzero(~shared))
     turn = np.ones(3)

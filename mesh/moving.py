@@ -155,9 +155,7 @@ class MovableMesh:
 
     @cached_property
     def _vertices(self) -> Mask:
-        is_vertex = np.zeros(len(self.mesh.points), dtype=bool)
-        is_vertex[self.mesh.tets[:, :4]] = True
-        return is_vertex
+        return np.isin(np.arange(len(self.mesh.points)), self.mesh.tets[:, :4])
 
     @cached_property
     def _ends(self) -> Ints:

@@ -46,9 +46,7 @@ class BoundarySurface:
         return boundary
 
     def _reflected(self, mesh: TetMesh, plane: Surface) -> "BoundarySurface":
-        on = np.zeros(len(mesh.points), dtype=bool)
-        on[mesh.facets[plane].ravel()] = True
-        on = on[self.source]
+        on = np.isin(self.source, mesh.facets[plane])
         touching = on[self.facets].any(axis=1)
         beyond = np.setdiff1d(self.facets[touching], np.flatnonzero(on))
         image = np.arange(len(self.points))
