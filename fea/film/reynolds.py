@@ -21,8 +21,11 @@ from geometry.arrays import Floats, Mask
 _FIRST = 100.0
 # A hole that fills a cell but for this share of it sets the pressure of the cell.
 _OPEN = 1e-6
-# Of a cell that is half covered, the rim is a quarter of its length from its middle, not all of it.
-_RIM = 4.0
+# How much better a cell that is half covered is supplied than through a film of its size: so holes of 3 to
+# 8 mm feed a strip as in closed form, within 5 % on the grid of a run and within 1.5 % on one twice as fine.
+_RIM = 8.0
+# Least share of its length by which the middle of a cell, or the rim of a hole in it, is away from its faces.
+_NEAR = 1e-3
 
 
 @lru_cache(maxsize=16)  # oils differ by temperature: a search meets many
@@ -53,6 +56,11 @@ class Supply:
     def land(self) -> Floats:
         """Share of each cell where a surface faces the other."""
         return 1 - self.share
+
+    @cached_property
+    def reach(self) -> Floats:
+        """Share of its length over which each cell conducts on either side: up to the rim of what covers it."""
+        return np.clip(self.land, _NEAR, 0.5)
 
     @cached_property
     def openness(self) -> Floats:
@@ -162,8 +170,12 @@ class Reynolds:
         grid, rate = self.grid, conditions.rate
         q, slope = self.oil.generalised(film.pressure)
         slope = np.where(film.full, slope, 0.0)
-        around = self._around(film, gap, q, slope, conditions.speed)
-        along, supply = self._along(film, gap, q, slope), conditions.supply
+        supply, shorter = conditions.supply, (1.0, 1.0)
+        if supply is not None and supply.share.any():
+            reach, long = supply.reach, supply.reach * grid.dz
+            shorter = reach + _next(reach), (long[:, :-1] + long[:, 1:]) / np.diff(grid.z)
+        around = self._around(film, gap, q, slope, conditions.speed, shorter[0])
+        along = self._along(film, gap, q, slope, shorter[1])
         inlet, openness, outside = (
             (0.0, 0.0, 0.0) if supply is None else (supply.pressure, supply.openness, supply.outside)
         )
@@ -188,12 +200,17 @@ class Reynolds:
             brought=-grid.images * float((inlet * supplied.flow + outside * ends.flow).sum()),
         )
 
-    def _around(self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float) -> _Flow:
-        """Flow to the next angle, at the filled share of the cell from which the journal carries the oil."""
+    def _around(
+        self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float, shorter: Floats | float
+    ) -> _Flow:
+        """Flow to the next angle, at the filled share of the cell from which the journal carries the oil.
+
+        `shorter`: length of what conducts between two cells over the distance of their middles.
+        """
         grid = self.grid
         falls, drags = grid.dz / grid.dx / (12 * self.oil.viscosity), grid.dz * speed / 2
         middle = (gap + _next(gap)) / 2
-        square = falls * middle * middle
+        square = falls * middle * middle / shorter
         drop, conducts = _next(q) - q, square * middle
         from_here = speed >= 0
         upstream, full = (film.fill, film.full) if from_here else (_next(film.fill), _next(film.full))
@@ -203,13 +220,15 @@ class Reynolds:
         pushed, rise = conducts * drop, _next(film.pressure) - film.pressure
         return _Flow(drags * upstream * middle - pushed, by_film, (by_middle, by_middle), pushed * rise)
 
-    def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats) -> _Flow:
+    def _along(
+        self, film: Film, gap: Floats, q: Floats, slope: Floats, shorter: Floats | float
+    ) -> _Flow:
         """Flow to the next cell along the width; none from the last."""
         grid = self.grid
         middle = gap.copy()
         middle[:, :-1] = (gap[:, :-1] + gap[:, 1:]) / 2
         square = grid.dx / (12 * self.oil.viscosity) * middle * middle
-        square[:, :-1] /= np.diff(grid.z)
+        square[:, :-1] /= np.diff(grid.z) * shorter
         square[:, -1] = 0.0
         conducts = square * middle
         drop, rise, beyond = (np.concatenate([v[:, 1:], v[:, -1:]], 1) for v in (q, film.pressure, slope))
