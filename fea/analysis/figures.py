@@ -534,18 +534,18 @@ class FilmFigures(Figures):
     p_max_deg: float
     p_max_error_percent: float
     power_W: float  #: mean friction
-    power_error_percent: float  #: of the mean effective pressure, too
+    power_error_percent: WhereKnown[float] = None  #: of the mean effective pressure, too
     friction_mep_bar: float  #: mean effective pressure of that, of one cylinder
     flow_l_min: float  #: oil that leaves the bearing
-    flow_error_percent: float
+    flow_error_percent: WhereKnown[float] = None
     filled_percent: float  #: mean share of the gap that is full of oil
     temperature_C: float | None  #: of the film; None where its viscosity is given
-    temperature_error_K: float | None  #: None where the temperature is given
+    temperature_error_K: WhereKnown[float] = None  #: None where the temperature is given
     viscosity_mPas: float  #: at that temperature, without pressure
     radial_clearance_um: float
     lambda_min: float | None  #: smallest gap over the roughness; None of smooth surfaces
     asperity_percent: float  #: largest share of the pressure that asperities carry
-    asperity_error_percent: float  #: of the same pressure
+    asperity_error_percent: WhereKnown[float] = None  #: of the same pressure
     specific_load_MPa: float  #: largest force over diameter times width
     lining_factor: float | None  #: what the lining endures over that; None where the study does not say
     verdict: str  #: ``hydrodynamic``, ``mixed``, ``metal to metal`` or why there is none

@@ -170,7 +170,8 @@ class Reynolds:
         grid, rate = self.grid, conditions.rate
         q, slope = self.oil.generalised(film.pressure)
         slope = np.where(film.full, slope, 0.0)
-        supply, shorter = conditions.supply, (1.0, 1.0)
+        supply = conditions.supply
+        shorter: tuple[Floats | float, Floats | float] = (1.0, 1.0)
         if supply is not None and supply.share.any():
             reach, long = supply.reach, supply.reach * grid.dz
             shorter = reach + _next(reach), (long[:, :-1] + long[:, 1:]) / np.diff(grid.z)
@@ -220,9 +221,7 @@ class Reynolds:
         pushed, rise = conducts * drop, _next(film.pressure) - film.pressure
         return _Flow(drags * upstream * middle - pushed, by_film, (by_middle, by_middle), pushed * rise)
 
-    def _along(
-        self, film: Film, gap: Floats, q: Floats, slope: Floats, shorter: Floats | float
-    ) -> _Flow:
+    def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats, shorter: Floats | float) -> _Flow:
         """Flow to the next cell along the width; none from the last."""
         grid = self.grid
         middle = gap.copy()
