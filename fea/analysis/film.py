@@ -14,7 +14,7 @@ from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
-from fea.film.cycle import HOTTEST, FilmCycle
+from fea.film.cycle import HOTTEST, FilmCycle, between
 from fea.pins.lubrication import (
     COARSE,
     CYCLES,
@@ -35,6 +35,8 @@ _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 _CARRIED = 0.1
 # Pressure at which surfaces flow, MPa: about the hardness of bronze; the asperities of the model are elastic.
 _HARDNESS = 1000.0
+# How near to its extreme a course over the cycle is looked at for the error of that, relative to it.
+_NEAR = 0.1
 # Tilt over the clearance above which it is told.
 _TILTED = 1e-3
 
@@ -120,10 +122,10 @@ class FilmResult:
         return FilmFigures(
             h_min_um=float(cycle.thinnest.min()) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=self._error(lambda film: film.thinnest.min()),
+            h_min_error_percent=self._extreme_error(np.min, lambda film: film.thinnest),
             p_max_MPa=float(cycle.highest.max()),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=self._error(lambda film: film.highest.max()),
+            p_max_error_percent=self._extreme_error(np.max, lambda film: film.highest),
             power_W=cycle.dissipated / _W,
             power_error_percent=self._error(lambda film: film.dissipated),
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
@@ -146,6 +148,14 @@ class FilmResult:
         """Error of a figure, percent; all of it where the softer bore's film was not solved."""
         films = (self.cycle, self.coarse, self.softer)
         return film_error(*(float(figure(film)) if film else math.inf for film in films))
+
+    def _extreme_error(
+        self, extreme: Callable[[Floats], float], course: Callable[[FilmCycle], Floats]
+    ) -> float:
+        """Error of the least or largest value over the cycle, percent; as of `_error`."""
+        if self.softer is None:
+            return 100.0
+        return extreme_error(extreme, *(course(film) for film in (self.cycle, self.coarse, self.softer)))
 
     def _warmth_error(self, warm: float) -> float:
         """Error of the temperature, K; the softer bore's film has that of the coarse one."""
@@ -278,6 +288,25 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
     return FilmResult(*every, films.lubrication, displacement, joint)
+
+
+def extreme_error(extreme: Callable[[Floats], float], fine: Floats, coarse: Floats, softer: Floats) -> float:
+    """Error of the extreme of the fine film's course over the cycle, percent, 100 at most.
+
+    Like `film_error`, but of first order, by which it holds 34 smallest gaps and 36 highest pressures of 36
+    random films against finer grids and meshes, by second order 30 and 23: oil that ruptures and holes move
+    from cell to cell, and loads jump within a step. Changes are those in the mean square where a course
+    is near its extreme: that of the extreme itself may vanish by chance.
+    """
+
+    def change(course: Floats, other: Floats) -> float:
+        peak = extreme(course)
+        near = np.abs(course - peak) <= _NEAR * abs(peak)
+        return float(np.sqrt(((other - course)[near] ** 2).mean()))
+
+    there, most = np.arange(len(fine)) * len(coarse) / len(fine), abs(float(extreme(fine)))
+    error = change(fine, between(coarse, there)) / (FINE[0] / COARSE[0] - 1) + change(coarse, softer)
+    return 100 * min(1.0, error / most) if most else 100.0
 
 
 def film_error(fine: float, coarse: float, softer: float | None = None) -> float:

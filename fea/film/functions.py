@@ -47,6 +47,11 @@ class BoreFunctions:
         """Numbers of the translations and, without mirror plane, of cos φ and sin φ times z: the tilts."""
         return np.concatenate([self.translations, *([] if self.mirrored else [self._numbers(1, 1)])])
 
+    @property
+    def oval(self) -> int:
+        """Number of cos 2φ, constant over the width."""
+        return int(self._numbers(2, 0)[0])
+
     def _numbers(self, n: int, m: int) -> Ints:
         """Numbers (2,) of the cosine and the sine of a term."""
         (even,) = np.flatnonzero((self.terms == [n, m]).all(axis=1))

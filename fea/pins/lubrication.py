@@ -352,10 +352,12 @@ class Films:
 
     def _softer(self, cycle: CrankCycle, film: FilmCycle) -> FilmCycle | None:
         """A film as warm as before in a bore that lacks nothing of its compliance; None: not solved."""
-        (lacking, share), bearing, acting = self.bore.lacking, film.bearing, film.acting
-        more, afar = np.diag(lacking), self.bore.caused_from_afar(cycle.at(crank_angles(acting.count)))
+        bore, bearing, acting = self.bore, film.bearing, film.acting
+        root = np.sqrt(1 + bore.lacking)
+        more = (np.outer(root, root) - 1) * bore.compliance
         if acting.loaded is not None:
-            acting = replace(acting, loaded=acting.loaded + share * afar)
+            afar = bore.caused_from_afar(cycle.at(crank_angles(acting.count)))
+            acting = replace(acting, loaded=acting.loaded + bore.lacking[bore.functions.oval] * afar)
         if acting.compliance is not None:
             acting = replace(acting, compliance=acting.compliance + more)
         if bearing.bore is not None:

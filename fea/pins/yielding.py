@@ -30,11 +30,11 @@ from loads.instants import Instants
 # On −1…1, and weights of a quadratic function's ends and middle, in sixths of its length.
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _SIMPSON = np.array([1.0, 4.0, 1.0])
-# Share of its compliance that a bore lacks for a wave of the length of 2π elements, beside others in
-# proportion to the square: of leon-2001 with 18 to 72 elements around. What acts far from the bore
-# deforms it in about as long waves as this number of them. First-order elements are too stiff in bending, in
-# proportion to their size, for waves of every length (1.5 mm to 9 mm: by 0.4 to 1.4 times this wave's).
-_STIFFER, _OVAL = 0.02, 4
+# Share of its compliance that a bore lacks, by the order of the elements: of waves of the length of 2π
+# elements, beside others in proportion to the square, and of waves of every length, by bending, if elements
+# were as long as the bore's radius. Of both ends of leon-2001 with 18 to 72 elements around; the last is 0.7
+# to 2.8 for 24 to 72 elements, more at the big end, whose ring is thinner.
+_STIFFER = {1: (0.2, 2.5), 2: (0.02, 0.0)}
 
 
 class End(StrEnum):
@@ -161,9 +161,8 @@ class YieldingBore:
     #: (2, 6) moments of these, by their forces along x and along y, about the middle of the bore, over half
     #: its width, N; without meaning where z = 0 is a mirror plane
     turning: Floats
-    #: By estimate, (n,) mm³/N, how much more each function yields on much smaller elements, and how much more
-    #: of `loaded` there is, relative to it
-    lacking: tuple[Floats, float]
+    #: By estimate, (n,) how much more each function yields on much smaller elements, relative to what it does
+    lacking: Floats
     answers: _Answers
     pin: "YieldingPin | None" = None  #: None for a rigid one
 
@@ -197,12 +196,11 @@ class YieldingBore:
         grown = end.grown(parts) * functions.widening
         answers = _Answers(work, held, own, rest, functions.rigid, grown)
         compliance, loaded, relief = answers.at()
+        short, bent = _STIFFER[structure.mesh.order]
         size = facets.element_size
-        long = _OVAL * size / functions.radius
-        ovals, bent = (_STIFFER * long**2, 0.0) if structure.mesh.order > 1 else (long, long)
-        lacking = (_STIFFER * (functions.waves * size) ** 2 + bent) * compliance.diagonal()
+        lacking = short * (functions.waves * size) ** 2 + bent * size / functions.radius
         turning = np.concatenate(about)[rest].T
-        return cls(end, functions, compliance, loaded, relief, turning, (lacking, ovals), answers)
+        return cls(end, functions, compliance, loaded, relief, turning, lacking, answers)
 
     def with_joint(self, state: ContactState) -> "YieldingBore":
         """The same of a rod in parts that are as open as in a state."""

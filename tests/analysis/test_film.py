@@ -13,14 +13,14 @@ from browser import browser, missing
 
 from fea import analyse
 from fea.__main__ import call
-from fea.analysis.film import FilmResult, Regime, film_error
+from fea.analysis.film import FilmResult, Regime, extreme_error, film_error
 from fea.analysis.prepare import prepare
 from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
 from fea.output.stored_run import read_vtu
 from fea.output.text import read_columns
 from fea.pins import lubrication
-from fea.pins.yielding import YieldingBore
+from fea.pins.yielding import End, YieldingBore
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -265,6 +265,21 @@ def test_a_bar_is_of_second_order_and_never_more_than_all():
     assert film_error(0.0, 0.0) == 100.0
 
 
+def test_a_bar_of_an_extreme_counts_what_changes_beside_it():
+    angle = 2 * np.pi * np.arange(144) / 144
+    fine = 1 + 0.5 * np.cos(angle)
+    coarse, ratio = 1 + 0.5 * np.cos(angle[::3]), lubrication.FINE[0] / lubrication.COARSE[0]
+    assert extreme_error(np.max, fine, coarse, coarse) == pytest.approx(0.0, abs=0.2)
+    for extreme in (np.min, np.max):  # of first order, and what a softer bore changes is added
+        grid = extreme_error(extreme, fine, 1.02 * fine, 1.02 * fine)
+        assert grid == pytest.approx(2.0 / (ratio - 1), rel=0.06)
+        assert extreme_error(extreme, fine, fine, 0.97 * fine) == pytest.approx(3.0, rel=0.06)
+    # The extreme is the same, and the course beside it is not.
+    near = np.exp(-((angle - np.pi) ** 2) / 0.1)
+    assert extreme_error(np.min, fine, fine + 0.05 * near * np.sin(angle), fine) > 1.0
+    assert extreme_error(np.min, fine, 9 * fine, fine) == 100.0
+
+
 def test_what_a_softer_bore_changes_adds_to_the_bar():
     assert film_error(5.0, 5.0, 5.1) == pytest.approx(2.0)
     assert film_error(5.0, 5.125, 5.025) == pytest.approx(film_error(5.0, 5.125) + 2.0)
@@ -279,11 +294,26 @@ def test_a_finer_mesh_softens_the_bore_as_estimated():
     softer = (fine.compliance - coarse.compliance).diagonal()
     kept = np.setdiff1d(np.arange(len(softer)), coarse.functions.translations)
     short = kept[coarse.functions.waves[kept] > 0.2]
-    lacked, lacks = (bore.lacking[0] for bore in bores)
+    lacked, lacks = (bore.lacking * coarse.compliance.diagonal() for bore in bores)
     # The law has no more than the order and the size for all of them.
     assert 0.5 < np.exp(np.log((lacked - lacks)[short] / softer[short]).mean()) < 2.0
     afar = np.linalg.norm(fine.loaded - coarse.loaded) / np.linalg.norm(fine.loaded)
-    assert 0.5 * afar < coarse.lacking[1] < 3 * afar
+    assert 0.4 * afar < coarse.lacking[coarse.functions.oval] < 3 * afar
+
+
+@pytest.mark.parametrize("end", ["big_end", "small_end"])
+def test_first_order_elements_lack_as_much_compliance_as_estimated(end):
+    linear, quadratic = (
+        YieldingBore.of(prepare(Flags(size=8.0, element=element).applied(load_study())).structure, End(end))
+        for element in ("p1", "p2")
+    )
+    kept = np.setdiff1d(np.arange(linear.functions.count), linear.functions.rigid)
+    lacks = quadratic.compliance.diagonal()[kept] / linear.compliance.diagonal()[kept] - 1
+    off = np.log(linear.lacking[kept] / lacks)
+    shortest, oval = linear.functions.waves[kept].argsort()[-20:], kept == linear.functions.oval
+    # What acts far from the bore deforms it as a wave twice around.
+    for some in (off, off[shortest], off[oval]):
+        assert 0.4 < np.exp(some.mean()) < 2.5
 
 
 def test_a_film_beyond_the_hardness_of_its_metals_is_overloaded():
