@@ -59,7 +59,7 @@ class Supply:
 
     @cached_property
     def reach(self) -> Floats:
-        """Share of its length over which each cell conducts on either side: up to the rim of what covers it."""
+        """Share of its length over which each cell conducts on either side: to the rim of what covers it."""
         return np.clip(self.land, _NEAR, 0.5)
 
     @cached_property
@@ -175,7 +175,7 @@ class Reynolds:
         if supply is not None and supply.share.any():
             reach, long = supply.reach, supply.reach * grid.dz
             shorter = reach + _next(reach), (long[:, :-1] + long[:, 1:]) / np.diff(grid.z)
-        around = self._around(film, gap, q, slope, conditions.speed, shorter[0])
+        around = self._around(film, gap, q, slope, conditions.speed, shorter=shorter[0])
         along = self._along(film, gap, q, slope, shorter[1])
         inlet, openness, outside = (
             (0.0, 0.0, 0.0) if supply is None else (supply.pressure, supply.openness, supply.outside)
@@ -202,7 +202,7 @@ class Reynolds:
         )
 
     def _around(
-        self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float, shorter: Floats | float
+        self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float, *, shorter: Floats | float
     ) -> _Flow:
         """Flow to the next angle, at the filled share of the cell from which the journal carries the oil.
 
