@@ -14,10 +14,9 @@ from fea.analysis.prepare import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import Note, doubt, omission, remark, warning
 from fea.base.units import BAR, DEG, UM
-from fea.film.cycle import HOTTEST, FilmCycle, between
+from fea.film.cycle import HOTTEST, MOST_CYCLES, FilmCycle, between
 from fea.pins.lubrication import (
     COARSE,
-    CYCLES,
     FINE,
     MPAS,
     TOPIC,
@@ -257,7 +256,7 @@ class FilmResult:
                     "figures depend on the model of the asperities more than on that of the oil"
                 )
         if not self.cycle.repeats and self.sound:
-            yield f"it does not repeat itself in {CYCLES[self.end]} cycles, although oil comes in as it leaks"
+            yield f"it does not repeat itself in {MOST_CYCLES} cycles, although oil comes in as it leaks"
         if found.lining_factor is not None and found.lining_factor < 1:
             yield (
                 f"the specific load, {found.specific_load_MPa:.0f} MPa, exceeds what the lining endures, "

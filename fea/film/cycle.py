@@ -21,9 +21,10 @@ _RAMP = 0.25
 # Most parts of a step that fails, and most failures in about a cycle: a film has a few, while one whose
 # asperities are pressed flat has them at every other step.
 _MOST_PARTS, _MOST_FAILED = 64, 20
-# Relative change of the film from one cycle to the next at which it repeats itself; two cycles are usual.
+# Relative change of the film from one cycle to the next at which it repeats itself, and within how many it
+# must: two are usual at the big end; what refills the small end fades from one to the next.
 REPEATED = 1e-3
-MOST_CYCLES = 12
+MOST_CYCLES = 48
 # Part of a cycle after which the film is looked at again.
 _PART = 1 / 12
 # What the heat balance may leave, K: of a first film, and of one that begins at the temperature of a coarser

@@ -15,6 +15,8 @@ _LOG_POLE, _PER_MPA, _PA_S = 9.67, 5.1e-3, 1e6
 # Largest relative viscosity, a choice: beyond, oil is a solid that shears at its limiting stress (Bair &
 # Winer 1979, A rheological model for elastohydrodynamic contacts, J. Lubr. Technol. 101, 258).
 _MOST = 1e3
+# Powers of e beyond which there is no number.
+_FAR = 700.0
 # Places and weights of Gauss's rule between 0 and 1, and the end of that range.
 _GAUSS, _SHARES = np.polynomial.legendre.leggauss(8)
 _PLACES, _WEIGHTS = np.append((1 + _GAUSS) / 2, 1.0), np.append(_SHARES / 2, 0.0)
@@ -37,7 +39,8 @@ class Oil:
     def solid(self) -> float:
         """Pressure at which the viscosity is the largest, MPa."""
         log, exponent = self._roelands
-        return float(((1 + math.log(_MOST) / log) ** (1 / exponent) - 1) / _PER_MPA) if exponent else math.inf
+        power = math.log1p(math.log(_MOST) / log) / exponent if exponent else math.inf
+        return math.expm1(power) / _PER_MPA if power < _FAR else math.inf
 
     def relative_viscosity(self, pressure: Floats) -> Floats:
         """Return μ(p)/μ₀ at pressures p ≥ 0, MPa (Roelands 1966)."""

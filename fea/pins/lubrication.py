@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 FINE, COARSE = (96, 7, 144), (64, 5, 96)
 # How much less exactly than the fine one films are solved of which only its error follows.
 _SLACK = 10.0
-# Cycles within which a film must repeat itself; what refills the small end fades from one to the next.
-CYCLES = {End.BIG: MOST_CYCLES, End.SMALL: 4 * MOST_CYCLES}
 # Clearance over radius: beyond, the film is not thin, or there is none.
 _CLEARANCES = (1e-4, 1e-2)
 MPAS, _PER_GPA = 1e-9, 1e-3  # MPa·s and 1/MPa
@@ -407,8 +405,11 @@ class Films:
             acting = replace(acting, hole_diameter=pin_hole.diameter, hole_angle=angle)
             if grooves is not None and grooves.turn:
                 acting = replace(acting, turning=lambda turned: grooves.share(grid, turned - pin_hole.angle))
-        most = 2 if before is not None and (before.starved or before.too_hot) else CYCLES[end]
-        return integrate(bearing, acting, heat=heat, before=before, most=most)
+        fails = before is not None and (before.starved or before.too_hot)
+        found = integrate(bearing, acting, heat=heat, before=before, most=2 if fails else MOST_CYCLES)
+        if fails and not (found.starved or found.too_hot or found.repeats):
+            found = integrate(bearing, acting, heat=heat, before=found)
+        return found
 
 
 def crank_angles(steps: int) -> Floats:

@@ -283,6 +283,7 @@ def test_no_oil_thickens_without_limit():
     q, slope = oil.generalised(np.array([oil.solid, oil.solid + 4e3]))
     assert q[1] - q[0] == pytest.approx(4.0)
     assert slope == pytest.approx(1e-3)
+    assert Oil(8e-9, 1e-6).solid == math.inf  # beyond numbers
 
 
 def test_a_pressure_falls_as_the_flow_does():
