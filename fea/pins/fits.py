@@ -65,7 +65,11 @@ class Fits:
     @property
     def in_film(self) -> "Fits":
         """As an oil film has them, which has no sharp ends: there the pin has to press evenly, no more."""
-        return self if self.even is None else replace(self, relief=(self.half, self.even))
+        own = [text for text in self.assumed if not text.startswith("big-end") and _RELIEF not in text]
+        if self.even is None:
+            return replace(self, assumed=tuple(own))
+        relief = self.half, self.even
+        return replace(self, relief=relief, assumed=(*own, _assumed(relief)))
 
     @property
     def sharp(self) -> tuple[Surface, ...]:
@@ -142,7 +146,7 @@ class Fits:
         if relief is None and piston_pin is not None and not drawn:
             most = LARGEST_CLEARANCE * bores.small_radius
             relief, even = (half, min(bends, most)), min(bending(piston_pin, max(pull, push)), most)
-            assumed.append(f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})")
+            assumed.append(_assumed(relief))
         crank_pin = None
         if CRANK_PIN in stiffness:  # solid, held by webs beside the rod
             touching, radius = bores.big_width / 2, bores.big_radius
@@ -161,6 +165,10 @@ class Fits:
             eased=widens if relief is None else relief[1] * half / relief[0],
             even=even,
         )
+
+
+def _assumed(relief: tuple[float, float]) -> str:
+    return f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})"
 
 
 def led_in_notes(bores: Sequence[Surface]) -> tuple[Note, ...]:

@@ -26,6 +26,7 @@ from fea.solid.bore import BoreFacets
 from fea.solid.errors import FilmError
 from fea.study import film_table as assumed
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN
+from fea.study.pin_models import pin_model
 from geometry.arrays import Floats
 from geometry.errors import require
 from geometry.surfaces import Surface
@@ -161,6 +162,10 @@ class Lubrication:
     def of_small_end(cls, structure: Structure, fits: Fits) -> "Lubrication":
         """Complete the study for the small end, whose sides stand in oil; errors as of `of`."""
         bores, table, said = structure.bores, structure.film, Assumed()
+        in_contact = pin_model(structure.pressure, in_parts=structure.mesh.part is not None).in_contact
+        said.extend(
+            text for text in fits.assumed if "relief" in text or not in_contact
+        )  # contact says others
         remedy = "Check its unit; without a film at the small end, leave out [film]."
         key, diameter = "contact.small_end_clearance_mm", 2 * bores.small_radius
         _require_film(key, 2 * fits.small_clearance, "mm", diameter, remedy)

@@ -81,6 +81,9 @@ def test_the_small_end_swings_on_its_pin_as_the_study_says(rod):
     floating = swing()
     assert floating.swing == 0.5
     assert "assumed a floating piston pin (film.piston_pin)" in str(floating.notes)
+    # Nothing else says what the film assumes of the pin where that is not in contact.
+    assert "assumed small-end clearance 0.0144 mm (contact.small_end_clearance_mm)" in str(floating.notes)
+    assert "big-end" not in str(floating.notes)
     assert floating.temperature == 140.0
     assert swing(viscosity_mPas=6.0).temperature is None
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from fea.analysis.figures import Summary
+from fea.analysis.survival import Factor
 from fea.base.choices import UnitSystem
 from fea.output.html import environment, html_page, joined_script, page_file
 from fea.output.json_file import JsonObject
@@ -99,9 +100,7 @@ def _facts(summary: Summary) -> Iterator[Fact]:
 
 
 def _with_bar(value: float | None, error_percent: float | None) -> str:
-    if value is None or error_percent is None:
-        return factor(value)
-    return f"{factor(value)} ± {max(value - value / (1 + error_percent / 100), 0.01):.2f}"
+    return factor(value) if value is None else Factor("", "", value, error_percent).text
 
 
 # In this order, as one script: each uses what stands before it.
