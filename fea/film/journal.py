@@ -35,8 +35,9 @@ _EXACT, _TRIES, _HARD = 2e-4, 8, 7
 # and steps of the film alone after each of those.
 _LARGEST, _CAREFUL, _SETTLING = 3.0, 0.3, 2
 # Smallest part of its gap that a cell keeps in one step; rough surfaces come nearer by this share of their
-# roughness at least, and smooth ones meet at this gap, in clearances.
-_KEPT, _NEARER, _MET = 0.25, 0.25, 1e-9
+# roughness at least, and smooth ones meet at this gap, in clearances. And the gap, over the roughness, that a
+# hole keeps: nothing resists what bulges into it, which does not cut it off.
+_KEPT, _NEARER, _MET, _OPEN = 0.25, 0.25, 1e-9, 0.1
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ class JournalState:
     @cached_property
     def gap(self) -> Floats:
         """Gap h (n_angle, n_width) that oil can fill, mm."""
-        return self.bearing.space(self.planes)[0]
+        return self.bearing.space(self.planes, self.conditions.supply)[0]
 
     @cached_property
     def edge(self) -> Floats:
@@ -206,9 +207,14 @@ class Bearing:
         land = 1.0 if supply is None else supply.land
         return pressure * land, slope * land
 
-    def space(self, planes: Floats) -> tuple[Floats, Floats]:
+    def space(self, planes: Floats, supply: Supply | None = None) -> tuple[Floats, Floats]:
         """Gap that oil can fill between mean planes at distances (n_angle, n_width), and its derivative."""
-        return (planes, np.ones_like(planes)) if self.asperities is None else self.asperities.space(planes)
+        if self.asperities is None:
+            return planes, np.ones_like(planes)
+        gap, widens = self.asperities.space(planes)
+        kept = 0.0 if supply is None else _OPEN * self.asperities.roughness * supply.share
+        space = np.hypot(gap, kept)
+        return space, widens * gap / space
 
     def with_oil(self, oil: Oil) -> "Bearing":
         """The same with another oil."""
@@ -261,7 +267,7 @@ class Bearing:
         film on the bore, N, or (4,) with the moments, 0 by default, of a journal that may tilt, over half the
         width; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
-        space = self.space(guess.planes)
+        space = self.space(guess.planes, conditions.supply)
         iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response, space)
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
@@ -373,8 +379,8 @@ class Bearing:
         change = before - solve(by_planes @ (follows @ solution))
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
-        part, planes, held = self._moved(at.planes, (follows @ moved).reshape(grid.shape) - ajar, most)
-        space = self.space(planes)
+        part, planes, held = self._moved(at, (follows @ moved).reshape(grid.shape) - ajar, most, conditions)
+        space = self.space(planes, conditions.supply)
         thinner = np.where(at.film.full, 1.0, gap / space[0])  # what changes is θh, not θ
         by = part * thinner * change.reshape(grid.shape)
         film = at.film.changed(by, self.reynolds.oil)
@@ -382,12 +388,15 @@ class Bearing:
         bulge = at.bulge + part * moved[:count]
         return _Iterate(film, planes, position, bulge, response, space), part < 1 or held
 
-    def _moved(self, planes: Floats, wider: Floats, most: float) -> tuple[float, Floats, bool]:
+    def _moved(
+        self, at: "_Iterate", wider: Floats, most: float, on: Conditions
+    ) -> tuple[float, Floats, bool]:
         """Part of a step that is made, gaps after it, mm, and whether some are held open."""
         part = 1 / max(1.0, float(np.abs(wider).max()) / (most * self.clearance))
-        least, after = _KEPT * planes, planes + part * wider
+        least, after = _KEPT * at.planes, at.planes + part * wider
         if self.asperities is not None:
-            least = np.minimum(least, planes - _NEARER * self.asperities.roughness)
+            land = 1.0 if on.supply is None else on.supply.land + _FULL
+            least = np.minimum(least, at.planes - _NEARER * self.asperities.roughness / land)
         return part, np.maximum(after, least), bool((after < least).any())
 
     def squeezed(self, position: Sequence[float], velocity: Sequence[float]) -> JournalState:

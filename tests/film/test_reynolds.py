@@ -401,6 +401,16 @@ def test_asperities_carry_nothing_over_a_hole():
     assert over.thinnest == there[0].thinnest
 
 
+def test_what_bulges_into_a_hole_does_not_cut_it_off():
+    rough = replace(bearing(), asperities=Asperities(8e-4, 42.0, 0.1))
+    supply = Supply(rough.reynolds.grid.groove(0.0, 0.3, 12.5), 0.5)
+    state = rough.solve(rough.start((C + 9 * 8e-4, 0.0)), Conditions(SPEED, supply))
+    inside = supply.share == 1
+    assert state.planes[inside].max() < -6 * 8e-4
+    assert state.film.pressure[inside] == pytest.approx(0.5, rel=0.02)
+    assert state.film.pressure.max() > 1.0
+
+
 @pytest.mark.parametrize(("cells", "within"), [((96, 7), 0.05), ((192, 14), 0.015)])
 def test_oil_flows_from_a_round_hole_to_the_ends_as_from_a_source_in_a_strip(cells, within):
     """A source in the middle of a strip of width B: −ln |tanh(π(x + iz)/2B)|/2π, on a rim −ln(πr/2B)/2π."""
