@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import pyvista
 from browser import browser, missing
 
 from fea import analyse
@@ -17,7 +18,6 @@ from fea.analysis.film import FilmResult, Regime, extreme_error, film_error
 from fea.analysis.prepare import prepare
 from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
-from fea.output.stored_run import read_vtu
 from fea.output.text import read_columns
 from fea.pins import lubrication
 from fea.pins.yielding import End, YieldingBore
@@ -93,9 +93,9 @@ def test_a_run_with_its_film(ran):
     assert all(check["pass"] for check in checks.values())
     for name, film in (("film", found), ("film_small_end", small)):
         assert {f"{name}.png", f"{name}_h_min.vtu", f"{name}_p_max.vtu"} <= set(summary["files"])
-        files = {key: read_vtu(out / f"{name}_{key}.vtu") for key in ("h_min", "p_max")}
-        at = {key: file.point for key, file in files.items()}
-        centre = files["p_max"].mesh.points.mean(axis=0)
+        # meshio takes one array for another where its own offsets meet those of the file, as in small ones.
+        at = {key: pyvista.read(out / f"{name}_{key}.vtu") for key in ("h_min", "p_max")}
+        centre = at["p_max"].points.mean(axis=0)
         assert centre == pytest.approx([141.0 if film is small else 0.0, 0.0, 0.0], abs=1e-3)
         assert 1e3 * at["h_min"]["film_thickness"].min() == pytest.approx(film["h_min_um"], rel=1e-5)
         assert at["p_max"]["film_pressure"].max() == pytest.approx(film["p_max_MPa"], rel=1e-5)
