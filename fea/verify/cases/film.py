@@ -39,10 +39,15 @@ def _bearing(ratio: float, size: float) -> Bearing:
     return Bearing(Reynolds(grid, Oil(_VISCOSITY)), _CLEARANCE)
 
 
-def _turning(bearing: Bearing, eccentricity: float, *speeds: float) -> JournalState:
-    """A journal displaced towards −x, at the last of some speeds, mm/s; oil is supplied at 0°."""
-    grid = bearing.reynolds.grid
-    supply = Supply(grid.groove(0.0, 2 * math.pi / grid.n_angle), _NO_PRESSURE)
+def _turning(
+    bearing: Bearing, eccentricity: float, *speeds: float, slot: tuple[int, int] = (0, 1)
+) -> JournalState:
+    """A journal displaced towards −x, at the last of some speeds, mm/s; a slot supplies oil.
+
+    `slot`: its middle and its length in cells, by default that at 0°.
+    """
+    grid, (middle, length) = bearing.reynolds.grid, slot
+    supply = Supply(grid.groove(middle * grid.angle[1], length * grid.angle[1]), _NO_PRESSURE)
     state = bearing.start((-eccentricity * bearing.clearance, 0.0))
     for speed in speeds or (_OMEGA * _RADIUS,):
         state = bearing.solve(state, Conditions(speed, supply))
@@ -212,7 +217,7 @@ def freund(size: float) -> Quantities:
     grid = FilmGrid(100.0, 200.0, 90, 10)
     bore, dofs = _with_diaphragm(grid, size)
     bearing = Bearing(Reynolds(grid, Oil(9.29e-9)), 0.15, bore)
-    state = _turning(bearing, 0.3, 500.0, 3e3, 8e3, 16e3, 28e3)
+    state = _turning(bearing, 0.3, 500.0, 3e3, 8e3, 16e3, 28e3, slot=(-1, 2))  # up to 0°
     fields = {"pressure": 1e3 * state.film.pressure, "displacement": 1e3 * bore.functions @ state.bulge}
     why = "the target is read from a figure, in steps of 25 kPa"
     for row in records("freund1995_figure46b"):
