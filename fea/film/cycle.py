@@ -33,6 +33,8 @@ _SETTLED, _SETTLED_AGAIN, HOTTEST = 0.5, 0.9, 250.0
 # First guess of the film's temperature above that of the inlet, K, and of the power of the viscosity in
 # proportion to which the oil warms up: thinner oil rubs less and flows faster.
 _WARMER, _POWER, _POWERS = 25.0, 1.25, (0.3, 3.0)
+# Most temperatures that are tried: of films that asperities carry, the heat may have no balance.
+_MOST_TRIED = 16
 # Change of the logarithm of the viscosity that tells that power; and what is unbalanced so far, K, that the
 # temperature changes after one cycle, although the film still depends on how it began.
 _TOLD, _FAR_OFF = 0.005, 5.0
@@ -319,6 +321,7 @@ class _Warming:
 
     heat: HeatBalance
     temperature: float
+    changes: int = 0
     _power: float = _POWER
     _tried: tuple[float, float] | None = None
 
@@ -335,7 +338,7 @@ class _Warming:
 
     def change(self, unbalanced: float) -> None:
         """Take the temperature at which the heat balances if it is in proportion to a power of viscosity."""
-        inlet, viscosity = self.heat.inlet, self.oil.viscosity
+        inlet, viscosity, self.changes = self.heat.inlet, self.oil.viscosity, self.changes + 1
         rise = max(self.temperature + unbalanced - inlet, 0.0)
         if self._tried is not None and min(rise, self._tried[0]) > 0:
             rises, thickens = math.log(rise / self._tried[0]), math.log(viscosity / self._tried[1])
@@ -382,7 +385,10 @@ def integrate(
         if warming is not None:
             cycle = warming.judged(cycle)
         off, fails = abs(cycle.unbalanced), cycle.too_hot or cycle.filled.mean() < _STARVED
-        if left <= 0 or (fails and left < (most - _SOON) * count) or (cycle.repeats and off <= settled):
+        ends = left <= 0 or (fails and left < (most - _SOON) * count)
+        if warming is not None and off > settled:
+            ends = ends or warming.changes >= _MOST_TRIED
+        if ends or (cycle.repeats and off <= settled):
             return cycle
         known = unchanged >= (1 + _RAMP) * count or off > _FAR_OFF
         if warming is not None and left >= count and off > settled and known:
