@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -119,19 +120,20 @@ class FilmResult:
         """The figures of `summary.json`."""
         cycle, said, grid = self.cycle, self.lubrication, self.cycle.bearing.reynolds.grid
         share, warm = float(cycle.asperities.max()), cycle.temperature
+        flow = self._error(lambda film: film.leaked, figure_error)
         specific = float(np.hypot(*cycle.acting.load.T[:2]).max()) / (2 * grid.radius * grid.width)
         return FilmFigures(
             h_min_um=float(cycle.thinnest.min()) / UM,
             h_min_deg=float(self.degrees[cycle.thinnest.argmin()]),
-            h_min_error_percent=self._extreme_error(np.min, lambda film: film.thinnest),
+            h_min_error_percent=self._error(lambda film: film.thinnest, partial(extreme_error, np.min)),
             p_max_MPa=float(cycle.highest.max()),
             p_max_deg=float(self.degrees[cycle.highest.argmax()]),
-            p_max_error_percent=self._extreme_error(np.max, lambda film: film.highest),
+            p_max_error_percent=self._error(lambda film: film.highest, partial(extreme_error, np.max)),
             power_W=cycle.dissipated / _W,
-            power_error_percent=self._error(lambda film: film.dissipated),
+            power_error_percent=self._error(lambda film: film.dissipated, figure_error),
             friction_mep_bar=cycle.dissipated * cycle.acting.period / self.displacement / BAR,
             flow_l_min=cycle.leaked / _L_MIN,
-            flow_error_percent=max(self._error(lambda film: film.leaked), _HOLES if said.pin_hole else 0.0),
+            flow_error_percent=max(flow, _HOLES if said.pin_hole else 0.0),
             filled_percent=100 * float(cycle.filled.mean()),
             temperature_C=warm if said.temperature is None else said.temperature,
             temperature_error_K=warm and self._warmth_error(warm),
@@ -139,26 +141,17 @@ class FilmResult:
             radial_clearance_um=said.clearance / UM,
             lambda_min=self.ratio if said.asperities else None,
             asperity_percent=100 * share,
-            asperity_error_percent=share * self._error(lambda film: film.asperities.max()),
+            asperity_error_percent=share * self._error(lambda film: film.asperities.max(), figure_error),
             specific_load_MPa=specific,
             lining_factor=said.lining and said.lining / specific,
             verdict=self.verdict.value,
         )
 
-    def _error(self, figure: Callable[[FilmCycle], float]) -> float:
-        """Error of a figure, percent; all of it where the softer bore's film was not solved."""
+    def _error(self, read: Callable[[FilmCycle], Any], error: Callable[[Any, Any, Any], float]) -> float:
+        """Error of what is read, percent; all of it where the softer bore's film was not solved."""
         if self.softer is None:
             return 100.0
-        fine, coarse, softer = (float(figure(film)) for film in (self.cycle, self.coarse, self.softer))
-        return film_error(fine, abs(fine - coarse), abs(softer - coarse))
-
-    def _extreme_error(
-        self, extreme: Callable[[Floats], float], course: Callable[[FilmCycle], Floats]
-    ) -> float:
-        """Error of the least or largest value over the cycle, percent; as of `_error`."""
-        if self.softer is None:
-            return 100.0
-        return extreme_error(extreme, *(course(film) for film in (self.cycle, self.coarse, self.softer)))
+        return error(read(self.cycle), read(self.coarse), read(self.softer))
 
     def _warmth_error(self, warm: float) -> float:
         """Error of the temperature, K; the softer bore's film has that of the coarse one."""
@@ -291,6 +284,11 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
     return FilmResult(*every, films.lubrication, displacement, joint)
+
+
+def figure_error(fine: float, coarse: float, softer: float) -> float:
+    """Error of a figure of the fine film that is no extreme over the cycle, percent: see `film_error`."""
+    return film_error(fine, abs(fine - coarse), abs(softer - coarse))
 
 
 def extreme_error(extreme: Callable[[Floats], float], fine: Floats, coarse: Floats, softer: Floats) -> float:

@@ -45,16 +45,12 @@ class FilmPins(PinModel):
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
         """Return what acts on the rod at instants: see `PinModel.respond`."""
         films = self._units.films
-        every = [film.weights(instants, cycle).T for film in films.values()]
+        weights = {surface: film.weights(instants, cycle) for surface, film in films.items()}
         return [
             self._prescribed.response(
-                instant,
-                {
-                    surface: film.pressed(own)[0]
-                    for (surface, film), own in zip(films.items(), weights, strict=True)
-                },
+                instant, {surface: film.pressed(weights[surface][:, k])[0] for surface, film in films.items()}
             )
-            for instant, *weights in zip(instants, *every, strict=True)
+            for k, instant in enumerate(instants)
         ]
 
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002

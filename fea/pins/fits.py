@@ -38,7 +38,7 @@ DRAWN_RELIEF = 2e-4
 _ENOUGH = 0.9
 # What rounding to three digits adds to a length: that of the assumed relief can be given as it is printed.
 _PRINTED = 5e-3
-_RELIEF = "contact.small_end_relief_mm"
+_RELIEF, _BIG_END = "contact.small_end_relief_mm", "contact.big_end_clearance_mm"
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,13 @@ class Fits:
     @property
     def in_film(self) -> "Fits":
         """As an oil film has them, which has no sharp ends: there the pin has to press evenly, no more."""
-        own = [text for text in self.assumed if not text.startswith("big-end") and _RELIEF not in text]
-        if self.even is None:
-            return replace(self, assumed=tuple(own))
-        relief = self.half, self.even
-        return replace(self, relief=relief, assumed=(*own, _assumed(relief)))
+        return self if self.even is None else replace(self, relief=(self.half, self.even))
+
+    def assumed_in_film(self, *, in_contact: bool) -> list[str]:
+        """What the small end's film assumes beside what pins in contact say."""
+        others = (_BIG_END, _RELIEF)
+        own = [] if in_contact else [text for text in self.assumed if not any(key in text for key in others)]
+        return own if self.even is None else [*own, _assumed((self.half, self.even))]
 
     @property
     def sharp(self) -> tuple[Surface, ...]:

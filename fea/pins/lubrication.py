@@ -163,9 +163,7 @@ class Lubrication:
         """Complete the study for the small end, whose sides stand in oil; errors as of `of`."""
         bores, table, said = structure.bores, structure.film, Assumed()
         in_contact = pin_model(structure.pressure, in_parts=structure.mesh.part is not None).in_contact
-        said.extend(
-            text for text in fits.assumed if "relief" in text or not in_contact
-        )  # contact says others
+        said.extend(fits.assumed_in_film(in_contact=in_contact))
         remedy = "Check its unit; without a film at the small end, leave out [film]."
         key, diameter = "contact.small_end_clearance_mm", 2 * bores.small_radius
         _require_film(key, 2 * fits.small_clearance, "mm", diameter, remedy)
@@ -226,7 +224,7 @@ def _openings(structure: Structure, end: End, said: Assumed) -> tuple[Hole, ...]
     diameter = 0.0 if drawn is None else drawn.big_end_opening if end is End.BIG else drawn.oil_gallery
     if not diameter:
         return ()
-    inlet = Assumed().or_else(structure.film.inlet_bar, assumed.INLET_BAR, "")
+    inlet = assumed.INLET_BAR if structure.film.inlet_bar is None else structure.film.inlet_bar
     oil = f"oil of {inlet:.3g} bar (film.inlet_bar)"
     said.append(f"the hole of {diameter:.3g} mm along the rod full of {oil}")
     if end is End.BIG:
