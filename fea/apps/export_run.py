@@ -28,6 +28,7 @@ from fea.output.report.sections import marks
 from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import StorageError, require_target
 from fea.output.units import shown_in
+from fea.output.vtu import COMPONENTS
 from fea.rod.given import PART, meshed_rod
 from fea.solid.errors import ContactError, SingularMatrixError, SolverUnavailableError, UnderconstrainedError
 from fea.solid.stress import matrices
@@ -38,7 +39,7 @@ from geometry.errors import InvalidValue, require
 from geometry.surfaces import Surface
 from loads.instants import Instants
 from mesh.files.given import named_mesh
-from mesh.tetmesh import FACET_CHILDREN, MeshError, TetMesh, boundary_facets
+from mesh.tetmesh import FACET_CHILDREN, TET_TURN, MeshError, TetMesh, boundary_facets
 
 # Largest relative difference between the forces of a run and those worked out again.
 _SAME_FORCES = 1e-6
@@ -205,8 +206,9 @@ def write_mesh(
             place = Path(scratch) / path.name
             write(str(place), _content(form, mesh, point_data, cell_data), **dict(form.options or {}))
             if form.module == "nastran":
-                # Name ten-node tetrahedra as Nastran does; meshio writes a name of its own.
-                place.write_bytes(place.read_bytes().replace(b"\nCTETRA_ ", b"\nCTETRA  "))
+                _complete_deck(place)
+            if form.module == "med":
+                _name_components(place)
             made = sorted(Path(scratch).iterdir())
             for file in made:
                 file.replace(path.parent / file.name)
@@ -217,6 +219,30 @@ def write_mesh(
         remedy = f"Type: pip install {error.name}" if error.name else "Install it"
         raise StorageError(f"{path} could not be written: {error}. {remedy}") from error
     return tuple(path.parent / file.name for file in made)
+
+
+def _complete_deck(place: Path) -> None:
+    """Give bulk data of meshio what readers insist on: executive control, and Nastran's name of elements."""
+    text = place.read_bytes().replace(b"\nCTETRA_ ", b"\nCTETRA  ")
+    place.write_bytes(text.replace(b"\nBEGIN BULK\n", b"\nSOL 101\nCEND\nBEGIN BULK\n", 1))
+
+
+_MED_WORD = 16  # letters of each name of a component, and of its unit
+_AXES = ("X", "Y", "Z")
+_STRESSES = ("stress", "von_mises", "principal_1", "principal_2", "principal_3", "contact_pressure")
+
+
+def _name_components(place: Path) -> None:
+    """Name the components of the fields of a MED file, and their units; meshio leaves both blank."""
+    from h5py import File  # noqa: PLC0415 - only an export to MED needs it
+
+    with File(place, "r+") as file:
+        for name, field in file.get("CHA", {}).items():
+            number = int(field.attrs["NCO"])
+            names = {3: _AXES, 6: COMPONENTS["stress"]}.get(number, ("",) * number)
+            unit = "MPa" if name.endswith(_STRESSES) else "mm" if name.endswith("displacement") else ""
+            for key, words in (("NOM", names), ("UNI", (unit,) * number)):
+                field.attrs[key] = np.bytes_("".join(word.ljust(_MED_WORD) for word in words))
 
 
 def _content(
@@ -231,6 +257,8 @@ def _content(
         used, local = np.unique(facets, return_inverse=True)
         return Mesh(mesh.points[used], [("triangle", local.reshape(-1, 3).astype(np.int32))])
     kind = "tetra" if mesh.order == 1 else "tetra10"
+    # MED numbers the nodes of tetrahedra in the other sense, and meshio leaves them as they are.
+    tets = mesh.tets[:, TET_TURN[mesh.tets.shape[1]]] if form.module == "med" else mesh.tets
     if form.module == "nastran":
         part = np.ones(len(mesh.tets), dtype=int) if mesh.part is None else mesh.part + 1
         property_numbers = {"nastran:ref": [part]}
@@ -238,22 +266,22 @@ def _content(
         short = [float(f"{x:.10e}") if abs(x) > 1e-9 else 0.0 for x in mesh.points.ravel().tolist()]
         return Mesh(np.reshape(short, mesh.points.shape), [(kind, mesh.tets)], cell_data=property_numbers)
     points = dict(point_data)
-    if form.module == "gmsh":
+    if form.module in {"gmsh", "xdmf"}:  # the one takes no six components, the other orders them differently
         tensors = [name for name, values in points.items() if values.shape[1:] == (6,)]
-        points |= {name: matrices(points[name]).reshape(-1, 9) for name in tensors}  # gmsh takes all nine
+        points |= {name: matrices(points[name]).reshape(-1, 9) for name in tensors}
     if not form.surfaces or not mesh.facets:
         # VTK has no name for integers that meshio writes.
         plain = {name: values.astype(float) for name, values in cell_data.items()}
         cell_data = plain if form.module == "vtk" else cell_data
         of_cells = {name: [values] for name, values in cell_data.items() if form.cells}
         of_points = points if form.points else {}
-        return Mesh(mesh.points, [(kind, mesh.tets)], point_data=of_points, cell_data=of_cells)
+        return Mesh(mesh.points, [(kind, tets)], point_data=of_points, cell_data=of_cells)
     # One number for the solid, and one for each named surface.
 
     names = list(mesh.facets)
     triangles = np.concatenate([mesh.facets[name] for name in names])
     marks = np.repeat(np.arange(1, len(names) + 1), [len(mesh.facets[name]) for name in names])
-    cells = [(f"triangle{'' if mesh.order == 1 else '6'}", triangles), (kind, mesh.tets)]
+    cells = [(f"triangle{'' if mesh.order == 1 else '6'}", triangles), (kind, tets)]
     solid = np.full(len(mesh.tets), len(names) + 1)
     if form.module == "gmsh":
         marked = {f"gmsh:{what}": [marks, solid] for what in ("physical", "geometrical")}

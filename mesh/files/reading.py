@@ -17,7 +17,7 @@ from geometry.holes import place_text
 from geometry.session import session
 from mesh.files.tets import FORMATS, OF_ABAQUS, OF_GMSH, TetFile, tet_file
 from mesh.surface_mesh import SurfaceMesh, apart
-from mesh.tetmesh import FROM_GMSH, MeshError
+from mesh.tetmesh import FROM_GMSH, TET_TURN, MeshError
 
 # Length of the body over the size of the elements: the surface is made of flat triangles, so that smaller
 # elements would follow those rather than the solid.
@@ -307,8 +307,11 @@ def _through_meshio(path: Path, name: str) -> TetFile:
     first = 1
     blocks = []
     for block in mesh.cells:
-        blocks.append((block.type, np.asarray(block.data), np.arange(first, first + len(block.data))))
-        first += len(block.data)
+        rows = np.asarray(block.data)
+        if name == "med" and block.type in _TET_NODES:
+            rows = rows[:, TET_TURN[_TET_NODES[block.type]]]  # MED numbers their nodes in the other sense
+        blocks.append((block.type, rows, np.arange(first, first + len(rows))))
+        first += len(rows)
     return tet_file(np.asarray(mesh.points), blocks)
 
 

@@ -4,20 +4,28 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
+import gmsh
+import h5py
 import meshio
 import numpy as np
 import pytest
+import pyvista as pv
 from studies import ENGINE as RUNNING
 from studies import PRESSED
+from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
 from fea import analyse, load_study, run
-from fea.apps.export_run import export_run
+from fea.apps.export_run import export_run, write_mesh
 from fea.output.inp import read_frd
+from fea.output.stored_run import read_run
+from fea.solid.element import volume_points
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
+from geometry.session import session
 from geometry.surfaces import Surface
-from mesh.tetmesh import boundary_facets
+from mesh.tetmesh import TetMesh, boundary_facets
 
 MATERIAL = '[material]\npreset = "leon-2001"\n'
 ENGINE = RUNNING + "[speed]\nrpm = 6000\n" + PRESSED
@@ -141,6 +149,84 @@ def refused(folder, file):
     with pytest.raises(InvalidValue) as caught:
         export_run(folder, file)
     return str(caught.value)
+
+
+def exact_volume(mesh):
+    """Volume by quadrature over the curved elements, mm³."""
+    _, weights = volume_points(mesh)
+    return float(weights.sum())
+
+
+def read_by_gmsh(file):
+    """What gmsh reads: signed volume of all tetrahedra, mm³, the least of them, names of the groups."""
+    with session():
+        gmsh.open(str(file))
+        (kind,) = (kind for kind in gmsh.model.mesh.getElementTypes() if kind in {4, 11})
+        places, weights = gmsh.model.mesh.getIntegrationPoints(kind, "Gauss4")
+        _, determinants, _ = gmsh.model.mesh.getJacobians(kind, places)
+        volumes = determinants.reshape(-1, len(weights)) @ weights
+        groups = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
+    return volumes.sum(), volumes.min(), groups
+
+
+@pytest.mark.parametrize("suffix", [".med", ".msh", ".bdf"])
+@pytest.mark.parametrize("order", [1, 2])
+def test_gmsh_reads_solids_the_right_way_round(left, tmp_path, suffix, order):
+    mesh = read_run(left[0]).mesh
+    mesh = mesh if order == 2 else TetMesh(mesh.points, mesh.tets[:, :4])
+    facets = boundary_facets(mesh.tets)
+    file = tmp_path / f"rod{suffix}"
+    write_mesh(file, replace(mesh, facets={Surface.FREE: facets}), {}, {})
+    volume, least, groups = read_by_gmsh(file)
+    exact = exact_volume(mesh)
+    assert volume == pytest.approx(exact, rel=1e-9 if suffix != ".bdf" else 1e-7)
+    assert least > 0
+    assert groups == ({"free", "rod"} if suffix != ".bdf" else set())
+
+
+def test_every_reader_finds_the_components_of_a_tensor(left, tmp_path):
+    folder, _ = left
+    known = read_run(folder).files["tension"].point["stress"]
+    node = int(np.abs(known[:, 3:]).min(axis=1).argmax())  # all components count there
+    xx, yy, zz, xy, yz, xz = known[node]
+    whole = [xx, xy, xz, xy, yy, yz, xz, yz, zz]
+    export_run(folder, tmp_path / "rod.xdmf")
+    reader = vtkXdmfReader()
+    reader.SetFileName(str(tmp_path / "rod.xdmf"))
+    reader.Update()
+    by_vtk = pv.wrap(reader.GetOutputDataObject(0))
+    np.testing.assert_allclose(by_vtk.point_data["tension_stress"][node], whole, rtol=1e-6)
+    export_run(folder, tmp_path / "rod.vtk")
+    np.testing.assert_allclose(pv.read(tmp_path / "rod.vtk").point_data["tension_stress"][node], known[node])
+    export_run(folder, tmp_path / "rod.msh")
+    with session():
+        gmsh.open(str(tmp_path / "rod.msh"))
+        (view,) = (
+            tag for tag in gmsh.view.getTags() if gmsh.view.option.getString(tag, "Name") == "tension_stress"
+        )
+        _, tags, values, *_ = gmsh.view.getModelData(view, 0)
+    np.testing.assert_allclose(values[list(tags).index(node + 1)], whole, rtol=1e-6)
+    export_run(folder, tmp_path / "rod.med")
+    with h5py.File(tmp_path / "rod.med") as file:
+        names = file["CHA/tension_stress"].attrs["NOM"]
+    assert names.decode().split() == ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]
+
+
+def test_nastran_reads_the_deck_as_a_whole_or_from_its_bulk_data_on(left, tmp_path):
+    export_run(left[0], tmp_path / "rod.bdf")
+    text = (tmp_path / "rod.bdf").read_text()
+    assert re.search(r"^SOL 101\nCEND\nBEGIN BULK\nGRID", text, re.MULTILINE)
+    assert text.rstrip().endswith("ENDDATA")
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".stl"])
+def test_vtk_reads_a_closed_surface(left, tmp_path, suffix):
+    folder, _ = left
+    export_run(folder, tmp_path / f"rod{suffix}")
+    surface = pv.read(tmp_path / f"rod{suffix}")
+    assert surface.is_manifold
+    flat = pv.read(folder / "tension.vtu").compute_cell_sizes()["Volume"].sum()  # VTK: with flat facets
+    assert surface.volume == pytest.approx(flat, rel=1e-6)
 
 
 def test_what_is_no_run_or_no_format_is_refused(left, tmp_path):
