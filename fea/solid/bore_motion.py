@@ -78,8 +78,23 @@ def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
 def referred_to_bores(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
     """Displacement (n_nodes, 3, n_cases), mm, minus the rigid motion of the line between the bores.
 
-    The mean of the big-end bore is at rest and that of the small-end bore stays on the x axis.
+    The mean of the big-end bore is at rest, that of the small-end bore stays on the x axis, and the big-end
+    bore does not turn about the x axis: its mean turn is that of the closest rigid motion (least squares).
     """
+
+    def turn(places: Floats, _: Floats | None = None) -> Floats:
+        return np.cross([1.0, 0.0, 0.0], places)
+
+    row = traction_forces(mesh, Surface.BIG_END_BORE, turn)
+    held, twist = (
+        _with_bores_on_axis(mesh, field, rod_length) for field in (displacement, turn(mesh.points)[..., None])
+    )
+    angle = np.tensordot(row, held, axes=2) / np.tensordot(row, twist, axes=2)
+    return np.asarray(held - angle * twist)
+
+
+def _with_bores_on_axis(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
+    """Displacement less the rigid motion of the line between the bores' means, without turning about it."""
     moved = displacement - bore_mean(mesh, Surface.BIG_END_BORE, displacement)
     _, across_y, across_z = bore_mean(mesh, Surface.SMALL_END_BORE, moved) / rod_length
     x, y, z = (coordinate[:, None] for coordinate in mesh.points.T)
