@@ -63,7 +63,7 @@ class FieldRecovery:
         displacement = self.mirrored.vector(np.asarray(even), odd)
         if self.rod_length is None:
             return displacement
-        return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
+        return referred_to_bores(self.mirrored.mesh, displacement)
 
     def _on_cell(self, solved: Equilibrium) -> dict[Parity, list[Floats]]:
         """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""
