@@ -50,7 +50,7 @@ class FieldRecovery:
     materials: tuple[Material, ...]  #: one per part
     recovery: PartRecovery  #: nodal stress of each part on the cell
     errors: CaseErrors  #: of that stress
-    rod_length: float | None  #: to which displacement refers, mm; None where a clamp holds the rod
+    clamped: bool  #: whether a clamp holds the rod; otherwise displacement is referred to the bores
 
     def displaced(self, solved: Equilibrium) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""
@@ -61,9 +61,9 @@ class FieldRecovery:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
         even, odd = (solution.displacement.get(parity) for parity in Parity)
         displacement = self.mirrored.vector(np.asarray(even), odd)
-        if self.rod_length is None:
+        if self.clamped:
             return displacement
-        return referred_to_bores(self.mirrored.mesh, displacement, self.rod_length)
+        return referred_to_bores(self.mirrored.mesh, displacement)
 
     def _on_cell(self, solved: Equilibrium) -> dict[Parity, list[Floats]]:
         """Stress per parity and part (n_nodes, 6, n_cases) on the cell."""

@@ -439,5 +439,5 @@ def _recovery(
             materials=structure.materials,
             recovery=PartRecovery(mesh.cell, known),
             errors=CaseErrors(mesh, structure.materials, held or pins.singular_surfaces),
-            rod_length=None if held else mesh.bores.rod_length,
+            clamped=bool(held),
         )

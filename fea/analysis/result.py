@@ -22,7 +22,7 @@ from fea.analysis.summary import speed_summary
 from fea.base.checks import Check
 from fea.base.material import Material
 from fea.base.units import DEG
-from fea.judge.case_result import CaseResult, nodal_arrays, of_weakest
+from fea.judge.case_result import CaseResult, masked_array, nodal_arrays, of_weakest
 from fea.rod.loading import EngineLoading, Loading
 from fea.solid.stress import principal, von_mises
 from fea.study.study import Study
@@ -155,7 +155,8 @@ class RunResult:
         """Nodal arrays of the whole crank cycle, with the damage of the duty; None without the cycle."""
         if self.cycle is None:
             return None
-        return self.cycle.envelope.point_data() | ({} if self.life is None else self.life.point_data())
+        damage = {} if self.life is None else self.life.point_data()
+        return self.cycle.envelope.point_data() | damage | masked_array(self.cycle.counts)
 
     @cached_property
     def forces(self) -> Mapping[str, npt.ArrayLike] | None:

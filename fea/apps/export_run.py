@@ -331,7 +331,11 @@ def _results(run: StoredRun, file: Path) -> Exported:
         except MeshError as error:
             notes.append(f"the surfaces have no names, because {error}")
     stored = run.files.items()
-    points = {f"{case}_{name}": values for case, file in stored for name, values in file.point.items()}
+    points = {  # formats other than VTK's have no arrays of small integers at the nodes
+        f"{case}_{name}": values if values.dtype.kind == "f" else values.astype(float)
+        for case, file in stored
+        for name, values in file.point.items()
+    }
     cells = {f"{case}_{name}": values for case, file in stored for name, values in file.cell.items()}
     files = write_mesh(file, mesh, points, cells)
     if form.without:

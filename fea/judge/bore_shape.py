@@ -18,19 +18,19 @@ _DIRECTIONS = np.linspace(0.0, np.pi, 181)
 class BoreShape:
     """Change of a bore's diameter, mean along the bore."""
 
-    direction: Floats  #: (n,) from rod +x, 0 … π, rad
+    direction: Floats  #: (n,) from rod +x, 0 … π, rad; the last is the first diameter again
     change: Floats  #: (n,) of the diameter in that direction, mm
 
     @property
     def widest(self) -> tuple[float, float]:
         """The largest change, mm, and its direction, rad."""
-        place = int(self.change.argmax())
+        place = int(self.change[:-1].argmax())
         return float(self.change[place]), float(self.direction[place])
 
     @property
     def narrowest(self) -> tuple[float, float]:
         """The least change, mm, and its direction, rad."""
-        place = int(self.change.argmin())
+        place = int(self.change[:-1].argmin())
         return float(self.change[place]), float(self.direction[place])
 
     @property

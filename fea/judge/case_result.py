@@ -138,13 +138,12 @@ class CaseResult(CaseFields):
                 pressure[self.seats[surface].nodes] = self.seats[surface].pressure
         return pressure if self.seats else None
 
-    def point_data(self) -> dict[str, npt.NDArray[np.float64]]:
+    def point_data(self) -> dict[str, npt.NDArray[Any]]:
         """Arrays at the nodes, by their names in the VTU file."""
         fields = self.displacement, self.stress, self.von_mises, self.principal, self.safety_factor
-        contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
-        return nodal_arrays(*fields) | {
-            name: values for name, values in contact.items() if values is not None
-        }
+        more = {"contact_pressure": self.contact_pressure, "gap": self.gap}
+        known = {name: values for name, values in more.items() if values is not None}
+        return nodal_arrays(*fields) | known | masked_array(self.counts)
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
@@ -154,7 +153,11 @@ class CaseResult(CaseFields):
             elements = slice(None) if mesh.part is None else mesh.part == number
             largest[elements] = element_largest(equivalent, mesh.tets[elements])
             factor[elements] = safety_factor(largest[elements], material.yield_strength)
-        arrays = {"von_mises": largest, "safety_factor": factor, "error_percent": self.error.element_percent}
+        arrays = {
+            "von_mises_max": largest,
+            "safety_factor": factor,
+            "error_percent": self.error.element_percent,
+        }
         return arrays if mesh.part is None else arrays | {"part": mesh.part.astype(np.uint8)}
 
     @property
@@ -256,7 +259,12 @@ def nodal_arrays(
     """Return the arrays that every instant has, by their names in a VTU file."""
     of_axes = {f"principal_{k + 1}": principals[:, k] for k in range(3)}
     first = {"displacement": displacement, "stress": stress, "von_mises": equivalent}
-    return {**first, **of_axes, "safety_factor": factor}
+    return {**first, **of_axes, "safety_factor_node": factor}
+
+
+def masked_array(counts: Mask) -> dict[str, npt.NDArray[np.uint8]]:
+    """Return the array of a VTU file that is 1 at the nodes that figures leave out; nothing if none is."""
+    return {} if counts.all() else {"masked": (~counts).astype(np.uint8)}
 
 
 def bore_ends(mesh: TetMesh) -> Mask:

@@ -15,6 +15,7 @@ from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
 from fea.output.folder import SUMMARY
 from fea.output.json_file import read_summary
 from fea.output.text import read_columns
+from fea.output.vtu import cell_name, point_name
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 from mesh.files.given import named_mesh
@@ -123,7 +124,7 @@ def read_vtu(path: Path) -> FileFields:
     try:
         content = read(str(path))
         (block,) = content.cells
-        cells = {name: np.asarray(values[0]) for name, values in content.cell_data.items()}
+        cells = {cell_name(name): np.asarray(values[0]) for name, values in content.cell_data.items()}
         part = cells.get("part")
         mesh = TetMesh(
             np.asarray(content.points),
@@ -134,7 +135,8 @@ def read_vtu(path: Path) -> FileFields:
     except Exception as error:  # what meshio and its parsers raise is not documented
         rule = f"cannot be read ({type(error).__name__}: {error})"
         raise InvalidValue("RUN", str(path), rule, _AGAIN) from error
-    return FileFields(mesh, {name: np.asarray(values) for name, values in content.point_data.items()}, cells)
+    points = {point_name(name): np.asarray(values) for name, values in content.point_data.items()}
+    return FileFields(mesh, points, cells)
 
 
 def _floats(arrays: Mapping[str, Any]) -> Arrays:

@@ -19,6 +19,9 @@ LIBRARIES = ("vtkmodules.vtkIOXML", "vtkmodules.util.numpy_support")
 # Names of the components, for arrays that have them; VTK's own order for a symmetric tensor.
 COMPONENTS = {"stress": ("XX", "YY", "ZZ", "XY", "YZ", "XZ")}
 
+# Names that older versions gave to arrays of the nodes and of the elements, and those of today.
+_OLD_POINTS, _OLD_CELLS = {"safety_factor": "safety_factor_node"}, {"von_mises": "von_mises_max"}
+
 # What is rounded by the von Mises stress at its node.
 SCALED = ("stress", "principal_1", "principal_2", "principal_3")
 
@@ -38,7 +41,8 @@ def write_vtu(
 
 # Bits of single precision that go: stresses are known to a per cent or so, and keep 2.4e-4 of a value, their
 # components and principal values of the von Mises stress at the node; error bars keep .4 % of themselves.
-_BITS = {"error_percent": 16}
+# The von Mises stress keeps them all, so that its largest value is that of the summary.
+_BITS = {"error_percent": 16, "von_mises": 0}
 _MOST_BITS = 12
 _OF_VON_MISES = 2.0**-11
 # Displacements are in equilibrium with the loads to 1e-6 if they keep this part of the largest one; what is
@@ -91,7 +95,7 @@ def _rounded(name: str, values: Array, von_mises: Array | None = None) -> Array:
         step = (_OF_VON_MISES * 2.0**exponents).reshape(-1, *(1,) * (values.ndim - 1))
         return _to(step, values).astype(np.float32)
     bits = _BITS.get(name, _MOST_BITS)
-    half, kept = np.uint32(1 << (bits - 1)), np.uint32(2**32 - (1 << bits))
+    half, kept = np.uint32((1 << bits) // 2), np.uint32(2**32 - (1 << bits))
     return ((np.ascontiguousarray(values, dtype=np.float32).view(np.uint32) + half) & kept).view(np.float32)
 
 
@@ -165,6 +169,16 @@ def _array(name: str, values: Array, rows: int) -> Any:
     for k, component in enumerate(components):
         array.SetComponentName(k, component)
     return array
+
+
+def point_name(name: str) -> str:
+    """Return today's name of an array of the nodes in a file of any version."""
+    return _OLD_POINTS.get(name, name)
+
+
+def cell_name(name: str) -> str:
+    """Return today's name of an array of the elements in a file of any version."""
+    return _OLD_CELLS.get(name, name)
 
 
 _HEAD = (

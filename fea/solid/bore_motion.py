@@ -75,13 +75,19 @@ def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
     return np.asarray(np.tensordot(weights / weights.sum(), field, axes=1))
 
 
-def referred_to_bores(mesh: TetMesh, displacement: Floats, rod_length: float) -> Floats:
-    """Displacement (n_nodes, 3, n_cases), mm, minus the rigid motion of the line between the bores.
+def referred_to_bores(mesh: TetMesh, displacement: Floats) -> Floats:
+    """Displacement (n_nodes, 3, n_cases), mm, minus the rigid motion of the bores.
 
-    The mean of the big-end bore is at rest and that of the small-end bore stays on the x axis.
+    The mean of the big-end bore is at rest, that of the small-end bore stays on the x axis, and the big-end
+    bore does not turn about the x axis: its mean turn is that of the closest rigid motion (least squares).
     """
-    moved = displacement - bore_mean(mesh, Surface.BIG_END_BORE, displacement)
-    _, across_y, across_z = bore_mean(mesh, Surface.SMALL_END_BORE, moved) / rod_length
-    x, y, z = (coordinate[:, None] for coordinate in mesh.points.T)
-    turn = np.stack([-across_y * y - across_z * z, across_y * x, across_z * x], axis=1)
-    return np.asarray(moved - turn)
+    motions = np.moveaxis(rigid_motions(mesh.points, np.zeros(3)), 0, -1)
+    turning = traction_forces(
+        mesh, Surface.BIG_END_BORE, lambda places, _: rigid_motions(places, np.zeros(3))[TURN_X]
+    )
+
+    def means(field: Floats) -> Floats:
+        big, small = (bore_mean(mesh, bore, field) for bore in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE))
+        return np.concatenate([big, small[1:], np.tensordot(turning, field, axes=2)[None]])
+
+    return np.asarray(displacement - motions @ np.linalg.solve(means(motions), means(displacement)))

@@ -13,6 +13,7 @@ import pyvista as pv
 from facets import WrittenSeats, integral
 from hypothesis import given
 from hypothesis import strategies as st
+from vtkmodules.vtkFiltersCore import vtkArrayCalculator
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
@@ -148,6 +149,23 @@ def test_pressures_and_gaps_are_written_on_both_sides(pulled_rod, folder):
     vertices = np.unique(mesh.facets[Surface.JOINT][:, :3])
     assert not pressure[vertices[gap[vertices] > 0]].any()
     assert (folder / "joint.png").stat().st_size < 300e3
+
+
+def test_the_largest_stress_that_is_not_masked_is_the_one_reported(folder):
+    """As the two clicks in ParaView of docs/do/paraview.md: its Calculator, and the range of the result."""
+    results = read_summary(folder).results
+    for name, figures in results.items():
+        grid = pv.read(folder / f"{name}.vtu")
+        clicked = vtkArrayCalculator()
+        clicked.SetInputData(grid)
+        for array in ("von_mises", "masked"):
+            clicked.AddScalarArrayName(array)
+        clicked.SetFunction("von_mises*(1-masked)")
+        clicked.Update()
+        _, largest = clicked.GetOutput().GetPointData().GetArray("resultArray").GetRange()
+        assert largest == pytest.approx(figures.max_von_mises_MPa, rel=1e-6)
+        assert grid["von_mises"].max() == pytest.approx(figures.unmasked_max_von_mises_MPa, rel=1e-6)
+    assert any(each.unmasked_max_von_mises_MPa > 1.1 * each.max_von_mises_MPa for each in results.values())
 
 
 def test_what_presses_on_each_seat_integrates_to_its_force(folder):

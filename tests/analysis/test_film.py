@@ -65,6 +65,16 @@ def test_a_report_shows_the_film_at_every_crank_angle(ran):
         assert page.complaints() == []
 
 
+def pressed(grid):
+    """Force of the pressure that is written, as VTK integrates: linear over each triangle."""
+    corners = grid.points[grid.cells_dict[pyvista.CellType.TRIANGLE]].astype(float)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    grid.cell_data["normal"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    grid.cell_data["pressure"] = grid.point_data_to_cell_data()["film_pressure"]
+    grid.cell_data["pressing"] = grid["pressure"][:, None] * grid["normal"]
+    return np.linalg.norm(grid.integrate_data()["pressing"])
+
+
 def test_a_run_with_its_film(ran):
     out, said = ran
     assert "Oil film, big end: mixed, min. 0.9" in said
@@ -91,6 +101,7 @@ def test_a_run_with_its_film(ran):
     assert set(checks) == {"film_repeats", "film_oil", "film_power", "film_force", "film_heat"}
     assert found["lining_factor"] == pytest.approx(60.0 / found["specific_load_MPa"], rel=1e-5)
     assert all(check["pass"] for check in checks.values())
+    loads = read_columns(out / "loads.csv")
     for name, film in (("film", found), ("film_small_end", small)):
         assert {f"{name}.png", f"{name}_h_min.vtu", f"{name}_p_max.vtu"} <= set(summary["files"])
         # meshio takes one array for another where its own offsets meet those of the file, as in small ones.
@@ -98,6 +109,12 @@ def test_a_run_with_its_film(ran):
         centre = at["p_max"].points.mean(axis=0)
         assert centre == pytest.approx([141.0 if film is small else 0.0, 0.0, 0.0], abs=1e-3)
         assert 1e3 * at["h_min"]["film_thickness"].min() == pytest.approx(film["h_min_um"], rel=1e-5)
+        end = "pin" if film is small else "crank"
+        for key, grid in at.items():
+            (row,) = np.flatnonzero(loads["crank_deg"] == film[f"{key}_deg"])
+            force = [loads[f"{end}_{axis}_N"][row] for axis in ("axial", "transverse")]
+            # The film carries its load to 1e-5 of the integral of its pressure.
+            assert pressed(grid) == pytest.approx(np.linalg.norm(force), rel=1e-4)
         assert at["p_max"]["film_pressure"].max() == pytest.approx(film["p_max_MPa"], rel=1e-5)
     report = (out / "report.html").read_text(encoding="utf-8")
     assert "Oil films of the bearings" in report

@@ -14,19 +14,27 @@ displacements to the largest displacement. Nodes are matched by number where bot
 the same order (separate parts share places), and by place otherwise. Names of files, keys of JSON, columns
 and exit codes must be the same; sentences, checks (whose values are rounding) and timings are not compared.
 The exit code is 1 where a field is off by more than its limit, or a figure by more than its digits.
+
+What differs on purpose is stated in a table, `names.toml` beside this script or ``--table FILE``: names that
+were renamed or added since the old version, arrays that are rounded otherwise, and files that are written
+otherwise.
 """
 
 import argparse
 import csv
 import json
+import math
 import os
 import shlex
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections import defaultdict
+from collections.abc import Collection, Mapping
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista
@@ -86,9 +94,11 @@ STUDIES = {
     "optimise": OPTIMISE,
 }
 FIGURES = 2e-5  # six digits are written
+NOTHING = 1e-12  # what rounding leaves of a figure that is zero
 NOT_COMPARED = {"checks", "environment", "files", "left_out", "notes", "passes", "peak_memory_MiB"}
 NOT_COMPARED |= {"shared_files", "timings_s", "total_s", "solved_dofs", "history_MPa", "seconds", "text"}
 EXIT_CODES = "exit_codes.json"
+TABLE = Path(__file__).with_name("names.toml")
 
 
 class Program:
@@ -124,13 +134,15 @@ def run(fea: Program, folder: Path, chosen: list[str]) -> None:
     (folder / EXIT_CODES).write_text(json.dumps(codes))
 
 
-def figures(old: object, new: object, where: str) -> list[str]:
-    """Differences of two JSON values beyond `FIGURES`."""
+def figures(old: object, new: object, where: str, table: Mapping[str, Any]) -> list[str]:
+    """Differences of two JSON values beyond `FIGURES`, but for those that the table states."""
     if isinstance(old, dict) and isinstance(new, dict):
-        either = sorted((old.keys() ^ new.keys()) - NOT_COMPARED)
+        either = sorted((old.keys() ^ new.keys()) - NOT_COMPARED - (set(table["added"]["key"]) - old.keys()))
         differ = [f"{where}: {key} is in {'the old' if key in old else 'the new'} only" for key in either]
         keys = sorted((old.keys() & new.keys()) - NOT_COMPARED)
-        return differ + [line for key in keys for line in figures(old[key], new[key], f"{where}/{key}")]
+        return differ + [
+            line for key in keys for line in figures(old[key], new[key], f"{where}/{key}", table)
+        ]
     if isinstance(old, list) and isinstance(new, list):
         if len(old) != len(new):
             return [f"{where}: {len(old)} and {len(new)} entries"]
@@ -138,23 +150,25 @@ def figures(old: object, new: object, where: str) -> list[str]:
             one, other = np.abs(old), np.abs(new)  # of two places that mirror each other either may be named
             return [] if np.abs(one - other).max() <= FIGURES * one.max() else [f"{where}: {old} and {new}"]
         pairs = enumerate(zip(old, new, strict=True))
-        return [line for k, (a, b) in pairs for line in figures(a, b, f"{where}[{k}]")]
+        return [line for k, (a, b) in pairs for line in figures(a, b, f"{where}[{k}]", table)]
     same = old == new or (isinstance(old, str) and isinstance(new, str) and " " in old)
     if isinstance(old, float | int) and isinstance(new, float | int):
-        same = abs(old - new) <= FIGURES * max(abs(old), abs(new))
+        period = table["periods"].get(where.rpartition("/")[2], math.inf)
+        apart = abs(old - new) if math.isinf(period) else abs(math.remainder(old - new, period))
+        same = apart <= FIGURES * max(abs(old), abs(new)) + NOTHING
     return [] if same else [f"{where}: {old} and {new}"]
 
 
-def rows(old: Path, new: Path) -> list[str]:
+def rows(old: Path, new: Path, added: Collection[str] = ()) -> list[str]:
     """Differences of two CSV files beyond `FIGURES` of each column's largest value."""
     one, other = ([*csv.reader(path.read_text().splitlines())] for path in (old, new))
-    if one[0] != other[0]:
+    if one[0] != [name for name in other[0] if name in one[0] or name not in added]:
         return [f"columns {one[0]} and {other[0]}"]
     found = []
     for name, *values in zip(*one, strict=True):
         if name in NOT_COMPARED:
             continue
-        theirs = [row[one[0].index(name)] for row in other[1:]]
+        theirs = [row[other[0].index(name)] for row in other[1:]]
         largest = max((abs(number(value)) for value in values), default=0.0)
         for a, b in zip_longest(values, theirs, fillvalue=""):
             if a != b and not abs(abs(number(a)) - abs(number(b))) <= FIGURES * largest:
@@ -179,7 +193,7 @@ def matched(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(KDTree(other).query(one)[1])
 
 
-def fields(old: Path, new: Path) -> dict[str, float]:
+def fields(old: Path, new: Path, table: Mapping[str, Any]) -> dict[str, float]:
     """Largest relative difference of each field of two VTU files; infinite where one has no such field."""
     one, other = pyvista.read(old), pyvista.read(new)
     if len(one.points) != len(other.points) or one.n_cells != other.n_cells:
@@ -190,11 +204,13 @@ def fields(old: Path, new: Path) -> dict[str, float]:
     size = float(np.abs(one.points).max())
     found = {"places": float(np.abs(one.points - other.points[node]).max()) / size}
     for kind, order in (("point_data", node), ("cell_data", cell)):
-        names = [set(getattr(grid, kind).keys()) for grid in (one, other)]
-        found |= {f"{kind[:-5]} {name}": np.inf for name in names[0] ^ names[1]}
-        for name in names[0] & names[1]:
-            a, b = (np.asarray(getattr(grid, kind)[name], float) for grid in (one, other))
-            found[f"{kind[:-5]} {name}"] = _apart(name, a, b[order], stress)
+        where, arrays = kind[:-5], [getattr(grid, kind) for grid in (one, other)]
+        before = {table["renamed"][where].get(name, name): name for name in arrays[0].keys()}  # noqa: SIM118
+        either = before.keys() ^ set(arrays[1].keys()) - (set(table["added"][where]) - before.keys())
+        found |= {f"{where} {name}": np.inf for name in either}
+        for name in before.keys() & set(arrays[1].keys()):
+            a, b = np.asarray(arrays[0][before[name]], float), np.asarray(arrays[1][name], float)
+            found[f"{where} {name}"] = _apart(name, a, b[order], stress)
     return found
 
 
@@ -212,8 +228,9 @@ def _apart(name: str, a: np.ndarray, b: np.ndarray, stress: float | None) -> flo
     return float(np.nanmax(away) / (largest or 1.0))
 
 
-def compare(old: Path, new: Path, limits: tuple[float, float]) -> bool:
+def compare(old: Path, new: Path, limits: tuple[float, float], table: Mapping[str, Any]) -> bool:
     """Print the differences of two folders of runs; return whether they are within the limits."""
+    added = table["added"]
     worst: dict[str, tuple[float, str]] = defaultdict(lambda: (0.0, ""))
     said = []
     files = {path.relative_to(folder) for folder in (old, new) for path in folder.rglob("*")}
@@ -222,13 +239,17 @@ def compare(old: Path, new: Path, limits: tuple[float, float]) -> bool:
         if not (one.exists() and other.exists()):
             said.append(f"{name} is in {'the old' if one.exists() else 'the new'} only")
         elif name.suffix == ".json":
-            said += figures(json.loads(one.read_text()), json.loads(other.read_text()), str(name))
+            said += figures(json.loads(one.read_text()), json.loads(other.read_text()), str(name), table)
         elif name.suffix == ".csv":
-            said += [f"{name}: {line}" for line in rows(one, other)]
-        elif name.suffix == ".vtu":
+            said += [f"{name}: {line}" for line in rows(one, other, added["column"])]
+        elif name.suffix == ".vtu" and not any(map(name.match, table["rewritten"]["files"])):
             limit = limits[name.parts[0] in FRICTION]
-            found = fields(one, other)
-            said += [f"{name}: {field} {away:.1e}" for field, away in found.items() if not away <= limit]
+            found = fields(one, other, table)
+            said += [
+                f"{name}: {field} {away:.1e}"
+                for field, away in found.items()
+                if not away <= max(limit, table["limits"].get(field, 0.0))
+            ]
             for field, away in found.items():
                 worst[field] = max(worst[field], (away, str(name)))
     for field, (away, where) in sorted(worst.items()):
@@ -247,10 +268,12 @@ def main() -> None:
     ask.add_argument("cases", nargs="*", help="all by default")
     ask.add_argument("--limit", type=float, default=1e-9, help="of fields, relative to the largest value")
     ask.add_argument("--friction-limit", type=float, default=1e-6, help="where friction remembers its path")
+    ask.add_argument("--table", type=Path, default=TABLE, help="what differs on purpose")
     asked = ask.parse_intermixed_args()
+    table = tomllib.loads(asked.table.read_text(encoding="utf-8"))
     limits = asked.limit, asked.friction_limit
     if asked.task == "compare":
-        sys.exit(not compare(Path(asked.old), Path(asked.new), limits))
+        sys.exit(not compare(Path(asked.old), Path(asked.new), limits, table))
     place = Path(asked.folder).resolve()
     with tempfile.TemporaryDirectory() as scratch:
         for name, text in STUDIES.items():
@@ -262,7 +285,7 @@ def main() -> None:
         for name, program in programs.items():
             (place / name).mkdir(parents=True, exist_ok=True)
             run(program, place / name, asked.cases or [*CASES])
-    sys.exit(not compare(place / "old", place / "new", limits))
+    sys.exit(not compare(place / "old", place / "new", limits, table))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def test_cycle_leaves_an_envelope_a_history_and_a_map(sweep):
         envelope
     )
     figures = json.loads((fast / "summary.json").read_text())["envelope"]
-    assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor"].min(), rel=2.5e-4)
+    assert figures["min_safety_factor"] == pytest.approx(envelope["safety_factor_node"].min(), rel=2.5e-4)
     assert figures["min_fatigue_safety_factor"] == pytest.approx(
         envelope["fatigue_safety_factor"].min(), rel=2.5e-4
     )

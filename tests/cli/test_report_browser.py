@@ -129,7 +129,7 @@ def test_the_value_at_a_node_is_that_of_the_run(shown, case):
     assert picked["place"] == pytest.approx(figures.at_mm, abs=0.05)
     nodes = KDTree(result.mesh.points)
     for field, values in found.point_data().items():
-        if field not in {"von_mises", "principal_1", "principal_2", "principal_3", "safety_factor"}:
+        if field not in {"von_mises", "principal_1", "principal_2", "principal_3", "safety_factor_node"}:
             continue
         shown.run(f"viewer.show({{ field: '{field}' }})")
         value, place = shown.run(

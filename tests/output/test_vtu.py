@@ -6,6 +6,9 @@ import pytest
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkQuadraticTetra
 
+from fea.output.pictures.drawing import read_result
+from fea.output.pictures.shown import chosen_field, point_arrays
+from fea.output.stored_run import read_vtu
 from fea.output.target import StorageError
 from fea.output.vtu import write_result, write_vtu
 from mesh.tetmesh import EDGES, TetMesh
@@ -134,6 +137,7 @@ def test_a_result_is_a_third_as_large_and_right_within_its_error_bars(tmp_path, 
     np.testing.assert_allclose(
         read.point_data["displacement"], points["displacement"], rtol=1.1e-6, atol=1e-18
     )
+    np.testing.assert_allclose(read.point_data["von_mises"], points["von_mises"], rtol=1e-7)
     for name in ("stress", "von_mises", "principal_1"):
         wrong = abs(read.point_data[name] - points[name]).reshape(len(mesh.points), -1).max(axis=1)
         assert (wrong / points["von_mises"]).max() < 2.5e-4
@@ -158,3 +162,18 @@ def test_a_disk_that_refuses_is_an_error_without_noise(mesh, tmp_path, capfd):
     with pytest.raises(StorageError, match="could not be written"):
         write_vtu(tmp_path / "missing" / "a.vtu", mesh, {})
     assert capfd.readouterr() == ("", "")
+
+
+def test_files_of_older_versions_are_read_by_the_names_of_today(mesh, tmp_path):
+    points = {name: np.full(len(mesh.points), k) for k, name in enumerate(("von_mises", "safety_factor"), 1)}
+    cells = {name: np.full(len(mesh.tets), k) for k, name in enumerate(("von_mises", "safety_factor"), 3)}
+    file = tmp_path / "old.vtu"
+    write_vtu(file, mesh, points, cells)
+    read = read_vtu(file)
+    assert {name: values[0] for name, values in read.point.items()} == {
+        "von_mises": 1,
+        "safety_factor_node": 2,
+    }
+    assert {name: values[0] for name, values in read.cell.items()} == {"von_mises_max": 3, "safety_factor": 4}
+    assert chosen_field("safety_factor", point_arrays(file), file.name) == "safety_factor_node"
+    assert read_result(file)[2].keys() == {"von_mises", "safety_factor_node"}

@@ -74,7 +74,7 @@ class Envelope:
             "mean": self.mean,
             "amplitude": self.amplitude,
             "stress_ratio": self.ratio,
-            "safety_factor": self.safety_factor,
+            "safety_factor_node": self.safety_factor,
         }
         factors = {
             "fatigue_safety_factor": self.fatigue_factor,

@@ -19,6 +19,7 @@ from fea.output.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, USUAL, 
 from fea.output.pictures.surface import DrawnSurface, refined_line
 from fea.output.text import error_bar
 from fea.output.units import in_text, scale, shown_in, unit
+from fea.output.vtu import point_name
 from geometry.arrays import Floats, Ints
 from geometry.system import CAN_FORK
 
@@ -126,7 +127,7 @@ def read_result(vtu: Path) -> tuple[Floats, Ints, dict[str, Floats]]:
     tets = [cells for cells in getattr(grid, "cells_dict", {}).values() if cells.shape[1] in (4, 10)]
     if len(tets) != 1:
         raise ValueError(f"{vtu} is not a result of a run: it has no tetrahedra.")
-    data = {name: np.array(values, float) for name, values in grid.point_data.items()}
+    data = {point_name(name): np.array(values, float) for name, values in grid.point_data.items()}
     return np.array(grid.points, float), tets[0].astype(np.int64), data
 
 

@@ -13,6 +13,7 @@ from fea.base.choices import UnitSystem
 from fea.output import units
 from fea.output.json_file import read_summary
 from fea.output.pictures.scale import Bands
+from fea.output.vtu import point_name
 from geometry.arrays import Floats
 from geometry.errors import require
 
@@ -80,7 +81,7 @@ _FIELDS = (
     Field("principal_3", "least principal stress, MPa", " MPa", low=True, signed=True),
     Field("mean", "mean of signed von Mises stress, MPa", " MPa", signed=True),
     Field("amplitude", "amplitude of signed von Mises stress, MPa", " MPa"),
-    Field("safety_factor", "safety factor against yield", low=True),
+    Field("safety_factor_node", "safety factor against yield", low=True),
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
     Field("endurance_limit", "endurance limit, MPa", " MPa", low=True),
@@ -96,7 +97,7 @@ def point_arrays(vtu: Path) -> list[str]:
     remedy = "Name a .vtu file written by fea."
     require(content.rstrip().endswith(b"</VTKFile>"), "FILE", vtu.name, rule, remedy)
     head = content.partition(b"<AppendedData")[0].partition(b"<CellData")[0]
-    return [name.decode(errors="replace") for name in re.findall(rb'Name="([^"]+)"', head)]
+    return [point_name(name.decode(errors="replace")) for name in re.findall(rb'Name="([^"]+)"', head)]
 
 
 def available(arrays: Collection[str]) -> list[str]:
@@ -120,6 +121,7 @@ def chosen_field(name: str | None, arrays: Collection[str], file: str) -> str:
     remedy = "Name the .vtu file of a load case, an envelope or mode shapes, written by fea."
     require(bool(names), "FILE", file, rule, remedy)
     if name is not None:
+        name = point_name(name)
         require(name in names, "--field", name, f"must be one of {', '.join(names)} for {file}")
     return name or names[0]
 

@@ -30,7 +30,7 @@ _MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=Tr
 _OF_FILM = Field("film_pressure", "pressure of the oil film, MPa", " MPa")
 # In the order in which a load case offers them.
 CASE_FIELDS = (
-    VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor",
+    VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor_node",
     "contact_pressure",
 )  # fmt: skip
 # Of an instant of the cycle: what follows from its stress and displacement.
@@ -56,7 +56,7 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
         VON_MISES: np.array([0.0, peak]),
         **dict.fromkeys(("principal_1", "principal_2", "principal_3"), np.array([low, high])),
         "displacement": np.array([0.0, displaced]),
-        "safety_factor": extremes["safety_factor"],
+        "safety_factor_node": extremes["safety_factor_node"],
     }
     return fields_of(INSTANT_FIELDS, ends, peak)
 
@@ -235,8 +235,8 @@ def _case(
     moved = nodal["displacement"]
     packer.values(f"{name}.displacement", moved, surface.parents, levels=_levels(moved, _DISPLACEMENT))
     # Yield strength, MPa, from stress and safety factor; without stress, that of the others.
-    free = nodal["safety_factor"] < CAP
-    strength = np.where(free, nodal["safety_factor"] * nodal["von_mises"], np.nan)
+    free = nodal["safety_factor_node"] < CAP
+    strength = np.where(free, nodal["safety_factor_node"] * nodal["von_mises"], np.nan)
     usual = float(np.nanmedian(strength)) if free.any() else 0.0
     # Rounding would make constants look like noise.
     rounded = np.array([float(f"{value:.7g}") for value in np.where(free, strength, usual)])

@@ -40,7 +40,7 @@ class Case {
       principal_2: (i) => second[i],
       principal_3: (i) => third[i],
       displacement: (i) => Math.hypot(x[i], y[i], z[i]),
-      safety_factor: (i) => Math.min(LARGEST_FACTOR, this.strength[i] / mises(first[i], second[i], third[i])),
+      safety_factor_node: (i) => Math.min(LARGEST_FACTOR, this.strength[i] / mises(first[i], second[i], third[i])),
       contact_pressure: (i) => this.contact[i],
     }[field];
     for (let i = 0; i < out.length; i++) out[i] = of(i);
@@ -147,7 +147,7 @@ class Cycle {
       principal_2: (i) => second[i],
       principal_3: (i) => third[i],
       displacement: (i) => Math.hypot(u[3 * i], u[3 * i + 1], u[3 * i + 2]),
-      safety_factor: (i) => Math.min(LARGEST_FACTOR, this.strength[this.row[i]] / this.equivalent[i]),
+      safety_factor_node: (i) => Math.min(LARGEST_FACTOR, this.strength[this.row[i]] / this.equivalent[i]),
     }[field];
     for (let i = 0; i < out.length; i++) out[i] = of(i);
   }
