@@ -232,8 +232,8 @@ def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, In
 
 # How gmsh's files begin: anything else it would run as a script.
 _HEADS = (b"$MeshFormat", b"$NOD", b"$PhysicalNames")
-# Formats that gmsh reads better than meshio, and their endings: it knows in which direction MED counts vertices,
-# MED files without groups, and Medit's second order.
+# Formats that gmsh reads better than meshio, and their endings: it knows in which direction MED counts
+# vertices, MED files without groups, and second order in Medit.
 _BY_GMSH = {"med": ".med", "medit": ".mesh", "unv": ".unv"}
 
 
