@@ -352,7 +352,18 @@ def _through_gmsh(path: Path, ending: str) -> TetFile:
             named = Path(folder, f"mesh{ending}")
             shutil.copyfile(path, named)
         gmsh.merge(str(named))
-        return tets_of_model()
+        file = tets_of_model()
+    if _cut_off(path.read_bytes(), ending, len(file.tets)):
+        raise MeshError(f"it is cut off: {len(file.tets)} tetrahedra are left. Write it again")
+    return file
+
+
+def _cut_off(data: bytes, ending: str, count: int) -> bool:
+    """Whether elements are missing at the end of a file, about which gmsh says nothing in these formats."""
+    if ending == ".unv":
+        return data.split()[-1:] != [b"-1"]
+    announced = re.findall(rb"^\s*Tetrahedra(?:P2)?\s+(\d+)", data, re.MULTILINE)
+    return ending == ".mesh" and sum(map(int, announced)) != count
 
 
 def _through_meshio(path: Path, name: str) -> TetFile:
