@@ -32,7 +32,7 @@ from geometry.mass import MassProperties
 from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from mesh.files.tets import FORMATS as MESH_FORMATS
-from mesh.files.tets import is_mesh
+from mesh.files.tets import is_mesh, require_known
 
 if TYPE_CHECKING:
     from geometry.solid import Solid
@@ -87,7 +87,8 @@ class _Sources(Table, table="rod"):
         "take the other bore of the file for the big end's, where both are alike", "swap_ends"
     )
     mesh: str | None = key(
-        '"rod.inp"', "tetrahedra, solved as they are: .inp, .msh, .bdf, .med, .vtk, .vtu, .xdmf; .stl"
+        '"rod.inp"',
+        "tetrahedra, solved as they are: .inp, .msh, .unv, .bdf, .med, .mesh, .vol, .vtk, .vtu, .xdmf; .stl",
     )
     mass_kg: float | None = key(
         "0.8",
@@ -304,6 +305,7 @@ def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, 
         require(name in allowed, f"rod.{name}", value, rule, "Remove one of them.")
     path, name = located(f"rod.{key}", given[key], folder), f"rod.{key}"
     require_readable(name, path)
+    require_known(name, path)
     rule = f"is not a mesh format that is read: {', '.join(MESH_FORMATS)}"
     remedy = "Write the mesh in one of these, or give a solid as rod.step."
     require(not mesh or is_mesh(path), name, str(path), rule, remedy)

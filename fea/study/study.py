@@ -35,7 +35,7 @@ from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml
 from fea.study.toml_files import TomlTable, parse_toml, read_toml
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
-from mesh.files.tets import is_mesh
+from mesh.files.tets import is_mesh, require_known
 
 DEFAULT_STUDY = "leon-2001"
 
@@ -356,6 +356,7 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
         require_text("STUDY", source)
         return Study(path.stem, rod_of_file(path.resolve()))
     require_readable("STUDY", path)
+    require_known("STUDY", path)
     if not is_file(path):
         if path.suffix:
             raise InvalidValue("STUDY", source, "is not an existing file", _beside(path))

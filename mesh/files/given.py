@@ -269,7 +269,8 @@ def given_mesh(file: RodFile) -> GivenMesh:
         if usual != scale:
             given = _measured(sound, usual, file)
     except MeshError as error:
-        raise MeshError(f"{file.path}: {error}") from error
+        named = str(error).startswith((str(file.path), str(file.cap)))
+        raise MeshError(str(error) if named else f"{file.path}: {error}") from error
     if file.unit is None and usual != "mm":
         why = "because in mm the rod would be of no usual length (rod.unit)"
         said = (f"the mesh is taken to be in {usual}, {why}", *said)

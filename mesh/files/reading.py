@@ -3,11 +3,13 @@
 import io
 import math
 import re
+import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import gmsh
 import numpy as np
@@ -228,7 +230,11 @@ def _elements(kind: str, lines: Sequence[str], ids: Ints) -> tuple[str, Ints, In
     return kind, rows, table[:, 0]
 
 
-_HEAD = b"$MeshFormat"
+# How gmsh's files begin: anything else it would run as a script.
+_HEADS = (b"$MeshFormat", b"$NOD", b"$PhysicalNames")
+# Formats that gmsh reads better than meshio, and their endings: it knows in which direction MED counts
+# vertices, MED files without groups, and second order in Medit.
+_BY_GMSH = {"med": ".med", "medit": ".mesh", "unv": ".unv"}
 
 
 def stl_surface(path: Path) -> SurfaceMesh:
@@ -254,6 +260,44 @@ def stl_surface(path: Path) -> SurfaceMesh:
     return surface if surface.volume > 0 else SurfaceMesh(surface.points, surface.facets[:, ::-1])
 
 
+# Netgen's order of nodes in VTK's: its elements are turned the other way round.
+_OF_NETGEN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 5, 7, 4, 6, 9, 8]}
+_KIND_OF_NETGEN = {4: "tetra", 10: "tetra10", 5: "pyramid", 6: "wedge", 8: "hexahedron"}
+
+
+def read_vol(path: Path) -> TetFile:
+    """Read nodes and volume elements of Netgen's own file; all else in it is ignored."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    words = [line.strip() for line in lines]
+    if "mesh3d" not in words:
+        raise ValueError("it does not say mesh3d")
+
+    def section(title: str) -> list[list[str]]:
+        begin = words.index(title) + 1
+        rows = [line.split() for line in words[begin + 1 : begin + 1 + int(words[begin])]]
+        if len(rows) != int(words[begin]):
+            raise ValueError(f"{title}: {words[begin]} announced, {len(rows)} found")
+        return rows
+
+    rows = section("volumeelements")
+    number = {
+        count: [n for n, row in enumerate(rows, 1) if int(row[1]) == count] for count in _KIND_OF_NETGEN
+    }
+    if sum(map(len, number.values())) != len(rows):
+        raise ValueError("volumeelements: elements of an unknown number of nodes")
+    blocks = []
+    for count, kept in number.items():
+        if kept:
+            table = np.array([rows[n - 1][2 : 2 + count] for n in kept], dtype=np.int64) - 1
+            turned = table[:, _OF_NETGEN.get(count, range(count))]
+            blocks.append((_KIND_OF_NETGEN[count], turned, np.array(kept)))
+    return tet_file(np.array(section("points"), dtype=float), blocks)
+
+
+# Formats that are read here.
+_OWN = {"abaqus": read_inp, "netgen": read_vol}
+
+
 def read_tets(path: Path) -> TetFile:
     """Read the tetrahedra of a mesh file; its suffix is one of `FORMATS`.
 
@@ -264,7 +308,7 @@ def read_tets(path: Path) -> TetFile:
     try:
         if name == "stl":
             return filled(stl_surface(path))
-        return read_inp(path) if name == "abaqus" else _through_meshio(path, name)
+        return _OWN[name](path) if name in _OWN else _through_library(path, name)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     except ImportError as error:
@@ -279,11 +323,47 @@ def read_tets(path: Path) -> TetFile:
 
 
 def _damaged(path: Path, name: str, error: Exception) -> MeshError:
-    reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    said = str(error).replace(str(path), path.name)  # the message names the path already
+    reason = f"{type(error).__name__}: {said}" if said else type(error).__name__
     return MeshError(
-        f"{path} could not be read as a file of the format {name} ({reason}). It may be damaged or cut off: "
-        "write it again, or choose another format"
+        f"{path} could not be read as a file of the format {name} ({reason}). It may be damaged or cut "
+        "off, or of a variant that is not read: write it again, or write Abaqus' .inp or gmsh's .msh instead"
     )
+
+
+def _through_library(path: Path, name: str) -> TetFile:
+    if name not in _BY_GMSH:
+        return _through_meshio(path, name)
+    try:
+        return _through_gmsh(path, _BY_GMSH[name])
+    except MeshError:
+        raise
+    except Exception:  # gmsh raises nothing more specific
+        if name == "unv":
+            raise
+        return _through_meshio(path, name)
+
+
+def _through_gmsh(path: Path, ending: str) -> TetFile:
+    """Read a file in gmsh, which takes the format from the `ending`; one that it does not know, it runs."""
+    with TemporaryDirectory() as folder, session():
+        named = path
+        if path.suffix != ending:
+            named = Path(folder, f"mesh{ending}")
+            shutil.copyfile(path, named)
+        gmsh.merge(str(named))
+        file = tets_of_model()
+    if _cut_off(path.read_bytes(), ending, len(file.tets)):
+        raise MeshError(f"it is cut off: {len(file.tets)} tetrahedra are left. Write it again")
+    return file
+
+
+def _cut_off(data: bytes, ending: str, count: int) -> bool:
+    """Whether elements are missing at the end of a file, about which gmsh says nothing in these formats."""
+    if ending == ".unv":
+        return data.split()[-1:] != [b"-1"]
+    announced = re.findall(rb"^\s*Tetrahedra(?:P2)?\s+(\d+)", data, re.MULTILINE)
+    return ending == ".mesh" and sum(map(int, announced)) != count
 
 
 def _through_meshio(path: Path, name: str) -> TetFile:
@@ -291,14 +371,16 @@ def _through_meshio(path: Path, name: str) -> TetFile:
     try:
         mesh = read(_bulk_data(path) if name == "nastran" else str(path))
     except Exception:
-        if name != "gmsh":
+        data = path.read_bytes()
+        if name == "gmsh" and data.startswith(_HEADS):  # for groups of some entities alone, and format 1
+            return _through_gmsh(path, ".msh")
+        fields = data.find(b"_DATA ", data.find(b"CELL_TYPES"))
+        if name != "vtk" or fields < 0:
             raise
-        with path.open("rb") as file:
-            if file.read(len(_HEAD)) != _HEAD:  # gmsh would run it as a script
-                raise
-        with session():  # for files in which some entities alone have physical groups
-            gmsh.open(str(path))
-            return tets_of_model()
+        with TemporaryDirectory() as folder:  # binary fields as gmsh and VTK write them
+            bare = Path(folder, path.name)
+            bare.write_bytes(data[: data.rindex(b"\n", 0, fields) + 1])
+            mesh = read(str(bare))
     if name == "nastran":
         frames = mesh.point_data.get("nastran:ref", ())
         if np.any(np.asarray(frames) != 0):

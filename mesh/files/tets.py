@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask, linked_groups
+from geometry.errors import InvalidValue
 from geometry.holes import place_text
 from geometry.shipped import tables_beside
 from mesh.quality import shape
@@ -81,6 +82,15 @@ def _listed(count: Counter[str] | dict[str, int]) -> str:
     return ", ".join(
         f"{number} {_KINDS[kind]['words'] if kind in _KINDS else kind}" for kind, number in count.items()
     )
+
+
+def require_known(name: str, path: Path) -> None:
+    """Refuse a mesh in a format that is not read (`InvalidValue`); `name` is what gives it."""
+    program = _TABLES["unread"].get(path.suffix.lower())
+    if program is not None:
+        rule = f"is in a mesh format that is not read ({program})"
+        remedy = f"Write the mesh as .inp (Abaqus), .msh (gmsh) or .unv; read are {', '.join(FORMATS)}."
+        raise InvalidValue(name, str(path), rule, remedy)
 
 
 def is_mesh(path: Path) -> bool:
