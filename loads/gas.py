@@ -34,6 +34,11 @@ class GasModel(Protocol):
         """What a user must know about where the pressure comes from."""
         return ()
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What may be wrong with it."""
+        return ()
+
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
 
@@ -131,6 +136,11 @@ class Scaled:
     def samples(self) -> Floats:
         """Those of the gas."""
         return self.gas.samples
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Those of the gas."""
+        return self.gas.doubts
 
     @property
     def remarks(self) -> tuple[str, ...]:

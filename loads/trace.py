@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +20,18 @@ _CLOSURE = 0.05
 
 
 @dataclass(frozen=True)
+class TraceReading:
+    """How the pressures of a file were read."""
+
+    unit: str
+    reference: str  #: ``absolute`` or ``gauge``
+    offset_bar: float  #: added to the pressures of the file
+    offset_error_bar: float | None  #: standard deviation of an offset that was found
+    compression_exponent: float | None  #: None where the trace shows no compression
+    peak_bar: float  #: highest pressure, gauge
+
+
+@dataclass(frozen=True)
 class Trace:
     """Measured pressure, periodic over one cycle and linear between its samples.
 
@@ -35,7 +46,9 @@ class Trace:
     #: empty: the trace then holds at any speed and nothing is flagged.
     speeds: Floats
     source: str = ""  #: name of the file of a user; empty for a trace that ships
-    remarks: tuple[str, ...] = ()  #: what was assumed, or looked odd, when it was read
+    remarks: tuple[str, ...] = ()  #: what was assumed when it was read
+    doubts: tuple[str, ...] = ()  #: what may be wrong with it
+    reading: TraceReading | None = None  #: of a user's file
 
     def __post_init__(self) -> None:
         """Refuse a trace that is not one cycle of an engine; drop a sample that repeats the first."""
@@ -147,51 +160,6 @@ def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
     rule = f"the first and last pressure may differ by at most {100 * _CLOSURE:g} % of the peak"
     require(gap <= _CLOSURE, "gas trace", differ, rule, "Correct the drift of the pressure transducer.")
     return angles[:-1], pressures[:, :-1]
-
-
-# Crank angles after valve closing and before ignition in nearly every engine, degrees from firing TDC.
-_FROM, _TO = -110.0, -60.0
-# Exponents that measured compressions show.
-_LEAST, _MOST = 1.22, 1.55
-# Compression ratios of nearly all engines, and one in between.
-_RATIOS, _NOMINAL = (7.5, 22.0), 14.0
-_ROD_RATIO = 0.29  # crank radius over rod length; 0.2 to 0.33 change n by less than 0.05
-
-
-class Exponent(NamedTuple):
-    """Slope n of p Vⁿ, for the least, a middle and the largest compression ratio that may be meant."""
-
-    least: float
-    middle: float
-    most: float
-
-    @property
-    def known(self) -> bool:
-        """Whether there is a slope: enough samples, all pressures positive."""
-        return not math.isnan(self.middle)
-
-    @property
-    def is_compression(self) -> bool:
-        """Whether it can be that of a compression."""
-        return self.known and self.most >= _LEAST and self.least <= _MOST
-
-
-def compression_exponent(angles: Floats, pressures: Floats, ratio: float | None = None) -> Exponent:
-    """Fit p Vⁿ between 110° and 60° before firing TDC.
-
-    `angles` (n,) degrees from firing TDC; `pressures` (n,) absolute, in any unit; `ratio`: compression ratio,
-    if it is known.
-    """
-    inside = (angles >= _FROM) & (angles <= _TO)
-    p = pressures[inside]
-    if p.size < 3 or not (p > 0).all():
-        return Exponent(math.nan, math.nan, math.nan)
-    ratios = (_RATIOS[1], _NOMINAL, _RATIOS[0]) if ratio is None else (ratio,) * 3
-    theta = np.radians(angles[inside])
-    rod = (1 - np.sqrt(1 - (_ROD_RATIO * np.sin(theta)) ** 2)) / _ROD_RATIO
-    travel = np.asarray((1 - np.cos(theta) + rod) / 2, dtype=np.float64)
-    slopes = (-np.polyfit(np.log(1 / (r - 1) + travel), np.log(p), 1)[0] for r in ratios)
-    return Exponent(*(float(slope) for slope in slopes))
 
 
 _ROUNDING = 1e-9  # of the largest torque

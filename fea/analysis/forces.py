@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import Figures, WhereKnown
-from fea.base.note import Note, warning
+from fea.base.note import TRACE, Note, doubt, warning
 from fea.base.units import BAR, DEG, M_S, M_S2, N_M, RPM
 from fea.rod.loading import EngineLoading
 from fea.rod.reading import read_isolated
@@ -20,9 +20,9 @@ from geometry.arrays import Floats
 from geometry.mass import MassProperties, joined
 from loads.dynamics import EngineInstants, cycle, whole_engine
 from loads.engine import Engine
-from loads.gas import GasModel
+from loads.gas import GasModel, Scaled
 from loads.slider_crank import cycle_angles
-from loads.trace import Trace, absorbed
+from loads.trace import Trace, TraceReading, absorbed
 
 if TYPE_CHECKING:
     from geometry.solid import Solid
@@ -107,6 +107,7 @@ class ForceReport:
     notes: tuple[Note, ...]  #: what a reader must know about the gas pressure and the engine
     #: Of a user's pressure trace; None where the pressure comes from elsewhere
     samples: TraceSamples | None = None
+    trace: TraceReading | None = None  #: how that was read
 
     @property
     def note(self) -> str:
@@ -127,7 +128,10 @@ class ForceReport:
         """Return the figures for JSON."""
         whole = None if self.engine is None else self._figures(self.engine, WHOLE_ENGINE)
         first = vars(self._figures(self.first, EXTREMES))
-        return ForceFigures(study=study, rpm=self.rpm, note=self.note or None, engine=whole, **first)
+        trace = None if self.trace is None else TraceFigures(**vars(self.trace))
+        return ForceFigures(
+            study=study, rpm=self.rpm, note=self.note or None, engine=whole, trace=trace, **first
+        )
 
     def _figures(self, table: dict[str, npt.ArrayLike], names: Iterable[str]) -> "EngineForceFigures":
         torque = mean_torque(table)
@@ -143,6 +147,17 @@ class EngineForceFigures(Figures):
     mean_power_kW: float
 
 
+class TraceFigures(Figures):
+    """``trace``: how the pressures of a user's file were read; see `loads.trace.TraceReading`."""
+
+    unit: str
+    reference: str
+    offset_bar: float
+    offset_error_bar: float | None
+    compression_exponent: float | None
+    peak_bar: float
+
+
 class ForceFigures(Figures):
     """The figures of ``fea loads`` at one speed: first cylinder, and the whole engine where asked for."""
 
@@ -153,6 +168,7 @@ class ForceFigures(Figures):
     mean_power_kW: float
     note: str | None
     engine: WhereKnown[EngineForceFigures] = None
+    trace: WhereKnown[TraceFigures] = None  #: of a user's file
 
 
 def force_reports(
@@ -182,8 +198,16 @@ def force_reports(
         if isinstance(gas, Trace) and gas.source:
             bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
             samples = TraceSamples(gas.source, gas.samples / DEG, bar, engine.piston_area * BAR)
-        reports.append(ForceReport(rpm, tables, tuple(warning(text) for text in notes if text), samples))
+        doubts = (doubt(text, TRACE) for text in gas.doubts)
+        said = (*doubts, *(warning(text) for text in notes if text))
+        reports.append(ForceReport(rpm, tables, said, samples, trace_of(gas)))
     return reports
+
+
+def trace_of(gas: GasModel) -> TraceReading | None:
+    """Return how a user's trace was read, whatever multiplies it; None for other gases."""
+    own = gas.gas if isinstance(gas, Scaled) else gas
+    return own.reading if isinstance(own, Trace) else None
 
 
 def _missed(gas: GasModel, speed: float, angles: Floats) -> str:

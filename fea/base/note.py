@@ -17,6 +17,9 @@ class NoteKind(StrEnum):
 
 
 UNITS = "units"  # topic of notes on values that engines do not have
+# Topics of notes on what was read: doubts of them stand below the headline, in full.
+TRACE, SOLIDS = "pressure trace", "solids"
+READ = {TRACE, SOLIDS}
 SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
 CANNOT_GOVERN = "cannot govern"  # topic of the note on load cases that are known less well than the others
 _CONSEQUENCE = {kind: number for number, kind in enumerate(NoteKind)}

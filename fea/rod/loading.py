@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fea.base.note import Note, assumption, omission, warning
+from fea.base.note import TRACE, Note, assumption, doubt, omission, warning
 from fea.base.units import RPM
 from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.option_tables import DutyTable
@@ -63,7 +63,13 @@ class EngineLoading:
         torque = self.crank_cycle(rod, rpm).degrees.torque
         of_gas = (self.gas.note(rpm * RPM), absorbed(self.gas, torque))
         of_engine = engine_notes(self.table, self.engine.rod_length, rpm)
-        return (*map(assumption, self.gas.remarks), *(warning(text) for text in of_gas if text), *of_engine)
+        doubts = (doubt(text, TRACE) for text in self.gas.doubts)
+        return (
+            *doubts,
+            *map(assumption, self.gas.remarks),
+            *(warning(text) for text in of_gas if text),
+            *of_engine,
+        )
 
     def crank_cycle(self, rod: MassProperties, rpm: float) -> CrankCycle:
         """Return the crank cycle at a speed."""

@@ -16,6 +16,7 @@ from fea.study.tables import key, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
+from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
 
@@ -79,7 +80,9 @@ class EngineTable(
     )
     compression_ratio: float | None = key("10.0", stated=True)
     peak_pressure_bar: float | None = key("60.0", stated=True)
-    intake_pressure_bar: float | None = key("1.01325", 'for "otto" and "motored"')
+    intake_pressure_bar: float | None = key(
+        "1.01325", 'for "otto" and "motored", absolute; of a trace, that to which its zero is pegged'
+    )
     atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
     gas_scale: float | None = key(
@@ -168,7 +171,7 @@ class EngineTable(
         if self.gas in SHIPPED:
             gas = shipped_trace(self.gas)
         elif _is_file(self.gas):
-            gas = self._imported().trace
+            gas = self._imported(engine.crank_radius / engine.rod_length).trace
         elif self.gas == "boyle":
             gas = Boyle(engine, self._needed("compression_ratio"), self.atmosphere)
         elif self.gas != "none":
@@ -192,10 +195,12 @@ class EngineTable(
         except InvalidValue:  # the file is gone: the study still says what was asked for
             return self
 
-    def _imported(self) -> Imported:
-        if self.atmosphere_bar is not None:
-            require_positive("engine.atmosphere_bar", self.atmosphere_bar)
-        around = Surroundings(self.atmosphere, self.compression_ratio)
+    def _imported(self, rod_ratio: float = ROD_RATIO) -> Imported:
+        for name in ("atmosphere_bar", "intake_pressure_bar"):
+            if getattr(self, name) is not None:
+                require_positive(f"engine.{name}", getattr(self, name))
+        intake = None if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
+        around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
         return read_trace(Path(self.gas), self, around)
 
     @property

@@ -149,6 +149,11 @@ class TraceKeys(Table, table="engine"):
     pressure_reference: PressureReference | None = key(
         '"absolute"', 'of those pressures, less atmosphere_bar; or "gauge"'
     )
+    pressure_offset_bar: float | None = key(
+        "0.0",
+        "added to those pressures: sensors of changes lose their zero. Default: what the compression shows, "
+        "or the pressure in the intake, where the zero is off by more than 0.12 bar; 0 leaves it",
+    )
     smoothing_deg: float | None = key(
         "1.0", "width of a moving average; 0: none", within(0.0, _WIDEST_SMOOTHING, " degrees")
     )

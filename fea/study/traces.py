@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,137 +10,15 @@ import numpy as np
 from fea.base.choices import PressureReference, PressureUnit
 from fea.base.shipped import shipped_text
 from fea.base.units import BAR, DEG, RPM
-from fea.study.trace_columns import DOCUMENTED, Columns, TraceKeys, speed_of, trace_columns
+from fea.study.trace_columns import DOCUMENTED, TraceKeys, speed_of, trace_columns
 from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
+from fea.study.trace_reading import Decision, Known, Reading, decide
 from fea.study.trace_table import Form, Line, TraceTable, cells_of, find_table, lines_of, read_rows, read_text
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.gas import ATMOSPHERE, LARGEST_PEAK
-from loads.trace import Exponent, Trace, compression_exponent
-
-_LOWEST_PEAK = 3.0  # bar gauge: a throttled engine that idles reaches no more
-# Least absolute pressures, bar: those of any engine, of nearly all, and of most. A reading is preferred only
-# where it is among the last and no other is among the second.
-_ANY, _NEARLY_ALL, _MOST = (0.1, 6.5), (0.2, 4.5), (0.3, 3.5)
-# Least pressures as they stand in the file, bar: below the first they are gauge, from the second to the third
-# absolute, unless the compression says otherwise.
-_NEAR_ZERO, _THROTTLED, _AMBIENT = 0.15, 0.4, 1.05
-# Percentiles: the level at which the cylinder is filled, above the noise, and the least pressure of all.
-_FILLING, _LEAST = 10.0, 1.0
-
-
-@dataclass(frozen=True)
-class Reading:
-    """One way to read the pressures, by the values of the keys."""
-
-    unit: PressureUnit
-    reference: PressureReference
-
-    def absolute(self, pressures: Floats, atmosphere: float) -> Floats:
-        """Absolute pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
-        shift = atmosphere if self.reference is PressureReference.GAUGE else 0.0
-        return pressures * self.unit.bar + shift
-
-    def gauge(self, pressures: Floats, atmosphere: float) -> Floats:
-        """Gauge pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
-        shift = atmosphere if self.reference is PressureReference.ABSOLUTE else 0.0
-        return pressures * self.unit.bar - shift
-
-
-def read_as(
-    angles: Floats,
-    pressures: Floats,
-    unit: PressureUnit | None,
-    reference: PressureReference | None,
-    *,
-    atmosphere: float,
-    ratio: float | None,
-    source: str,
-) -> tuple[Reading, str, str]:
-    """Decide unit and reference; say why, and where the result is in doubt.
-
-    Angles (n,) are in degrees from firing TDC, pressures (n,) in the unit of the file, the atmosphere in bar;
-    unit, reference and compression ratio are None where they are not known. Raises `InvalidValue`: no
-    reading, or more than one, is possible.
-    """
-    units = [unit] if unit else list(PressureUnit)
-    references = [reference] if reference else list(PressureReference)
-    readings = [Reading(*each) for each in product(units, references)]
-    possible = [r for r in readings if _is_plausible(r, pressures, atmosphere, known_unit=unit is not None)]
-    absolute = {r: r.absolute(pressures, atmosphere) for r in possible or readings}
-    exponents = {r: compression_exponent(angles, values, ratio) for r, values in absolute.items()}
-    if len(readings) == 1:
-        return readings[0], "", _doubt(exponents[readings[0]])
-    fitting = [r for r in possible if exponents[r].is_compression]
-    if len(fitting) == 1:
-        return fitting[0], f"compression then follows p·V^{exponents[fitting[0]].middle:.3g}", ""
-    left = _preferred(fitting or possible, pressures, atmosphere)
-    if len(left) != 1:
-        raise _no_reading(left, pressures, atmosphere, source)
-    why = f"the least pressure is {_level(pressures, _LEAST):.3g} {left[0].unit}"
-    return left[0], why, _doubt(exponents[left[0]])
-
-
-def _doubt(exponent: Exponent) -> str:
-    if exponent.is_compression or not exponent.known:
-        return ""
-    return (
-        f"between 110° and 60° before firing TDC the pressure follows p·V^{exponent.middle:.3g}, which is "
-        "not that of a compression (about 1.3): check pressure_reference and angle_offset_deg"
-    )
-
-
-def _level(pressures: Floats, percentile: float = _FILLING) -> float:
-    return float(np.percentile(pressures, percentile))
-
-
-def _is_plausible(reading: Reading, pressures: Floats, atmosphere: float, *, known_unit: bool) -> bool:
-    absolute = reading.absolute(pressures, atmosphere)
-    least, peak = _level(absolute), float(absolute.max()) - atmosphere
-    usual = _within(least, _ANY) and _LOWEST_PEAK <= peak <= LARGEST_PEAK / BAR
-    return least > 0 if known_unit else usual
-
-
-def _within(value: float, limits: tuple[float, float]) -> bool:
-    return limits[0] <= value <= limits[1]
-
-
-def _preferred(readings: list[Reading], pressures: Floats, atmosphere: float) -> list[Reading]:
-    """Keep the readings that the least pressure indicates; all where it does not decide."""
-    least = {r: _level(r.absolute(pressures, atmosphere)) for r in readings}
-    near = [r for r in readings if _within(least[r], _NEARLY_ALL)]
-    units = {r.unit for r in near}
-    if len(units) == 1 and any(_within(least[r], _MOST) for r in near):
-        readings = near
-    return _by_level(readings, pressures) if len({r.unit for r in readings}) == 1 else readings
-
-
-def _by_level(readings: list[Reading], pressures: Floats) -> list[Reading]:
-    if len(readings) == 1:
-        return readings
-    least = _level(pressures, _LEAST) * readings[0].unit.bar
-    if least < _NEAR_ZERO:
-        return [r for r in readings if r.reference is PressureReference.GAUGE]
-    if _THROTTLED <= least <= _AMBIENT:
-        return [r for r in readings if r.reference is PressureReference.ABSOLUTE]
-    return readings
-
-
-def _no_reading(readings: list[Reading], pressures: Floats, atmosphere: float, source: str) -> InvalidValue:
-    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
-    if not readings:
-        rule = "are those of a cylinder in none of bar, kPa, MPa, Pa and psi, neither absolute nor gauge"
-        remedy = "Set engine.pressure_column, or engine.pressure_unit and engine.pressure_reference."
-        return InvalidValue(name, value, rule, remedy)
-    first, second = (
-        f"{r.unit} {r.reference} (peak {float(r.gauge(pressures.max(), atmosphere)):.4g} bar gauge)"
-        for r in readings[:2]
-    )
-    remedy = "Set engine.pressure_reference, or give engine.compression_ratio."
-    if readings[0].unit is not readings[1].unit:
-        remedy = "Set engine.pressure_unit and engine.pressure_reference."
-    return InvalidValue(name, value, f"may be {first} or {second}", remedy)
-
+from loads.compression import ROD_RATIO, is_motored, peak_angle
+from loads.gas import ATMOSPHERE
+from loads.trace import Trace, TraceReading
 
 _REMEDY = "A pressure trace needs a column of crank angles in degrees and one of pressures."
 _TURN, _CYCLE = 360.0, 720.0
@@ -149,17 +26,23 @@ _FOUR_STROKES = 4
 SHIPPED = ("leon-2001",)
 # What a file of measurements may be called.
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
-# A naturally aspirated engine draws in below the atmosphere: gauge pressures that stay above it by this much,
-# bar, may be absolute.
-_ABOVE = 0.2
+# Degrees from TDC of a motored peak, which heat and leaks bring before it: the latest and the earliest, and
+# where it usually is.
+_MOTORED_LATEST, _MOTORED_EARLIEST, _MOTORED_USUAL = -0.1, -2.0, -0.6
+# Uncertain TDC, degrees, of a trace whose file does not tell it; bar, by which the shock of the flame's heat
+# moves the exhaust stroke of a pegged sensor.
+_PHASE, _SHOCK = 1.0, "±0.3 to 0.5"
+_FLANKS = 60.0  # degrees about firing TDC in which the pressure rises and falls fastest
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What else the study says of the gas: absolute pressure in the crankcase, MPa, and compression ratio."""
+    """What else the study says of the gas."""
 
-    atmosphere: float = ATMOSPHERE
+    atmosphere: float = ATMOSPHERE  #: absolute pressure in the crankcase, MPa
     compression_ratio: float | None = None
+    intake: float | None = None  #: absolute pressure in the intake, MPa
+    rod_ratio: float = ROD_RATIO  #: crank radius over rod length
 
 
 @dataclass(frozen=True)
@@ -193,12 +76,12 @@ def parse_trace(text: str, source: str, keys: TraceKeys = _NONE, around: Surroun
     speeds = [name for name in names[1:] if speed_of(name) is not None]
     of_speeds = names[:1] == [DOCUMENTED[0]] and 0 < len(speeds) == len(names) - 1
     documented = of_speeds or names == [*DOCUMENTED]
-    if documented and not keys.given:
+    if documented and keys.given.keys() <= {"pressure_offset_bar"}:
         form = Form(",", comma=False, cells=len(names), numbers=tuple(range(len(names))), exact=True)
         table = read_rows(lines[start + 1 :], form, tuple(names), source)
         angles = table.values[:, 0]
         if not (angles.size and (angles.min() < 0 or angles.max() > _CYCLE)):
-            return Imported(_documented(table, speeds), keys)
+            return Imported(_documented(table, speeds, keys, around), keys)
     if documented and speeds and keys.pressure_column is None:
         first = _import(lines, source, replace(keys, pressure_column=speeds[0]), around)
         others = [replace(first.keys, pressure_column=column) for column in speeds[1:]]
@@ -207,13 +90,14 @@ def parse_trace(text: str, source: str, keys: TraceKeys = _NONE, around: Surroun
             first.trace,
             pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
             speeds=np.array([speed_of(column) for column in speeds], dtype=np.float64) * RPM,
+            doubts=tuple(dict.fromkeys(text for each in (first, *rest) for text in each.trace.doubts)),
         )
         return Imported(trace, replace(first.keys, pressure_column=None))
     return _import(lines, source, keys, around)
 
 
-def _documented(table: TraceTable, speeds: list[str]) -> Trace:
-    """The trace of a file in our own format: gauge pressures over 0…720°."""
+def _documented(table: TraceTable, speeds: list[str], keys: TraceKeys, around: Surroundings) -> Trace:
+    """The trace of a file in our own format: gauge pressures, bar, over 0…720°. A user's zero is found."""
     angles, source = table.values[:, 0], table.source
     back = np.flatnonzero(np.diff(angles) <= 0)
     if back.size:
@@ -224,14 +108,25 @@ def _documented(table: TraceTable, speeds: list[str]) -> Trace:
             f"must increase from line to line (it follows {angles[after - 1]:g})",
             "Sort the lines and drop repeated angles.",
         )
+    known = replace(_known(keys, around), unit=PressureUnit.BAR, reference=PressureReference.GAUGE)
+    rows = (
+        [_read(angles - _TURN, row, known, source, keys) for row in table.values[:, 1:].T] if source else []
+    )
+    gauge = np.array([row.gauge for row in rows]) if rows else table.values[:, 1:].T
     rpm = np.array([speed_of(name) for name in speeds], dtype=np.float64)
-    trace = _checked(angles, table.values[:, 1:].T * BAR, rpm * RPM, source)
-    least = float(trace.pressures.min()) / BAR
-    if not source or least < _ABOVE:
+    trace = _checked(angles, gauge * BAR, rpm * RPM, source)
+    if not rows:
         return trace
-    told = f"the gauge pressure in {source} never falls below the atmosphere (at least {least:.3g} bar)"
-    remark = f'{told}: if the file holds absolute pressures, set pressure_reference = "absolute"'
-    return replace(trace, remarks=(remark,))
+    remarks, doubts = (
+        [text for row in rows for text in getattr(row, kind)] for kind in ("remarks", "doubts")
+    )
+    highest = max(rows, key=lambda row: float(row.gauge.max()))
+    return replace(
+        trace,
+        remarks=tuple(dict.fromkeys(remarks)),
+        doubts=tuple(dict.fromkeys(doubts)),
+        reading=_figures(highest),
+    )
 
 
 def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> Trace:
@@ -239,6 +134,74 @@ def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> 
         return Trace(angles * DEG, pressures, speeds, source)
     except InvalidValue as error:
         raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
+
+
+def _known(keys: TraceKeys, around: Surroundings) -> Known:
+    return Known(
+        offset=keys.pressure_offset_bar,
+        atmosphere=around.atmosphere / BAR,
+        intake=None if around.intake is None else around.intake / BAR,
+        ratio=around.compression_ratio,
+        rod_ratio=around.rod_ratio,
+    )
+
+
+class _Read(NamedTuple):
+    """Gauge pressures (n,), bar, how they were read, and what must be known of that."""
+
+    gauge: Floats
+    decision: Decision
+    remarks: list[str]
+    doubts: list[str]
+
+
+def _read(angles: Floats, pressures: Floats, known: Known, source: str, keys: TraceKeys) -> _Read:
+    """Read pressures (n,) over angles (n,), degrees from firing TDC. Raises `InvalidValue`: see `decide`."""
+    decision = decide(angles, pressures, known, source)
+    absolute = decision.reading.absolute(pressures, known.atmosphere)
+    name, remarks, doubts = f"pressure trace {source}", [], [decision.doubt]
+    if decision.why_offset:
+        doubts.append(
+            f"{decision.why_offset}; the pressures are shifted by that (pressure_offset_bar sets it)"
+        )
+    if decision.fit is not None and is_motored(angles, absolute):
+        doubts.append(_motored_phase(angles, absolute, source, keys))
+    elif decision.fit is not None and keys.angle_offset_deg is None:
+        near = np.abs(angles) <= _FLANKS
+        flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
+        remarks.append(
+            f"{name}: each degree by which its TDC is off changes the flanks of the peak by up to "
+            f"{_PHASE * flank:.2g} bar, and the heat of the flame moves the sensor's exhaust stroke, which "
+            f"counts at gas-exchange TDC, by {_SHOCK} bar"
+        )
+    told = [f"{name}: {doubt}" for doubt in doubts if doubt]
+    return _Read(absolute - known.atmosphere, decision, remarks, told)
+
+
+def _motored_phase(angles: Floats, absolute: Floats, source: str, keys: TraceKeys) -> str:
+    """Return a doubt of the angles of a motored trace. Raises `InvalidValue`: it peaks at or after TDC."""
+    peak = peak_angle(angles, absolute)
+    usual = (keys.angle_offset_deg or 0.0) - peak + _MOTORED_USUAL
+    rule = "of a motored engine lies at or after TDC: heat and leaks bring it 0.3 to 1° before it"
+    remedy = f"Add {usual - (keys.angle_offset_deg or 0.0):.2g}° to the angles (engine.angle_offset_deg)."
+    value = f"{peak:+.2f}° from TDC"
+    require(peak < _MOTORED_LATEST, f"{source}: the peak", value, rule, remedy)
+    if peak >= _MOTORED_EARLIEST:
+        return ""
+    return f"the motored peak is {-peak:.2g}° before TDC, where 0.3 to 1° is usual: check angle_offset_deg"
+
+
+def _figures(read: _Read) -> TraceReading:
+    """Return what `fea loads` states of a trace."""
+    reading, fit = read.decision.reading, read.decision.fit
+    return TraceReading(
+        unit=reading.unit.value,
+        reference=reading.reference.value,
+        offset_bar=reading.offset,
+        offset_error_bar=read.decision.zero_error,
+        compression_exponent=None if fit is None else fit.exponent,
+        peak_bar=float(read.gauge.max()),
+    )
 
 
 class _Assumption(NamedTuple):
@@ -262,9 +225,19 @@ def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroun
     strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
     angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
     smooth = smoothed(angles, pressures, recording.step, keys.smoothing_deg)
-    reading, units, doubt = _reading(columns, (angles, smooth.pressures), keys, around, source)
+    unit, reference = columns.unit(keys, source), columns.reference(keys)
+    known = replace(_known(keys, around), unit=unit, reference=reference)
+    read = _read(angles, smooth.pressures, known, source, keys)
+    reading = read.decision.reading
     chosen = f"of {len(table.names)} columns"
-    assumptions = [_Assumption(key, value, chosen) for key, value in columns.chosen.items()] + units + assumed
+    assumptions = [_Assumption(key, value, chosen) for key, value in columns.chosen.items()]
+    if unit is None:
+        largest = f"which makes the largest {read.gauge.max() + known.atmosphere:.4g} bar absolute"
+        assumptions.append(_Assumption("pressure_unit", reading.unit, largest))
+    if reference is None:
+        why = f"as {read.decision.why_reference.rstrip(',')} shows"
+        assumptions.append(_Assumption("pressure_reference", reading.reference, why))
+    assumptions += assumed
     if not np.isnan(held) and keys.strokes is None:
         why = f"the gas exchange is held at {held:.4g} {reading.unit}, where compression begins"
         assumptions.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
@@ -272,13 +245,14 @@ def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroun
         peaks = f"the peak from {pressures.max():.4g} to {smooth.pressures.max():.4g} {reading.unit}"
         why = f"changes no pressure by more than {smooth.change:.2g} {reading.unit}, {peaks}"
         assumptions.append(_Assumption("smoothing_deg", smooth.width, why))
-    gauge = reading.gauge(smooth.pressures, around.atmosphere / BAR) * BAR
     turned = np.mod(angles + _TURN, _CYCLE)
     order = np.argsort(turned, kind="stable")
-    trace = _checked(turned[order], gauge[order], np.zeros(0), source)
-    remarks = (_told(trace, recording, reading, around, assumptions), doubt if assumptions else "")
+    trace = _checked(turned[order], read.gauge[order] * BAR, np.zeros(0), source)
+    told = _told(trace, recording, reading, around, assumptions)
+    remarks = tuple(filter(None, (told, *read.remarks)))
     decided: dict[str, Any] = {each.key: each.value for each in assumptions}
-    return Imported(replace(trace, remarks=tuple(filter(None, remarks))), replace(keys, **decided))
+    trace = replace(trace, remarks=remarks, doubts=tuple(read.doubts), reading=_figures(read))
+    return Imported(trace, replace(keys, **decided))
 
 
 def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, list[_Assumption]]:
@@ -289,22 +263,6 @@ def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, 
     tdc = _TURN - offset + _CYCLE * round((peak - _TURN + offset) / _CYCLE)
     why = f"firing TDC at {tdc:g}° in the file, where the peak is at {peak:.4g}°"
     return offset, [_Assumption("angle_offset_deg", offset, why)]
-
-
-def _reading(
-    columns: Columns, cycle: tuple[Floats, Floats], keys: TraceKeys, around: Surroundings, source: str
-) -> tuple[Reading, list[_Assumption], str]:
-    unit, reference = columns.unit(keys, source), columns.reference(keys)
-    _, pressures = cycle
-    atmosphere, ratio = around.atmosphere / BAR, around.compression_ratio
-    reading, why, doubt = read_as(*cycle, unit, reference, atmosphere=atmosphere, ratio=ratio, source=source)
-    assumptions = []
-    if unit is None:
-        largest = f"which makes the largest {pressures.max() * reading.unit.bar:.4g} bar"
-        assumptions.append(_Assumption("pressure_unit", reading.unit, largest))
-    if reference is None:
-        assumptions.append(_Assumption("pressure_reference", reading.reference, why))
-    return reading, assumptions, doubt
 
 
 def _told(

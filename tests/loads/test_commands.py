@@ -156,7 +156,11 @@ def test_a_foreign_trace_gives_the_forces_of_ours(traced, tmp_path, capsys):
     np.testing.assert_allclose(found[1]["mean_torque_Nm"], found[0]["mean_torque_Nm"], rtol=1e-6)
     pulls = [report["extremes"]["crank_axial_N"]["max"] for report in found]
     np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-6)
-    assert found[0]["note"] is None
+    assert "assuming" not in found[0]["note"]
+    assert found[1]["trace"]["unit"] == "MPa"
+    assert found[1]["trace"]["offset_bar"] == 0
+    peak = gauge(degrees).max()
+    assert [report["trace"]["peak_bar"] for report in found] == pytest.approx([peak, peak], rel=1e-5)
     assert 'pressure_reference = "absolute"' in found[1]["note"]
     plot = tmp_path / "forces.svg"
     assert call(["loads", traced(foreign), "--plot", str(plot), "--quiet"]) == 0

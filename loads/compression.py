@@ -1,0 +1,153 @@
+"""The compression of a pressure trace: its exponent, and the zero that the sensor has lost.
+
+Piezoelectric sensors measure changes of pressure only. Between the closing of the valves and ignition the
+absolute pressure follows p Vⁿ = const, so that of a measured p' = p − c the zero c is what makes it a
+straight line over V⁻ⁿ (Randolph, SAE 900170). Exponent and zero together are badly conditioned, so that the
+exponent has a prior. Nothing here depends on the unit: the law is the same in every one.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geometry.arrays import Floats
+
+# Degrees from firing TDC: both valves are shut, and ignition is still to come, in nearly every engine.
+FROM, TO = -100.0, -42.0
+CLOSING = -130.0  # degrees from firing TDC at which the intake shuts, about
+# Exponents of compressions: mean and standard deviation of those of petrol and of diesel engines.
+_PETROL, _DIESEL, _EITHER = (1.32, 0.03), (1.36, 0.03), (1.34, 0.04)
+_DIESEL_RATIO = 13.5  # compression ratio from which an engine is taken for a diesel
+_RATIOS, _NOMINAL = (7.5, 22.0), 14.0  # of nearly all engines, and one in between
+ROD_RATIO = 0.29  # crank radius over rod length where it is not known; 0.2 to 0.33 change n by less than 0.05
+_EXPONENTS = np.linspace(1.0, 1.8, 161)
+# What a real compression departs from the law by, over the pressure; noise comes on top.
+_DEPARTURE = 0.002
+_LEAST_SAMPLES = 8
+# Largest mean departure of a part of the samples, over the range of the pressures, that is not noise.
+_BLOCKS, _CROOKED, _SIGNIFICANT = 4, 0.015, 4.0
+# Largest departure, over the standard deviation of the pressures, with which there is a compression at all.
+_NO_COMPRESSION = 0.5
+_OF_RATIO = ("exponent", "zero")  # what a ratio that is not known leaves open
+# Exponents that measured compressions show.
+USUAL_EXPONENTS = (1.22, 1.45)
+
+
+@dataclass(frozen=True)
+class Compression:
+    """What a compression shows; pressures are in the unit of the trace."""
+
+    exponent: float  #: n
+    exponent_error: float  #: its standard deviation
+    zero: float  #: c, added to the pressures of the trace it makes them absolute
+    zero_error: float  #: its standard deviation; of both with that of a compression ratio that is not known
+    closing: float  #: absolute pressure at which the intake shuts
+    dead_centre: float  #: absolute pressure at TDC by compression alone
+
+
+def volume(degrees: Floats, ratio: float, rod_ratio: float = ROD_RATIO) -> Floats:
+    """Volume over the swept volume at angles from TDC, degrees, of a compression ratio."""
+    theta = np.radians(degrees)
+    rod = (1 - np.sqrt(1 - (rod_ratio * np.sin(theta)) ** 2)) / rod_ratio
+    return np.asarray(1 / (ratio - 1) + (1 - np.cos(theta) + rod) / 2, dtype=np.float64)
+
+
+def compression(
+    angles: Floats, pressures: Floats, ratio: float | None = None, rod_ratio: float = ROD_RATIO
+) -> Compression | None:
+    """Fit p + c = k V⁻ⁿ to a trace before ignition; None where it shows no compression.
+
+    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `ratio` is the
+    compression ratio, if it is known, `rod_ratio` the crank radius over the rod's length.
+    """
+    inside = (angles >= FROM) & (angles <= TO)
+    theta, p = angles[inside], pressures[inside]
+    if p.size < _LEAST_SAMPLES or not np.ptp(p) > 0:
+        return None
+    if ratio is not None:
+        return _fitted(theta, p, (ratio, rod_ratio), _PETROL if ratio < _DIESEL_RATIO else _DIESEL)
+    found = _fitted(theta, p, (_NOMINAL, rod_ratio), _EITHER)
+    ends = [_fitted(theta, p, (each, rod_ratio), _EITHER) for each in _RATIOS]
+    if found is None or None in ends:
+        return found
+    known = [end for end in ends if end is not None]
+    spread = {
+        name: max(abs(getattr(end, name) - getattr(found, name)) for end in known) / 2 for name in _OF_RATIO
+    }
+    errors = {
+        f"{name}_error": math.hypot(getattr(found, f"{name}_error"), spread[name]) for name in _OF_RATIO
+    }
+    return replace(found, **errors)
+
+
+def _fitted(
+    theta: Floats, p: Floats, shape: tuple[float, float], prior: tuple[float, float]
+) -> Compression | None:
+    """Fit with the exponent's prior (mean, deviation); `shape`: compression ratio and rod ratio."""
+    base = volume(theta, *shape)[:, None] ** -_EXPONENTS
+    x, y = base - base.mean(axis=0), p - p.mean()
+    squares = (x**2).sum(axis=0)
+    slope = (x * y[:, None]).sum(axis=0) / squares
+    left = ((y[:, None] - slope * x) ** 2).sum(axis=0)
+    if not math.sqrt(left.min() / p.size) <= _NO_COMPRESSION * float(p.std()) or slope[left.argmin()] <= 0:
+        return None
+    if _is_crooked(y - slope[left.argmin()] * x[:, left.argmin()], float(np.ptp(p))):
+        return None
+    zero = slope * base.mean(axis=0) - p.mean()
+    departure = _DEPARTURE * float(np.ptp(p))
+    variance = left.min() / max(p.size - 3, 1) + departure**2
+    distance = (_EXPONENTS - prior[0]) / prior[1]
+    log = -(left / variance + distance**2) / 2
+    weight = np.exp(log - log.max())
+    weight /= weight.sum()
+    exponent, mean = float(weight @ _EXPONENTS), float(weight @ zero)
+    at = int(np.abs(_EXPONENTS - exponent).argmin())
+    given = variance * (1 / p.size + base[:, at].mean() ** 2 / squares[at])  # with the exponent known
+    scale = float(weight @ slope)
+    closing, dead_centre = (
+        scale * float(volume(np.array(angle), *shape)) ** -exponent for angle in (CLOSING, 0.0)
+    )
+    return Compression(
+        exponent=exponent,
+        exponent_error=math.sqrt(max(float(weight @ (_EXPONENTS - exponent) ** 2), 1e-12)),
+        zero=mean,
+        zero_error=math.sqrt(float(weight @ (zero - mean) ** 2) + given),
+        closing=closing,
+        dead_centre=dead_centre,
+    )
+
+
+def _is_crooked(rest: Floats, height: float) -> bool:
+    """Whether what a fit leaves of pressures that rise by `height` is more than noise: no compression."""
+    noise = float(np.std(np.diff(rest))) / math.sqrt(2)
+    means = [abs(float(block.mean())) for block in np.array_split(rest, _BLOCKS)]
+    by_chance = _SIGNIFICANT * noise / math.sqrt(rest.size / _BLOCKS)
+    return max(means) > max(_CROOKED * height, by_chance)
+
+
+# A motored pressure is as low after TDC as before it, but for what heat and leaks take.
+_LIKE_BEFORE = 1.06
+_BESIDE = (20.0, 60.0)  # degrees from TDC at which both sides are compared
+
+
+def is_motored(angles: Floats, absolute: Floats, tdc: float = 0.0) -> bool:
+    """Whether a cycle (n,) has no combustion: expansion does not exceed compression about `tdc`, degrees."""
+    beside = np.linspace(*_BESIDE, 41)
+    before, after = (np.interp(tdc + side * beside, angles, absolute, period=720.0) for side in (-1, 1))
+    return bool(np.median(after / np.maximum(before, 1e-12)) <= _LIKE_BEFORE)
+
+
+_TOP = 0.8  # of the peak: samples above it locate the peak
+
+
+def peak_angle(angles: Floats, pressures: Floats) -> float:
+    """Angle of the peak, degrees, by a parabola through the samples around it; `angles` (n,) increase."""
+    at = angles[int(np.argmax(pressures))]
+    near = np.mod(angles - at + 360.0, 720.0) - 360.0
+    least = float(np.median(pressures))
+    high = (np.abs(near) <= 8.0) & (pressures >= least + _TOP * (pressures.max() - least))
+    if np.count_nonzero(high) < 4:
+        return float(at)
+    a, b, _ = np.polyfit(near[high], pressures[high], 2)
+    return float(at - b / (2 * a)) if a < 0 else float(at)
