@@ -30,8 +30,8 @@ _BLOCKS, _CROOKED, _SIGNIFICANT = 4, 0.015, 4.0
 # Largest departure, over the standard deviation of the pressures, with which there is a compression at all.
 _NO_COMPRESSION = 0.5
 _OF_RATIO = ("exponent", "zero")  # what a ratio that is not known leaves open
-# Exponents that measured compressions show.
-USUAL_EXPONENTS = (1.22, 1.45)
+# Exponents that measured compressions show, with a ratio that is 10 % and angles that are 2° off.
+_USUAL_EXPONENTS = (1.15, 1.52)
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,12 @@ class Compression:
     zero_error: float  #: its standard deviation; of both with that of a compression ratio that is not known
     closing: float  #: absolute pressure at which the intake shuts
     dead_centre: float  #: absolute pressure at TDC by compression alone
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether the exponent, with its error, is one that compressions show."""
+        least, most = _USUAL_EXPONENTS
+        return least - 2 * self.exponent_error <= self.exponent <= most + 2 * self.exponent_error
 
 
 def volume(degrees: Floats, ratio: float, rod_ratio: float = ROD_RATIO) -> Floats:

@@ -165,13 +165,18 @@ def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
 _ROUNDING = 1e-9  # of the largest torque
 
 
-def absorbed(gas: GasModel, torque: Floats) -> str:
-    """Say so where an engine with a measured pressure absorbs power.
+def absorbed(gas: GasModel, torque: Floats, brake: float | None = None) -> str:
+    """Say so where an engine with a measured pressure absorbs power, or gives less than its `brake` torque.
 
-    `gas`: what gave the pressure; computed cycles may absorb power; `torque` (n,) N·mm at equal steps over
-    the cycle, whose end repeats its start.
+    `gas`: what gave the pressure; computed cycles may absorb power; `torque` (n,) N·mm of a cylinder at equal
+    steps over the cycle, whose end repeats its start; `brake`: what is measured of it, N·mm, if known.
     """
     mean = float(np.mean(torque[:-1]))
+    if isinstance(gas, Trace) and brake is not None and 0 <= mean < brake:
+        return (
+            f"the indicated torque of a cylinder, {mean / 1e3:.4g} N·m, is below its brake torque by "
+            f"full_load, {brake / 1e3:.4g} N·m: the pressures, their zero or their crank angles are wrong"
+        )
     if not isinstance(gas, Trace) or mean >= -_ROUNDING * float(np.abs(torque).max()):
         return ""
     return (

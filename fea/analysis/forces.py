@@ -1,6 +1,6 @@
 """The crank cycle of a study: columns, extremes with their crank angles, mean torque."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -172,7 +172,13 @@ class ForceFigures(Figures):
 
 
 def force_reports(
-    engine: Engine, rod: MassProperties, gas: GasModel, speeds: tuple[float, ...], *, every_cylinder: bool
+    engine: Engine,
+    rod: MassProperties,
+    gas: GasModel,
+    speeds: tuple[float, ...],
+    *,
+    every_cylinder: bool,
+    brake: Callable[[float], float | None] = lambda _rpm: None,
 ) -> list[ForceReport]:
     """Compute the cycle, every degree, at each speed (rpm)."""
     angles = cycle_angles()
@@ -193,12 +199,14 @@ def force_reports(
         else:
             tables = (columns(cycle(engine, rod, gas, rpm * RPM, angles), rpm),)
         torque = np.asarray(tables[-1]["torque_Nm"]) * N_M
-        notes = (*gas.remarks, gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles), absorbed(gas, torque))
+        count = engine.cylinders if every_cylinder else 1
+        absorbs = absorbed(gas, torque / count, brake(rpm))
+        notes = (*gas.remarks, gas.note(rpm * RPM), _missed(gas, rpm * RPM, angles))
         samples = None
         if isinstance(gas, Trace) and gas.source:
             bar = gas.pressure(gas.samples, np.asarray(rpm * RPM)) / BAR
             samples = TraceSamples(gas.source, gas.samples / DEG, bar, engine.piston_area * BAR)
-        doubts = (doubt(text, TRACE) for text in gas.doubts)
+        doubts = (doubt(text, TRACE) for text in (*gas.doubts, absorbs) if text)
         said = (*doubts, *(warning(text) for text in notes if text))
         reports.append(ForceReport(rpm, tables, said, samples, trace_of(gas)))
     return reports
@@ -267,7 +275,9 @@ def study_forces(study: Study, *, every_cylinder: bool) -> list[ForceReport]:
     study.require_plausible(lengths)
     loading = EngineLoading.of(table, length)
     speeds = study.engine_speeds(table)
-    reports = force_reports(loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder)
+    reports = force_reports(
+        loading.engine, mass, loading.gas, speeds, every_cylinder=every_cylinder, brake=table.brake_torque
+    )
     of_all = (*study.unusual_notes(lengths), *(layout_notes(table) if every_cylinder else ()))
     return [
         replace(report, notes=(*report.notes, *engine_notes(table, length, report.rpm), *of_all))

@@ -61,13 +61,14 @@ class EngineLoading:
     def notes(self, rod: MassProperties, rpm: float) -> tuple[Note, ...]:
         """Return what a user must know about the engine and its gas at a speed."""
         torque = self.crank_cycle(rod, rpm).degrees.torque
-        of_gas = (self.gas.note(rpm * RPM), absorbed(self.gas, torque))
+        absorbs = absorbed(self.gas, torque, self.table.brake_torque(rpm))
         of_engine = engine_notes(self.table, self.engine.rod_length, rpm)
-        doubts = (doubt(text, TRACE) for text in self.gas.doubts)
+        doubts = (doubt(text, TRACE) for text in (*self.gas.doubts, absorbs) if text)
+        of_speed = self.gas.note(rpm * RPM)
         return (
             *doubts,
             *map(assumption, self.gas.remarks),
-            *(warning(text) for text in of_gas if text),
+            *([warning(of_speed)] if of_speed else []),
             *of_engine,
         )
 

@@ -8,8 +8,10 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fea.base.note import Note, assumptions, warning
-from fea.base.units import BAR, DEG, KG
+from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.paths import located
 from fea.study.presets import EnginePreset, engine_preset
 from fea.study.tables import key, within
@@ -207,6 +209,13 @@ class EngineTable(
     def atmosphere(self) -> float:
         """Absolute pressure in the crankcase, MPa."""
         return ATMOSPHERE if self.atmosphere_bar is None else self.atmosphere_bar * BAR
+
+    def brake_torque(self, rpm: float) -> float | None:
+        """Return the torque of a cylinder at a speed, rpm, by `full_load`, N·mm; None where that has none."""
+        points = sorted((at["rpm"], at["torque_Nm"]) for at in self.full_load or () if "torque_Nm" in at)
+        if not points or not points[0][0] <= rpm <= points[-1][0]:
+            return None
+        return float(np.interp(rpm, *np.transpose(points))) * N_M / self.cylinders
 
     def _needed(self, key: str) -> float:
         value = getattr(self, key)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from fea.study.toml_files import TomlTable
 from fea.study.trace_table import TraceTable
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_positive
+from loads.compression import compression
 
 _ANGLES = {
     *("crank", "crankangle", "crankshaft", "ca", "cad", "deg", "degca", "cadeg", "degree", "degrees"),
@@ -111,7 +112,8 @@ def _split_unit(word: str) -> tuple[PressureUnit | None, str]:
 # A crank turns by this in a whole four-stroke cycle; smoothing over more than a few degrees flattens a peak.
 _CYCLE_DEG = 720.0
 _WIDEST_SMOOTHING = 10.0
-_REVOLUTION_DEG = 360.0
+_REVOLUTION_DEG, _HALF_TURN = 360.0, 180.0
+_AFTER_TDC = 15.0  # degrees behind TDC at which pressures peak, about
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -215,10 +217,11 @@ def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     trigger = _given(table, "trigger_column", keys.trigger_column)
     time = _given(table, "time_column", keys.time_column)
     angle = _given(table, "angle_column", keys.angle_column)
+    given_pressure = _given(table, "pressure_column", keys.pressure_column)
     if not angle and not trigger:
-        angle = [_angle(table)]
+        angle = [_angle(table, given_pressure)]
         chosen |= _choice("angle_column", table, angle)
-    pressure = _given(table, "pressure_column", keys.pressure_column)
+    pressure = given_pressure
     if not pressure:
         pressure = _pressure(table, {*angle, *trigger, *time})
         chosen |= _choice("pressure_column", table, pressure)
@@ -296,10 +299,34 @@ def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
     return columns
 
 
-def _angle(table: TraceTable) -> int:
+def _compressing(
+    table: TraceTable, angles: Sequence[int], pressures: Sequence[int]
+) -> tuple[int, int] | None:
+    """Return the first columns, of crank angle and of pressure, that show a compression; None: none do."""
+    for angle, pressure in product(angles, pressures):
+        if angle != pressure and _compresses(table.column(angle), table.column(pressure)):
+            return angle, pressure
+    return None
+
+
+def _compresses(angles: Floats, pressures: Floats) -> bool:
+    whole = angles < angles[0] + _CYCLE_DEG
+    if np.ptp(angles) < _REVOLUTION or (np.diff(angles[whole]) <= 0).any():
+        return False
+    angles, pressures = angles[whole], pressures[whole]
+    tdc = _HALF_TURN * np.round((angles[int(pressures.argmax())] - _AFTER_TDC) / _HALF_TURN)
+    from_tdc = np.mod(angles - tdc + _REVOLUTION_DEG, _CYCLE_DEG) - _REVOLUTION_DEG
+    order = np.argsort(from_tdc)
+    fit = compression(from_tdc[order], pressures[order])
+    return fit is not None and fit.is_usual
+
+
+def _angle(table: TraceTable, pressures: Sequence[int]) -> int:
     turning = [i for i in table.numbers if _turns(table.column(i))]
     named = [i for i in table.numbers if is_angle(table.names[i])]
     whole = [i for i in turning if np.ptp(table.column(i)) >= _REVOLUTION]
+    if not named and len(whole) > 1 and (pair := _compressing(table, whole, pressures or table.numbers)):
+        return pair[0]
     for i in [*(i for i in named if i in turning), *named, *whole, *turning]:
         return i
     first = table.column(table.numbers[0])
@@ -327,10 +354,17 @@ def _pressure(table: TraceTable, others: set[int]) -> list[int]:
     if len(candidates) == 1 or (not named and _are_cycles(table, candidates)):
         return candidates
     rule = f"has several columns that may be the pressure: {_listed(table, candidates)}"
-    first = candidates[0]
-    example = f'"{table.names[first]}"' if table.names[first] else f"{first + 1}"
-    remedy = f"Choose one, for example: pressure_column = {example}."
+    turning = [i for i in table.numbers if i in others] or list(table.numbers)
+    angle, pressure = _compressing(table, turning, candidates) or (None, candidates[0])
+    proposed = {"angle_column": angle, "pressure_column": pressure}
+    said = ", ".join(f"{key} = {_named(table, i)}" for key, i in proposed.items() if i is not None)
+    likely = "for example" if angle is None else "as compression suggests"
+    remedy = f"Choose one, {likely}: {said}."
     raise InvalidValue("engine.gas", table.source, rule, remedy)
+
+
+def _named(table: TraceTable, column: int) -> str:
+    return f'"{table.names[column]}"' if table.names[column] else f"{column + 1}"
 
 
 def _are_cycles(table: TraceTable, columns: list[int]) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 from fea.base.choices import PressureReference, PressureUnit
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue
-from loads.compression import ROD_RATIO, USUAL_EXPONENTS, Compression, compression
+from loads.compression import ROD_RATIO, Compression, compression
 
 _LOWEST_PEAK, _HIGHEST_PEAK = 3.0, 400.0  # bar absolute: an engine that idles, and more than any reaches
 # Absolute pressures at which the intake shuts, bar: of engines, and by which a unit that is given is doubted.
@@ -112,12 +112,7 @@ def decide(angles: Floats, pressures: Floats, known: Known, source: str) -> Deci
     return decision
 
 
-def _not_shown(known: Known) -> str:
-    if known.offset is not None:
-        return ""
-    return (
-        "it shows no compression before firing TDC, so that neither its zero nor its angles could be checked"
-    )
+_NOT_SHOWN = "it shows no compression before firing TDC, by which zero and angles could be checked"
 
 
 def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUnit:
@@ -163,10 +158,7 @@ def _zero(
 
 
 def _exponent_doubt(fit: Compression | None) -> str:
-    if fit is None:
-        return ""
-    least, most = USUAL_EXPONENTS
-    if least - 2 * fit.exponent_error <= fit.exponent <= most + 2 * fit.exponent_error:
+    if fit is None or fit.is_usual:
         return ""
     return (
         f"before firing TDC the pressure follows p·V^{fit.exponent:.3g}, which is not that of a compression "

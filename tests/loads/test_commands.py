@@ -202,6 +202,17 @@ def test_a_trace_that_makes_the_engine_absorb_power_is_told(traced, capsys):
     assert "peaks at 558°, far from firing TDC at 360°" in note
 
 
+def test_an_indicated_torque_below_the_brake_torque_is_doubted(traced, capsys):
+    degrees = np.arange(0.0, 720.0)
+    study = Path(traced(written(degrees, gauge(degrees), header=["crank_deg,pressure_bar"])))
+    text = study.read_text(encoding="utf-8")
+    full = "full_load = [{{ rpm = 100, torque_Nm = {0} }}, {{ rpm = 20000, torque_Nm = {0} }}]\n[speed]"
+    for torque, doubted in ((1.0, False), (900.0, True)):
+        study.write_text(text.replace("[speed]", full.format(torque)), encoding="utf-8")
+        assert call(["loads", str(study)]) == 0
+        assert ("below its brake torque" in " ".join(capsys.readouterr().out.split())) == doubted
+
+
 def test_a_pressure_that_peaks_between_degrees_is_told(piston_study, tmp_path, capsys):
     study = tmp_path / "knock.toml"
     text = (tmp_path / "mine.toml").read_text(encoding="utf-8")

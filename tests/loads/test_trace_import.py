@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
+from random_traces import drawn, judged
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.trace_columns import TraceKeys
@@ -456,3 +457,31 @@ def test_a_file_of_ten_million_lines_is_refused_unread(tmp_path):
     with pytest.raises(InvalidValue, match="at most 16 MiB are read"):
         read_trace(file)
     assert LARGEST_TRACE == 16 * 2**20
+
+
+@pytest.mark.parametrize("seed", range(3000, 3012))
+def test_random_traces_are_read_rightly_or_refused_with_the_remedy(seed):
+    one = drawn(seed)
+    outcome, why = judged(one)
+    assert outcome in (("right",) if one.known else ("right", "refused")), f"{one.what}: {why}"
+
+
+HALF_DEGREES = np.arange(-360.0, 360.0, 0.5)
+COUNTED = np.column_stack([np.arange(1440.0), HALF_DEGREES, absolute(HALF_DEGREES)])
+
+
+@pytest.mark.parametrize(
+    ("columns", "proposed"),
+    [
+        ([0, 1, 2], "angle_column = 2, pressure_column = 3"),  # a counter first
+        ([2, 0, 1], "angle_column = 3, pressure_column = 1"),
+        ([1, 0, 2], "angle_column = 1, pressure_column = 3"),
+    ],
+)
+def test_the_columns_that_give_a_compression_are_proposed(columns, proposed):
+    rows = COUNTED[:, columns]
+    file = "\n".join(",".join(f"{value:.6g}" for value in row) for row in rows) + "\n"
+    with pytest.raises(InvalidValue, match=f"as compression suggests: {proposed}"):
+        parse_trace(file, "t.csv")
+    keys = TraceKeys(pressure_column=columns.index(2) + 1)
+    np.testing.assert_allclose(bar(parse_trace(file, "t.csv", keys)), gauge(DEGREES), rtol=1e-4, atol=1e-4)
