@@ -119,7 +119,7 @@ def _other_reference(refers_to: str, wanted: str | None, size: float, unit: str)
         rule = f"is written as {refers_to} pressure, but this value is not the pressure of a gas or of oil"
         return rule, f"Give it in {_listed(unit)}, without {refers_to}."
     other = size + (_ATMOSPHERE if wanted == "absolute" else -_ATMOSPHERE)
-    remedy = f"Write {other:.6g} bar, if the atmosphere has {_ATMOSPHERE} bar."
+    remedy = f"Write {other:.8g} bar, if the atmosphere has {_ATMOSPHERE} bar."
     return f"is {refers_to} pressure, but this key takes {wanted} pressure", remedy
 
 

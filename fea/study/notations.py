@@ -28,7 +28,8 @@ _NUMBER = re.compile(
     | 10\^\(?(?P<alone>[+-]?\d{{1,3}})\)?
     | (?P<digits>(?:{_DIGITS})(?:\.\d*)?|\.\d+)
       (?: e(?P<power>[+-]?\d{{1,3}})
-        | (?:\s*[·x]\s*|\s+)10(?:\^\(?(?P<ten>[+-]?\d{{1,3}})\)?|(?P<lost>[+-]\d{{1,2}}))
+        | (?:\s*[·x]\s*|\s+)10\^\(?(?P<ten>[+-]?\d{{1,3}})\)?
+        | \s*[·x]\s*10(?P<lost>[+-]\d{{1,2}})
         | (?:\s*[·x]\s*|\s+)1e(?P<factor>[+-]?\d{{1,3}}) )?
     )(?![\d.,^])\s*[·*]?\s*(?P<unit>.*)""",
     re.IGNORECASE | re.VERBOSE | re.ASCII | re.DOTALL,
@@ -45,14 +46,16 @@ _REWRITTEN = [
         (r"''", '"'),
         (r"\bper\b", "/"),
         (r"H2O", "HHO"),
-        (r"\b(mm|cm|m|in) (Hg|HHO|WS|WC|WG|Aq)\b", r"\1\2"),
-        (r"(?:\bdeg(?:rees?)?\.?|°) *([CFKR])\b", r"°\1"),
+        (r"\b(mm|cm|m|in)\.? ?(Hg|HHO|WS|WC|WG|Aq)\b", r"\1\2"),
+        (r"(?:\b(?:deg(?:rees?)?\.?|Grad)|°) *(?:([CFKR])(?:elsius|ahrenheit)?)\b", r"°\1"),
         (r"(?:\bdeg(?:rees?)?\.?|°) *(CA|KW)\b", r"°CA"),
         (r"\b(?:square|sq)\.? *([a-z]+)", r"\1^2"),
         (r"\b(?:cubic|cu)\.? *([a-z]+)", r"\1^3"),
         (r"\bq(mm|cm)\b", r"\1^2"),
         (r"\b(pound|kilogram|ounce|gram)s?[- ·]force\b", r"force_\1"),
+        (r"\b(kg|lb)[-_(]f\b\)?", r"\1f"),
         (r"\bmetric tons?\b", "t"),
+        (r"\b(?-i:mpa|mPA|MPA|Mpa)[·. -]?s(?:ec)?\b", "mPa·s"),  # MPa·s is as it stands
         (r"(?<=[a-z])-?m[eè]t(?:er|re)s?\b", "·meter"),  # Newtonmeter
         (r"\b(milli|centi|micro|kilo)·meter\b", r"\1meter"),
         (r"\b(?:r\.?p\.?m|u\.?p\.?m)\b\.?", "rpm"),
@@ -67,20 +70,20 @@ _FACTOR = re.compile(
 # Two units written as one word: Nm, mkp, mPas, gcm². "mN" is always a millinewton.
 _WEIGHT = r"kgf|kg|kp|ozf|oz|lbf|lbs|lb"
 _JOINED = re.compile(
-    rf"(daN|dN|kN|N|{_WEIGHT}|gf|g|p|t|mPa|Pa)(mm|cm|m|ft|in|s)|(mm|cm|m|ft|in)({_WEIGHT})", re.IGNORECASE
+    rf"(daN|dN|kN|N|{_WEIGHT}|gf|g|p|t|mPa|dPa|Pa)(mm|cm|m|ft|in|s)|(mm|cm|m|ft|in)({_WEIGHT})", re.IGNORECASE
 )
 _FORCES = {
     name: f"force_{name}" for name in ("pound", "kilogram", "gram", "ounce", "metric_ton")
 }  # of these masses
 _REFERENCE = re.compile(
-    r"(.*?[^\s(\[_])[\s_]*[(\[]?\s*(abs(?:ol\w*)?\.?|a|g|ga|gauge|gage|rel\w*\.?|ü(?:berdruck)?)\s*[)\]]?",
+    r"(.*?[^\s(\[_])[\s_]*[(\[]?\s*(abs(?:ol\w*)?\.?|a|g|ga|gauge|gage|rel\w*\.?|ü(?:berdruck)?)\.?\s*[)\]]?",
     re.IGNORECASE,
 )
 # What single letters mean beside the unit of a key, alone and in a product.
 _TEMPERATURES = {
-    **dict.fromkeys(("C", "°C", "C°", "degC", "celsius", "Celsius", "centigrade"), ("degC", "kelvin")),
-    **dict.fromkeys(("F", "°F", "F°", "degF", "fahrenheit", "Fahrenheit"), ("degF", "degR")),
-    **dict.fromkeys(("K", "°K", "kelvin", "Kelvin"), ("kelvin", "kelvin")),
+    **dict.fromkeys(("C", "°C", "C°", "degC", "Celsius", "CELSIUS"), ("degC", "kelvin")),
+    **dict.fromkeys(("F", "°F", "F°", "degF", "Fahrenheit", "FAHRENHEIT"), ("degF", "degR")),
+    **dict.fromkeys(("K", "°K", "Kelvin", "KELVIN"), ("kelvin", "kelvin")),
     **dict.fromkeys(("R", "°R", "degR"), ("degR", "degR")),
 }
 
@@ -96,7 +99,7 @@ def normal(text: str) -> str:
         for letter in text.translate(_CHARACTERS)
     ).translate(_CHARACTERS)
     raised = _POWER.sub(lambda found: f"^{unicodedata.normalize('NFKC', found[0])}", plain)
-    return raised.translate(_CHARACTERS).strip()
+    return re.sub(r"\s+", " ", raised.translate(_CHARACTERS)).strip()
 
 
 def number(text: str) -> tuple[float, str] | None:
@@ -168,8 +171,7 @@ def _parts(unit: str) -> list[tuple[str, int, bool]]:
         end = found.end()
         word, power, short, operator = found.groups()
         if word:
-            if word in _words()["ambiguous"]:
-                raise AmbiguousUnitError(f"{word} {_words()['ambiguous'][word]}")
+            _require_clear(word, alone=word == rest)
             parts.append((word, int(power or short or 1), slash))
             slash = False
         elif operator == "/":
@@ -179,6 +181,14 @@ def _parts(unit: str) -> list[tuple[str, int, bool]]:
     if end != len(rest) or slash or not parts:
         raise ValueError(unit)
     return parts
+
+
+def _require_clear(word: str, *, alone: bool) -> None:
+    words = _words()
+    for kind in ("ambiguous", "doubtful_alone") if alone else ("ambiguous",):
+        known = word if word in words["names"] or kind != "ambiguous" else word.lower()
+        if why := words[kind].get(word, words[kind].get(known)):
+            raise AmbiguousUnitError(f"{word} {why}")
 
 
 def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, any_case: bool) -> Factors:
@@ -197,10 +207,10 @@ def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, 
 
 
 def _name(word: str, *, any_case: bool, alone: bool) -> str:
-    if word in _TEMPERATURES:
-        return _TEMPERATURES[word][0 if alone else 1]
-    names = _words()["names"]
-    return names.get(word) or (_words()["any_case"].get(word.lower(), word) if any_case else word)
+    if found := _TEMPERATURES.get(word.upper() if any_case else word):
+        return found[0 if alone else 1]
+    known = _words()["names"].get(word)
+    return known or (_words()["any_case"].get(word.lower(), word.lower()) if any_case else word)
 
 
 def _expression(factors: Factors) -> str:
@@ -215,6 +225,7 @@ def _words() -> Mapping[str, Mapping[str, str]]:
         "names": names,
         "any_case": {word.lower(): name for word, name in reversed(names.items())},
         "ambiguous": data["ambiguous"],
+        "doubtful_alone": data["doubtful_alone"],
     }
 
 
