@@ -79,6 +79,7 @@ _REFERENCE = re.compile(
     r"(.*?[^\s(\[_])[\s_]*[(\[]?\s*(abs(?:ol\w*)?\.?|a|g|ga|gauge|gage|rel\w*\.?|ü(?:berdruck)?)\.?\s*[)\]]?",
     re.IGNORECASE,
 )
+_SHORT = 2  # letters
 # What single letters mean beside the unit of a key, alone and in a product.
 _TEMPERATURES = {
     **dict.fromkeys(("C", "°C", "C°", "degC", "Celsius", "CELSIUS"), ("degC", "kelvin")),
@@ -210,7 +211,10 @@ def _name(word: str, *, any_case: bool, alone: bool) -> str:
     if found := _TEMPERATURES.get(word.upper() if any_case else word):
         return found[0 if alone else 1]
     known = _words()["names"].get(word)
-    return known or (_words()["any_case"].get(word.lower(), word.lower()) if any_case else word)
+    if known or not any_case:
+        return known or word
+    # Short words in another case are other units: NM is no nanometre.
+    return _words()["any_case"].get(word.lower(), word.lower() if len(word) > _SHORT else word)
 
 
 def _expression(factors: Factors) -> str:

@@ -77,7 +77,7 @@ REFUSED = {
     ("kN", "right kind"): "5 kg|2000 lb|60 Nm",
     ("kg", "right kind"): "2 lbf|9 daN|5 cc|5 l",
     ("hours", "right kind"): "5 PS|5 bhp|5 kW",
-    ("mm", "right kind"): "5 lb|5 mm²|5 cm³|5 ccm",
+    ("mm", "right kind"): "5 lb|5 mm²|5 cm³|5 ccm|60 NM",
 }  # fmt: skip
 
 
