@@ -7,6 +7,7 @@ from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, Threads, ask
 from fea.machine.exit_codes import CHECK_FAILED, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY
+from fea.study.tables import number_of
 from geometry.errors import require_number, require_positive
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ def limits(
     study: StudyName = DEFAULT_STUDY,
     *,
     flags: Flags = NO_FLAGS,
-    min_rpm: float | None = None,
-    min_boost: float | None = None,
+    min_rpm: float | str | None = None,
+    min_boost: float | str | None = None,
     duty: bool = False,
     out: Path | None = None,
     threads: Threads = None,
@@ -41,19 +42,23 @@ def limits(
     Parameters
     ----------
     min_rpm
-        Speed, rpm, that the rod must reach at the study's load, less the error bar; otherwise exit code 6.
+        Speed, in rpm or with its unit, that the rod must reach at the study's load, less the error bar;
+        otherwise exit code 6.
     min_boost
-        Boost, bar, that it must survive at this speed, less the error bar; otherwise exit code 6.
+        Boost, in bar or with its unit, that it must survive at this speed, less the error bar; otherwise
+        exit code 6.
     duty
         Compute the hours of life at each point as well, as with [duty] in the study; needs an S-N line.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
     asked = asked_for(study, flags, threads)
+    least_rpm = number_of("--min-rpm", min_rpm, "rpm")
+    least_boost = number_of("--min-boost", min_boost, "boost_bar")
     if min_rpm is not None:
-        require_positive("--min-rpm", min_rpm)
+        require_positive("--min-rpm", least_rpm)
     if min_boost is not None:
-        require_number("--min-boost", min_boost)
+        require_number("--min-boost", least_boost)
 
     from fea.apps.limits.run_limits import limits as find_limits
     from fea.machine.clock import stages
@@ -61,8 +66,8 @@ def limits(
 
     folder = Path("results") / f"{asked.name}-limits" if out is None else out
     with shown_in(asked.output.units), stages(silent=printing.silent) as listener:
-        figures = find_limits(asked, folder, listener, at_rpm=min_rpm, duty=duty)
-    reached = figures.reaches(min_rpm, min_boost)
+        figures = find_limits(asked, folder, listener, at_rpm=least_rpm, duty=duty)
+    reached = figures.reaches(least_rpm, least_boost)
     printing.show(figures, lambda: _print(figures, folder, reached=reached), asked)
     if not figures.trusted:
         return CHECK_FAILED

@@ -10,6 +10,7 @@ from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import DEFAULT_STUDY
+from fea.study.tables import number_of
 from geometry.errors import require
 
 
@@ -30,7 +31,7 @@ def optimise(
     flags: Flags = NO_FLAGS,
     free: list[str] | None = None,
     evaluations: int | None = None,
-    min_film_um: float | None = None,
+    min_film_um: float | str | None = None,
     out: Path | None = None,
     threads: Threads = None,
     printing: Printing = USUAL,
@@ -45,8 +46,9 @@ def optimise(
     evaluations
         Most meshes to be solved in the search; default: 150.
     min_film_um
-        Smallest oil film of the big end, µm, less its error bar, that the rod must keep over the crank cycle
-        at each speed, as [film] says; most designs are judged by a coarse grid, the last rod by the full one.
+        Smallest oil film of the big end, in µm or with its unit, less its error bar, that the rod must keep
+        over the crank cycle at each speed, as [film] says; most designs are judged by a coarse grid, the last
+        rod by the full one.
     out
         Directory of the results; default: results/STUDY-optimised. Only an earlier search is ever replaced.
     """
@@ -57,7 +59,7 @@ def optimise(
     if evaluations is not None:
         table = replace(table, evaluations=evaluations)
     if min_film_um is not None:
-        table = replace(table, min_film_um=min_film_um)
+        table = replace(table, min_film_um=number_of("--min-film-um", min_film_um, "min_film_um"))
     asked = replace(asked, optimise=table)
     asked.require_plausible()
 

@@ -83,7 +83,9 @@ def _entry(name: str, declared: Key) -> list[str]:
 _TITLE = "Study of a connecting rod for fea"
 _TYPES = {int: "integer", str: "string", bool: "boolean"}
 _NUMBER: dict[str, Any] = {"type": "number"}
-_QUANTITY = "[0-9].*[^0-9.+ -]"  # a number and its unit
+_QUANTITY = (
+    r"[0-9].*([A-DF-Za-df-z%\"'°]|[^ -~]|[eE][^0-9+-])"  # a number and its unit, which may end in a digit
+)
 
 Schema = dict[str, Any]
 

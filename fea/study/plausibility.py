@@ -12,7 +12,7 @@ from typing import Any
 from fea.base.note import UNITS, Note, doubt
 from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS
-from fea.study.quantities import own_unit
+from fea.study.quantities import Written, own_unit
 from fea.study.tables import unit_of
 from geometry.errors import is_finite
 
@@ -116,7 +116,8 @@ def findings(values: Mapping[str, float], measured: frozenset[str] = frozenset()
     """Return the values that lie outside of the ranges of engines, the gravest first.
 
     `values` are magnitudes by "table.key", `measured` the lengths among them of a rod from a file: its unit
-    scales all of them.
+    scales all of them. A unit that was written (`Written`) is not doubted: such a value far outside is only
+    noted, where no other one explains it.
     """
     ranges = []
     for name in values:
@@ -129,9 +130,16 @@ def findings(values: Mapping[str, float], measured: frozenset[str] = frozenset()
     for one in sorted(ranges, key=lambda each: (not each.refuses(values), -abs(each.excess(values)))):
         if one.excess(values):
             key, unit = _likely(one, ranges, values, measured)
-            finding = Finding(key, values[key], unit, one.text(values, key), one.refuses(values))
-            found.setdefault(key, finding)
+            doubted, refused = not isinstance(values[key], Written), one.refuses(values)
+            if doubted or refused:
+                finding = Finding(key, values[key], unit, one.text(values, key), refused and doubted)
+                found.setdefault(key, finding)
     return list(found.values())
+
+
+def spared(values: Mapping[str, float]) -> bool:
+    """Whether a value is not doubted, or only noted, because its unit was written."""
+    return findings(values) != findings({name: float(value) for name, value in values.items()})
 
 
 def _likely(
@@ -146,7 +154,7 @@ def _likely(
         return sum(each.cost(changed) for each in ranges)
 
     best, chosen = cost(values) - _BETTER, (one.key, "")
-    for key in (one.key, *one.of):
+    for key in (each for each in (one.key, *one.of) if not isinstance(values[each], Written)):
         scaled = measured if key in measured else (key,)
         for factor, said in _conversions(key, values[key], of_file=key in measured):
             changed = {**values, **{name: values[name] * factor for name in scaled}}
@@ -179,7 +187,7 @@ def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:
     for table, entries in tables.items():
         for key, value in entries.items() if isinstance(entries, Mapping) else ():
             numbers = [
-                abs(float(number))
+                (Written if isinstance(number, Written) else float)(abs(number))
                 for number in (value if isinstance(value, list | tuple) else (value,))
                 if isinstance(number, int | float) and not isinstance(number, bool) and is_finite(number)
             ]

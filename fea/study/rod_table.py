@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fea.base.note import Note, warning
 from fea.base.units import KG, KG_M2
 from fea.study.paths import absolute, is_file, located
+from fea.study.quantities import Written
 from fea.study.tables import (
     Table,
     entries_of,
@@ -136,6 +137,7 @@ class RodTable:
     #: Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured
     length: float | None
     mesh: RodFile | None = None  #: the mesh that it comes from
+    written: frozenset[str] = frozenset()  #: keys whose values had a unit beside them
 
     def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
         """Return the table with keys for reading its file. Raises `InvalidValue`: no file, or broken rule."""
@@ -225,7 +227,7 @@ class RodTable:
             entries = {"length_mm": self.length}
         if self.mass is not None:
             entries |= _mass_figures(self.mass)
-        return entries
+        return {name: Written(value) if name in self.written else value for name, value in entries.items()}
 
 
 def _mass_figures(mass: MassProperties) -> dict[str, float]:
@@ -253,6 +255,11 @@ def dimension_of(key: str) -> str:
 def read_rod(raw: object, folder: Path) -> RodTable:
     """Read [rod]; paths start at `folder`. Raises `InvalidValue`: a wrong key, type or dimension."""
     given = entries_of(read_table(RodKeys, "rod", raw))
+    written = frozenset(name for name, value in given.items() if isinstance(value, Written))
+    return dataclasses.replace(_table(given, folder), written=written)
+
+
+def _table(given: Mapping[str, Any], folder: Path) -> RodTable:
     mass = _mass(given)
     for name in ("mesh", *_FILES):
         if name in given:

@@ -28,8 +28,9 @@ from fea.study.option_tables import (
 )
 from fea.study.paths import is_file, located, require_text
 from fea.study.pin_models import PARTS
-from fea.study.plausibility import Finding, findings, magnitudes
+from fea.study.plausibility import Finding, findings, magnitudes, spared
 from fea.study.presets import engine_preset, with_preset
+from fea.study.quantities import with_units
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
 from fea.study.toml_files import TomlTable, parse_toml, read_toml
@@ -163,12 +164,7 @@ class Study:
     def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
         """Values outside engines' ranges, the gravest first; `measured`: a file's lengths by key."""
         lengths = dict(measured or {}) if self.rod.from_file else {}
-        tables: TomlTable = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
-        for name in TABLES.keys() - {"rod", "material"}:
-            tables[name] = entries_of(getattr(self, name)) if getattr(self, name) else {}
-        tables["material"] = vars(self.material.resolved())
-        tables |= {f"material.{part}": vars(table.resolved()) for part, table in self.part_material.items()}
-        values = {**magnitudes(tables), **lengths}
+        values = {**self._magnitudes(), **lengths}
         speeds = [rpm for rpm in self.speeds() if rpm]
         extremes: list[float | None] = [max(speeds)] if speeds else [None]
         if speeds and min(speeds) < max(speeds) / _ONE_SERIES:
@@ -179,6 +175,14 @@ class Study:
             for finding in findings(at, frozenset(lengths)):
                 found.setdefault(finding.key, finding)
         return sorted(found.values(), key=lambda finding: not finding.refused)
+
+    def _magnitudes(self) -> dict[str, float]:
+        tables: TomlTable = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
+        for name in TABLES.keys() - {"rod", "material"}:
+            tables[name] = entries_of(getattr(self, name)) if getattr(self, name) else {}
+        tables["material"] = vars(self.material.resolved())
+        tables |= {f"material.{part}": vars(table.resolved()) for part, table in self.part_material.items()}
+        return magnitudes(tables)
 
     def unusual_notes(self, measured: Mapping[str, float] | None = None) -> tuple[Note, ...]:
         """Return a note on each value outside of the ranges of engines; `measured` as of `unusual`."""
@@ -327,7 +331,8 @@ class Study:
 
     def text(self) -> str:
         """Return the study as a TOML file that runs again and gives the same."""
-        return toml_text(self.as_dict())
+        tables = self.as_dict()
+        return toml_text(with_units(tables) if spared(self._magnitudes()) else tables)
 
 
 _LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ForcesTable

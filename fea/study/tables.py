@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 from fea.base.units import OTHER_UNITS, WRITTEN
-from fea.study.quantities import own_unit, quantity, stem
+from fea.study.quantities import Written, own_unit, quantity, stem
 from fea.study.toml_files import TomlTable
 from geometry.errors import InvalidValue, is_finite, require, require_number, shown
 
@@ -221,7 +221,7 @@ def number_of(said: str, value: Any, name: str, *, bare: bool = False, change: b
         return value
     if isinstance(value, list | tuple):
         return [number_of(said, entry, name, bare=bare, change=change) for entry in value]
-    return quantity(said, value, unit, change=change) if bare or isinstance(value, str) else value
+    return quantity(said, value, unit, key=name, change=change) if bare or isinstance(value, str) else value
 
 
 def required(cls: Any) -> list[str]:
@@ -296,6 +296,8 @@ def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one line a t
     if _is_enum(option):
         return option(value) if value in list(option) else None
     if option is float:
+        if isinstance(value, Written):
+            return value
         return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
     if option is int and isinstance(value, bool):
         return None

@@ -140,7 +140,7 @@ def test_units_are_read_as_they_are_written(text, unit, value):
         ('mass = "2 lbf"', "not in a unit of the right kind: lbf. Give it in g, lb, t or kg"),
         ('length = "5.7 inx"', "unknown unit: inx. Did you mean inches"),
         ('length = "5.7 in"\nlength_mm = 144.78', "given twice, with its unit and without"),
-        ('length = "5,7 in"', "has a unit that cannot be read"),
+        ('length = "5,7 in"', "has a comma in its number. Write a decimal point, not a comma: 5.7"),
         ('length = "long"', "must be a number, or a text of a number and its unit"),
         ('length = "9**9**9 in"', "has a unit that cannot be read"),
         ('length = "1/0 in"', "must be a finite number"),

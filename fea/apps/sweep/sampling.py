@@ -6,7 +6,7 @@ import itertools
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,8 @@ import numpy as np
 
 from fea.apps.sweep.base import kind_of
 from fea.study.paths import require_size
-from fea.study.tables import checked, unknown_key
+from fea.study.quantities import Written
+from fea.study.tables import checked, number_of, unknown_key
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_number
 
@@ -67,15 +68,16 @@ class Span:
     mean: float = 0.0
     deviation: float = 1.0
     mode: float = 0.0
+    number: type[float] = field(default=float, repr=False)  #: `Written` where units were written
 
     def at(self, shares: Floats) -> list[float]:
         """Return the quantiles of shares (n,), 0 to 1."""
-        return [float(value) for value in self._quantiles(np.asarray(shares, float))]
+        return [self.number(value) for value in self._quantiles(np.asarray(shares, float))]
 
     def every(self) -> tuple[float, ...]:
         """Return the values of a grid: both bounds and equal steps, or equal ratios, between them."""
         spaced = np.geomspace if self.shape is Shape.LOG_UNIFORM else np.linspace
-        return tuple(spaced(self.low, self.high, self.steps or 1).tolist())
+        return tuple(map(self.number, spaced(self.low, self.high, self.steps or 1).tolist()))
 
     def _quantiles(self, shares: Floats) -> Floats:
         width = self.high - self.low
@@ -123,7 +125,10 @@ def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
     for value in (low, high):
         checked(name, value, kind)
     steps = _steps(name, raw.get("steps"), grid=grid)
-    span = Span(low, high, shape, steps, **_shape_numbers(name, raw, shape))
+    written = all(isinstance(raw[bound], Written) for bound in ("from", "to"))
+    span = Span(
+        low, high, shape, steps, **_shape_numbers(name, raw, shape), number=Written if written else float
+    )
     between = f"must lie between the bounds, {span.low:g} and {span.high:g}"
     if span.shape is Shape.NORMAL:
         require(span.deviation > 0, f"{name}.deviation", span.deviation, "must be positive")
@@ -268,12 +273,12 @@ def _design(where: str, kinds: dict[str, Any], row: list[str]) -> Design:
     rule = f"must have {len(kinds)} values, one for each column"
     require(len(row) == len(kinds), where, row, rule)
     return {
-        key: _value(f"{where}, {key}", cell.strip(), kind)
+        key: _value(f"{where}, {key}", key, cell.strip(), kind)
         for (key, kind), cell in zip(kinds.items(), row, strict=True)
     }
 
 
-def _value(name: str, cell: str, kind: Any) -> Any:
+def _value(name: str, key: str, cell: str, kind: Any) -> Any:
     for read in (int, float):
         try:
             number = read(cell)
@@ -281,6 +286,6 @@ def _value(name: str, cell: str, kind: Any) -> Any:
             continue
         checked(name, number, kind)
         return number
-    value = _WORDS.get(cell.lower(), cell)
+    value = number_of(name, _WORDS.get(cell.lower(), cell), key)
     checked(name, value, kind)
     return value

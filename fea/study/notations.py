@@ -1,0 +1,237 @@
+"""Numbers and units as data sheets write them, as numbers and the expressions that `pint` reads."""
+
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping
+from functools import cache
+
+from fea.base.shipped import shipped_toml
+
+_CHARACTERS = str.maketrans(
+    {
+        **dict.fromkeys("−–‐‑‒﹣", "-"),
+        **dict.fromkeys("×⋅∙•・‧✕*", "·"),
+        **dict.fromkeys("″”“„", '"'),
+        **dict.fromkeys("′’‘´", "'"),
+        **dict.fromkeys("º˚", "°"),
+        **dict.fromkeys("⁄∕", "/"),
+        **dict.fromkeys("µμ", "u"),
+        **dict.fromkeys("\u200b\u2060\ufeff\u00ad"),
+    }
+)
+_RAISED = "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_POWER = re.compile(f"[{_RAISED}]+")
+_DIGITS = r"\d{1,3}(?:'\d{3})+|\d{1,3}(?:[ ]\d{3})+|\d{1,3}(?:_\d{3})+|\d+"
+_NUMBER = re.compile(
+    rf"""(?P<sign>[+-]?)(?:
+      (?:(?P<whole>\d+)[ -])?(?P<above>\d+)/(?P<below>\d+)(?=[\sa-z"']|-[a-z])
+    | 10\^\(?(?P<alone>[+-]?\d{{1,3}})\)?
+    | (?P<digits>(?:{_DIGITS})(?:\.\d*)?|\.\d+)
+      (?: e(?P<power>[+-]?\d{{1,3}})
+        | (?:\s*[·x]\s*|\s+)10\^\(?(?P<ten>[+-]?\d{{1,3}})\)?
+        | \s*[·x]\s*10(?P<lost>[+-]\d{{1,2}})
+        | (?:\s*[·x]\s*|\s+)1e(?P<factor>[+-]?\d{{1,3}}) )?
+    )(?![\d.,^])\s*[·*]?\s*(?P<unit>.*)""",
+    re.IGNORECASE | re.VERBOSE | re.ASCII | re.DOTALL,
+)
+_GROUPING = dict.fromkeys(map(ord, "' _"))
+_COMMA = re.compile(r"[+-]?(\d[\d' .]*|),\d[\d,.' ]*")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?")
+# What is rewritten before words are told apart.
+_REWRITTEN = [
+    (re.compile(pattern, re.IGNORECASE), new)
+    for pattern, new in (
+        (r"··", "^"),
+        (r" x ", "·"),
+        (r"''", '"'),
+        (r"\bper\b", "/"),
+        (r"H2O", "HHO"),
+        (r"\b(mm|cm|m|in)\.? ?(Hg|HHO|WS|WC|WG|Aq)\b", r"\1\2"),
+        (r"(?:\b(?:deg(?:rees?)?\.?|Grad)|°) *(?:([CFKR])(?:elsius|ahrenheit)?)\b", r"°\1"),
+        (r"(?:\bdeg(?:rees?)?\.?|°) *(CA|KW)\b", r"°CA"),
+        (r"\b(?:square|sq)\.? *([a-z]+)", r"\1^2"),
+        (r"\b(?:cubic|cu)\.? *([a-z]+)", r"\1^3"),
+        (r"\bq(mm|cm)\b", r"\1^2"),
+        (r"\b(pound|kilogram|ounce|gram)s?[- ·]force\b", r"force_\1"),
+        (r"\b(kg|lb)[-_(]f\b\)?", r"\1f"),
+        (r"\bmetric tons?\b", "t"),
+        (r"\b(?-i:mpa|mPA|MPA|Mpa)[·. -]?s(?:ec)?\b", "mPa·s"),  # MPa·s is as it stands
+        (r"(?<=[a-z])-?m[eè]t(?:er|re)s?\b", "·meter"),  # Newtonmeter
+        (r"\b(milli|centi|micro|kilo)·meter\b", r"\1meter"),
+        (r"\b(?:r\.?p\.?m|u\.?p\.?m)\b\.?", "rpm"),
+        (r"\bp\.s\.i\b\.?", "psi"),
+    )
+]
+_GROUP = re.compile(r"/\s*\(([^()/]*)\)")
+_FACTOR = re.compile(
+    r"""([a-z_°%‰"'#äöü]+?)(?:\^\(?([+-]?\d)\)?(?!\d)|(-?\d)(?!\d))?(?=[^a-z_°%‰"'#äöü\d]|$)|([·/]|[. -]+)""",
+    re.IGNORECASE,
+)
+# Two units written as one word: Nm, mkp, mPas, gcm². "mN" is always a millinewton.
+_WEIGHT = r"kgf|kg|kp|ozf|oz|lbf|lbs|lb"
+_JOINED = re.compile(
+    rf"(daN|dN|kN|N|{_WEIGHT}|gf|g|p|t|mPa|dPa|Pa)(mm|cm|m|ft|in|s)|(mm|cm|m|ft|in)({_WEIGHT})", re.IGNORECASE
+)
+_FORCES = {
+    name: f"force_{name}" for name in ("pound", "kilogram", "gram", "ounce", "metric_ton")
+}  # of these masses
+_REFERENCE = re.compile(
+    r"(.*?[^\s(\[_])[\s_]*[(\[]?\s*(abs(?:ol\w*)?\.?|a|g|ga|gauge|gage|rel\w*\.?|ü(?:berdruck)?)\.?\s*[)\]]?",
+    re.IGNORECASE,
+)
+_SHORT = 2  # letters
+# What single letters mean beside the unit of a key, alone and in a product.
+_TEMPERATURES = {
+    **dict.fromkeys(("C", "°C", "C°", "degC", "Celsius", "CELSIUS"), ("degC", "kelvin")),
+    **dict.fromkeys(("F", "°F", "F°", "degF", "Fahrenheit", "FAHRENHEIT"), ("degF", "degR")),
+    **dict.fromkeys(("K", "°K", "Kelvin", "KELVIN"), ("kelvin", "kelvin")),
+    **dict.fromkeys(("R", "°R", "degR"), ("degR", "degR")),
+}
+
+
+def normal(text: str) -> str:
+    """Return a text with one character for each of its meanings, and powers as ``^2``."""
+    plain = "".join(
+        f" {unicodedata.normalize('NFKC', letter)}"
+        if unicodedata.decomposition(letter).startswith("<fraction>")
+        else unicodedata.normalize("NFKC", letter)
+        if letter not in f"{_RAISED}º˚´″″'"
+        else letter
+        for letter in text.translate(_CHARACTERS)
+    ).translate(_CHARACTERS)
+    raised = _POWER.sub(lambda found: f"^{unicodedata.normalize('NFKC', found[0])}", plain)
+    return re.sub(r"\s+", " ", raised.translate(_CHARACTERS)).strip()
+
+
+def number(text: str) -> tuple[float, str] | None:
+    """Return the number at the start of a normal text, and the unit after it; None where there is none."""
+    found = _NUMBER.fullmatch(text)
+    if found is None:
+        return None
+    if found["above"]:
+        size = int(found["whole"] or 0) + int(found["above"]) / (int(found["below"]) or float("nan"))
+    elif found["alone"]:
+        size = float(f"1e{found['alone']}")
+    else:
+        power = found["power"] or found["ten"] or found["lost"] or found["factor"] or "0"
+        digits = found["digits"].translate(_GROUPING)
+        size = float(f"{digits}e{power}")
+    return (-size if found["sign"] == "-" else size), found["unit"]
+
+
+def comma(text: str) -> str:
+    """Return the remedy for a number with a comma; "" where it has none."""
+    found = _COMMA.match(text)
+    if found is None:
+        return ""
+    given = found[0].strip()
+    if _THOUSANDS.fullmatch(given):
+        whole = given.replace(",", "")
+        return f"Write {whole}, or with a decimal point: the comma may mean either."
+    pointed = f": {given.replace(',', '.')}" if given.count(",") == 1 and "." not in given else ""
+    return f"Write a decimal point, not a comma{pointed}."
+
+
+def reference(unit: str) -> tuple[str, str]:
+    """Split "absolute" or "gauge" from a unit of pressure, as in ``bar(g)`` or ``psia``; "" if neither."""
+    found = _REFERENCE.fullmatch(unit)
+    if found is None:
+        return unit, ""
+    return found[1], "absolute" if found[2][0] in "aA" else "gauge"
+
+
+def readings(unit: str) -> Iterator[str]:
+    """Return what a unit may mean, as expressions for `pint`, the likeliest first.
+
+    Raises `ValueError`: it has not the form of a unit, or a word with more meanings than one.
+    """
+    for pattern, new in _REWRITTEN:
+        unit = pattern.sub(new, unit)
+    unit = _GROUP.sub(lambda found: "/" + re.sub(r"[· ]+", "/", found[1].strip()), unit)
+    parts = _parts(re.sub(r"^\((.*)\)$", r"\1", unit))
+    for sticky in (False, True):
+        for joined in (False, True):
+            for any_case in (False, True):
+                words = _factors(parts, sticky=sticky, joined=joined, any_case=any_case)
+                yield _expression(words)
+                if len(words) > 1:
+                    yield _expression([(_FORCES.get(name, name), power) for name, power in words])
+
+
+Factors = list[tuple[str, int]]
+
+
+def _parts(unit: str) -> list[tuple[str, int, bool]]:
+    """Split a unit into its words, their powers, and whether a slash is before them."""
+    rest = re.sub(r"^1\s*(?=/)", "", unit.strip())
+    parts: list[tuple[str, int, bool]] = []
+    slash, end = False, 0
+    for found in _FACTOR.finditer(rest):
+        if found.start() != end:
+            break
+        end = found.end()
+        word, power, short, operator = found.groups()
+        if word:
+            _require_clear(word, alone=word == rest)
+            parts.append((word, int(power or short or 1), slash))
+            slash = False
+        elif operator == "/":
+            if slash:
+                break
+            slash = True
+    if end != len(rest) or slash or not parts:
+        raise ValueError(unit)
+    return parts
+
+
+def _require_clear(word: str, *, alone: bool) -> None:
+    words = _words()
+    for kind in ("ambiguous", "doubtful_alone") if alone else ("ambiguous",):
+        known = word if word in words["names"] or kind != "ambiguous" else word.lower()
+        if why := words[kind].get(word, words[kind].get(known)):
+            raise AmbiguousUnitError(f"{word} {why}")
+
+
+def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, any_case: bool) -> Factors:
+    """Return pint's names and powers; `sticky`: all that follows a slash is below it."""
+    factors: Factors = []
+    below = False
+    for word, power, slash in parts:
+        below = slash or (sticky and below)
+        sign = -1 if below else 1
+        pair = _JOINED.fullmatch(word) if joined else None
+        pieces = [piece for piece in pair.groups() if piece] if pair else [word]
+        names = [_name(piece, any_case=any_case, alone=len(parts) == 1) for piece in pieces]
+        factors += [(name, sign) for name in names[:-1]]
+        factors.append((names[-1], sign * power))
+    return factors
+
+
+def _name(word: str, *, any_case: bool, alone: bool) -> str:
+    if found := _TEMPERATURES.get(word.upper() if any_case else word):
+        return found[0 if alone else 1]
+    known = _words()["names"].get(word)
+    if known or not any_case:
+        return known or word
+    # Short words in another case are other units: NM is no nanometre.
+    return _words()["any_case"].get(word.lower(), word.lower() if len(word) > _SHORT else word)
+
+
+def _expression(factors: Factors) -> str:
+    return "*".join(f"({name})**{power}" if power != 1 else f"({name})" for name, power in factors)
+
+
+@cache
+def _words() -> Mapping[str, Mapping[str, str]]:
+    data = shipped_toml("study/notations.toml")
+    names = {word: name for name, words in data["names"].items() for word in words.split()}
+    return {
+        "names": names,
+        "any_case": {word.lower(): name for word, name in reversed(names.items())},
+        "ambiguous": data["ambiguous"],
+        "doubtful_alone": data["doubtful_alone"],
+    }
+
+
+class AmbiguousUnitError(ValueError):
+    """A word of a unit has more meanings than one; its text says which."""
