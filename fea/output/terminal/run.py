@@ -10,8 +10,8 @@ from rich.table import Table
 
 from fea.analysis.figures import CaseFigures, LoadFigures, Summary
 from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
-from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
+from fea.judge.safety_factor import Answer
 from fea.judge.verdict import Verdict
 from fea.output.report import tables as tabular
 from fea.output.report.tables import figure
@@ -39,7 +39,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
-    heading, tables = [headline, *unusual(notes), *answer.fatigue_unjudged(summaries)], [table]
+    heading, tables = [headline, *unusual(notes)], [table]
     if any(summary.film for summary in rising):
         tables.append(_film_table(rising))
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
@@ -212,7 +212,6 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
     heading = [f"{summary.title}: {summary.survival.text}", *unusual(summary.notes)]
-    heading += answer.fatigue_unjudged([summary])
     parts = [] if summary.assembly is None else tabular.assembly_tables(summary.assembly)
     shown = [one for one in parts[1:] if verbose or one.head[0] == _governing(summary)]
     tables = [case_table(summary, console), *(one.printed(no_wrap=True) for one in shown)]

@@ -7,6 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fea.analysis.figures import SharpEdgeFigures, Summary
+from fea.judge.safety_factor import printed
 from fea.output.text import error_bar
 from fea.output.units import in_heading, in_rows
 
@@ -33,7 +34,7 @@ def plain_table(
 
 UNKNOWN = "–"
 # Wider or narrower than their columns.
-_MANY_NEWTONS, _FAR_TOO_MANY, _SMALL_FACTOR = 999e3, 99_999e3, 0.095
+_MANY_NEWTONS, _FAR_TOO_MANY = 999e3, 99_999e3
 
 
 def number(value: float | None, form: str) -> str:
@@ -61,7 +62,7 @@ def kilo(newtons: float | None) -> str:
 
 def factor(value: float | None) -> str:
     """Return a safety factor: two places, or two digits where it is so small that those would be zeros."""
-    return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
+    return printed(value)
 
 
 def film_lines(summary: Summary) -> list[str]:
