@@ -614,6 +614,14 @@ class Summary(Figures):
         return min(self.results, key=lambda case: self.results[case].min_safety_factor)
 
     @property
+    def governing_result(self) -> str:
+        """The result whose fields show what governs: a load case, or ``envelope`` for the whole cycle."""
+        case = self.survival.case or (self.buckling.column.case if self.survival.mode == "buckling" else None)
+        if case in self.results:
+            return str(case)
+        return self.worst_case if self.cycle is None else "envelope"
+
+    @property
     def governing(self) -> CaseFigures | None:
         """The load case whose safety factor governs; None where that is not of a load case."""
         return self.results.get(self.survival.case or "")

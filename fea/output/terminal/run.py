@@ -297,8 +297,10 @@ def _written(folder: Path, summary: Summary, width: int) -> list[str]:
 
 
 def _next(folder: Path, summary: Summary) -> str:
-    result = f"{summary.worst_case}.vtu"
-    file, picture = near(folder) / result, picture_name(result)
+    result = f"{summary.governing_result}.vtu"
+    if result not in (summary.files or ()):
+        result = f"{summary.worst_case}.vtu"
+    picture = picture_name(result)
     if picture not in (summary.files or ()):
-        return f"Next: fea view {file}"
+        return f"Next: fea view {near(folder) / result}"
     return f"Next: look at {near(folder) / picture}"
