@@ -70,6 +70,13 @@ def test_forces_of_any_size(newtons, said):
     assert kilo(newtons) == said
 
 
+@pytest.mark.parametrize(
+    ("largest", "said"), [(3e4, "+0.2"), (3e3, "+0.22"), (216.0, "+0.216"), (0.0, "+0.21600")]
+)
+def test_small_forces_have_three_digits_beside_others_as_small(largest, said):
+    assert kilo(216.0, largest) == said
+
+
 def test_peaks_that_are_not_settled_are_named(folder):
     assert "Not converged: tension (" in said((folder, SUMMARY))
     diverging = replace(GIVEN, verdict="not converged", singular_max_von_mises_MPa=99.0)

@@ -19,7 +19,7 @@ from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose, run_lines
 from fea.output.terminal.answer import assembly_lines, governs, levers, life, of_kind, singular
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
-from fea.output.terminal.run_lines import bar, factor, kilo, number, place, plain_table
+from fea.output.terminal.run_lines import bar, factor, kilo, largest_force, number, place, plain_table
 from fea.output.text import gathered, some_speeds
 from fea.output.units import in_rows, in_text
 
@@ -198,8 +198,9 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
     kept = [title not in without for title in _COLUMNS]
     titles = compress(_COLUMNS, kept)
     table = plain_table(titles, (), left={_CASE, _PLACE}, no_wrap=True, gap=gap, show_edge=border)
+    largest = largest_force(summary.loads.values())
     for case, result in summary.results.items():
-        (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result)]])
+        (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result, largest)]])
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
             edge = result.sharp_edges[0]
@@ -261,10 +262,10 @@ def _governing(summary: Summary) -> str:
     return "shells" if part.endswith("shell") else part
 
 
-def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
+def _cells(load: LoadFigures, result: CaseFigures, largest: float) -> list[str]:
     return [
         number(load.crank_deg, ".0f"),
-        *(kilo(force) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
+        *(kilo(force, largest) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
         number(result.max_von_mises_MPa, ".1f"),
         bar(result.error_percent),
         place(result.at_mm),
