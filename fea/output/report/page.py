@@ -27,7 +27,7 @@ from fea.output.stored_run import Run
 from fea.output.target import PictureError, picture_name
 from fea.output.terminal.run_lines import bar, factor, number, place
 from fea.output.text import write_text
-from fea.output.units import system, unit
+from fea.output.units import in_text, system, unit
 from geometry.errors import require
 
 _VERDICTS = {
@@ -97,6 +97,11 @@ def _facts(summary: Summary) -> Iterator[Fact]:
         under = summary.buckling.column.case
         said = f"as a column, under {under}" if under else "as a column"
         yield Fact("Safety factor against buckling", factor(summary.buckling.min_safety_factor), said)
+    for end, film in (summary.film or {}).items():
+        thinnest = f"{film.h_min_um:.2f} µm ± {bar(film.h_min_error_percent)} %"
+        pressure = f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} %"
+        said = in_text(f"smallest gap {thinnest} at {film.h_min_deg:.0f}°; highest pressure {pressure}")
+        yield Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, said)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
     yield Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
