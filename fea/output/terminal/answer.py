@@ -13,7 +13,9 @@ from fea.analysis.figures import (
     PlaceFigures,
     SharpEdgeFigures,
     Summary,
+    SurfaceFigures,
 )
+from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
@@ -179,11 +181,21 @@ def _endurance(summary: Summary) -> Iterator[str]:
     estimated = ", estimated" if any(limit.estimated for limit in limits) else ""
     regions = (limit.regions.get(spot.surface_region or "") for limit in limits)
     surfaces = [skin for skin in regions if skin is not None]
-    finish = f" ({surfaces[0].finish}{', assumed' if surfaces[0].assumed else ''})" if surfaces else ""
+    finish = f" ({_finish(surfaces[0])})" if surfaces else ""
     shown = number(spot.endurance_MPa, ".4g")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
     what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
     yield f"{what} there: {shown} MPa{estimated}{finish}: endurance_MPa, surface"
+
+
+def _finish(surface: SurfaceFigures) -> str:
+    """Say what the surface is taken for, with its factor, and what else an assumed one may be."""
+    made = "shot-peened forging" if surface.finish == Finish.SHOT_PEENED else surface.finish
+    said = f"{made}, factor {surface.surface_factor:.3g}"
+    if not surface.assumed:
+        return said
+    other = f'; of a machined and peened bar surface = "{Finish.MACHINED_PEENED}"'
+    return f"{said}, assumed{other if surface.finish == Finish.SHOT_PEENED else ''}"
 
 
 def life(found: LifeFigures | None) -> list[str]:
