@@ -12,13 +12,13 @@ from fea.analysis.figures import PassFigures
 from fea.analysis.meshing import adaptive_mesh
 from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle, with_film
-from fea.analysis.survival import Factor
 from fea.analysis.wanted_size import Judged, predicted_elements, size_ratio, wanted_sizes
 from fea.base.note import Note, doubt
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, signed_equivalent
+from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import Peak, peak
 from fea.machine.clock import Clock, Listener
 from fea.rod.discretise import drawn_once
@@ -148,13 +148,13 @@ def _deciding(speeds: Sequence[float | None]) -> Sequence[float | None]:
 
 def _solved(
     rod: PreparedRod, speeds: Sequence[float | None], tolerance: float, *, again: bool
-) -> tuple[_Widest, Floats, dict[float | None, SpeedResult], Factor]:
+) -> tuple[_Widest, Floats, dict[float | None, SpeedResult], SafetyFactor]:
     """Solve some speeds: the bar, factors (n_nodes,) on the size, the results kept, the smallest factor."""
     mesh, all_cases = rod.mesh.whole, rod.options.all_cases
     widest, ratio = _Widest(), np.ones(len(mesh.points))
     most = max(1, MAX_KEPT_NODES // len(mesh.points))
     results: dict[float | None, SpeedResult] = {}
-    factors: list[Factor] = []
+    factors: list[SafetyFactor] = []
     for rpm in speeds:
         result = solve_speed(rod, rpm)
         cases = tuple(result.cases.values())
@@ -192,13 +192,14 @@ def _bars(cases: Sequence[CaseResult], fatigue: Sequence[Peak], *, all_cases: bo
         yield _Widest(each.error_percent, name, tuple(points[each.bar_node].tolist()))
 
 
-def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[Factor]:
+def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[SafetyFactor]:
     for case in cases:
-        yield Factor("yielding", case.load.name, case.min_safety_factor, case.worst.error_percent)
+        yield SafetyFactor.of_stress(case.min_safety_factor, case.worst.error_percent, instant=case.load.name)
         for edge in case.sharp_governing:
-            yield Factor("yielding", case.load.name, edge.safety_factor, edge.error_percent, "sharp edge")
+            edge_of = {"instant": case.load.name, "place": "sharp edge"}
+            yield SafetyFactor.of_stress(edge.safety_factor, edge.error_percent, **edge_of)
     for used in fatigue:
-        yield Factor("fatigue", "", 1 / used.value, used.error_percent)
+        yield SafetyFactor.of_stress(1 / used.value, used.error_percent, mode="fatigue")
 
 
 def _obstacle(rod: PreparedRod, elements: float, n_passes: int) -> str:

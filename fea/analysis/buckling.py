@@ -12,6 +12,7 @@ from fea.analysis.speed import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
 from fea.judge.column import Column, Plane, column
+from fea.judge.safety_factor import without_bar
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
 from geometry.arrays import Floats
@@ -78,7 +79,7 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
             for name, modes in of_case.items()
         },
         shapes_of=worst,
-        min_safety_factor=min(factors, default=None),
+        min_safety_factor=without_bar(min(factors, default=None)),
     )
     shapes = {f"mode_{i}": _shape(whole, mode) for i, mode in enumerate(of_case[worst], start=1)}
     residual = max((mode.residual for mode in every), default=0.0)

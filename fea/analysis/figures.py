@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from enum import Enum
 from math import isnan
-from typing import Annotated, Any, TypeVar, dataclass_transform
+from typing import Annotated, Any, ClassVar, TypeVar, dataclass_transform, get_args
 
 from fea.base.checks import Check
 from fea.base.note import Note
 from fea.base.units import DEG, KG, KG_M2, N_M, UM
+from fea.judge.safety_factor import SafetyFactor, without_bar
 from geometry.arrays import Vector
 
 SCHEMA = "fea/summary/1"
@@ -26,10 +27,24 @@ _UNITS = {
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 class Figures:
-    """Figures for JSON: every subclass is a frozen dataclass, whose fields are given by name."""
+    """Figures for JSON: every subclass is a frozen dataclass, whose fields are given by name.
+
+    Safety factors that are given as plain numbers have no error bar.
+    """
+
+    factor_names: ClassVar[tuple[str, ...]] = ()  #: names of the fields that are safety factors
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
+        cls.factor_names = tuple(field.name for field in fields(cls) if _is_factor(field.type))  # type: ignore[arg-type]
+
+    def __post_init__(self) -> None:
+        for name in self.factor_names:
+            object.__setattr__(self, name, without_bar(getattr(self, name)))
+
+
+def _is_factor(hint: Any) -> bool:
+    return hint is SafetyFactor or any(_is_factor(part) for part in get_args(hint))
 
 
 Kind = TypeVar("Kind", bound=Figures)
@@ -159,7 +174,7 @@ class SharpEdgeFigures(Figures):
     structural_stress_MPa: float  #: hot-spot stress across the edge
     structural_von_mises_MPa: float  #: of all its components
     error_percent: float  #: error bar of the latter
-    safety_factor: float  #: against yielding, by the structural stress
+    safety_factor: SafetyFactor  #: against yielding, by the structural stress
     #: K, MPa·mm^(exponent), of the stress K/√(2π) r^(−exponent) across the bisector of the notch; None where
     #: the flanks are too short or the notch too narrow
     notch_intensity: float | None
@@ -181,7 +196,7 @@ class WeakestFigures(Figures):
 class LiningFigures(Figures):
     """The lining of a bore in a load case: where it yields it settles, which does not end the rod."""
 
-    safety_factor: float  #: against yielding
+    safety_factor: SafetyFactor  #: against yielding
     specific_load_MPa: float  #: force of the pin over diameter times width of its bore
 
 
@@ -193,13 +208,13 @@ class CaseFigures(Figures):
     max_principal_MPa: float
     min_principal_MPa: float
     max_displacement_mm: float | None
-    min_safety_factor: float
+    min_safety_factor: SafetyFactor
     weakest: WhereKnown[WeakestFigures] = None
     error_percent: float | None
     energy_error_percent: WhereKnown[float] = None
     verdict: str | None
     unmasked_max_von_mises_MPa: WhereKnown[float] = None
-    unmasked_min_safety_factor: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[SafetyFactor] = None
     unmasked_verdict: WhereKnown[str] = None
     singular_max_von_mises_MPa: WhereKnown[float] = None
     singular_verdict: WhereKnown[str] = None
@@ -239,8 +254,8 @@ class PlaceFigures(Figures):
     mean_MPa: float
     amplitude_MPa: float
     stress_ratio: float
-    fatigue_safety_factor: float | None
-    crossland_safety_factor: float | None
+    fatigue_safety_factor: SafetyFactor | None
+    crossland_safety_factor: SafetyFactor | None
     endurance_MPa: WhereKnown[float] = None  #: with the factor of its region of the surface
     surface_region: WhereKnown[str] = None  #: none inside the solid
 
@@ -250,22 +265,22 @@ class SpotFigures(PlaceFigures):
 
     max_von_mises_MPa: float
     crank_deg: float
-    safety_factor: float
+    safety_factor: SafetyFactor
     history_MPa: tuple[float, ...]
 
 
 class CycleFigures(Figures):
     """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
 
-    min_safety_factor: float
+    min_safety_factor: SafetyFactor
     at_mm: Vector
     where: WhereKnown[str] = None  #: in words
     crank_deg: float | None
-    min_fatigue_safety_factor: float | None
+    min_fatigue_safety_factor: SafetyFactor | None
     fatigue_error_percent: WhereKnown[float] = None  #: error bar of the stress behind the smallest factor
     fatigue_criterion: str
     fatigue: PlaceFigures | None
-    min_crossland_safety_factor: float | None
+    min_crossland_safety_factor: SafetyFactor | None
     endurance: WhereKnown[Mapping[str, EnduranceFigures]] = None  #: by part, where the limit is known
     unit_solutions: int
     instants: int
@@ -283,7 +298,7 @@ class EnvelopeFigures(CycleFigures):
     #: Largest difference to the solved load cases and instants, over the largest stress of each part
     superposition_error: float
     unmasked_max_von_mises_MPa: WhereKnown[float] = None
-    unmasked_min_safety_factor: WhereKnown[float] = None
+    unmasked_min_safety_factor: WhereKnown[SafetyFactor] = None
 
 
 class DutyFigures(Figures):
@@ -324,7 +339,7 @@ class PlaneFigures(Figures):
     euler_N: float
     johnson_N: float
     rankine_N: float
-    safety_factor: float | None
+    safety_factor: SafetyFactor | None
 
 
 class ColumnFigures(Figures):
@@ -336,7 +351,7 @@ class ColumnFigures(Figures):
     planes: Mapping[str, PlaneFigures]
 
     @property
-    def min_safety_factor(self) -> float | None:
+    def min_safety_factor(self) -> SafetyFactor | None:
         """The least factor of both planes."""
         factors = [plane.safety_factor for plane in self.planes.values() if plane.safety_factor is not None]
         return min(factors, default=None)
@@ -355,7 +370,7 @@ class BucklingFigures(Figures):
     column: ColumnFigures
     modes: WhereKnown[Mapping[str, tuple[BucklingModeFigures, ...]]] = None
     shapes_of: WhereKnown[str] = None
-    min_safety_factor: float | None
+    min_safety_factor: SafetyFactor | None
 
     @property
     def min_mode_factor(self) -> float | None:
@@ -380,11 +395,11 @@ class SurvivalFigures(Figures):
     mode: str
     case: str | None
     place: WhereKnown[str] = None
-    safety_factor: float
+    safety_factor: SafetyFactor
     assured_safety_factor: float  #: what remains of it if the stress is higher by its error bar
     #: Where the cycle is not computed and the strengths are known: factor against fatigue between the load
     #: cases, which over the cycle is that or less, and its place in words
-    fatigue_at_most: WhereKnown[float] = None
+    fatigue_at_most: WhereKnown[SafetyFactor] = None
     fatigue_where: WhereKnown[str] = None
 
 
@@ -427,16 +442,16 @@ class BoltsFigures(Figures):
     amplitude_N: float  #: the largest: over the load cases with assembly alone, or over the whole cycle
     tightening_use: float  #: stress at the end of tightening over the yield strength (R7)
     proof_use: float  #: largest force over the proof load
-    yield_safety_factor: float  #: at the largest force, with half the torsion of tightening (R8)
+    yield_safety_factor: SafetyFactor  #: at the largest force, with half the torsion of tightening (R8)
     alternating_stress_MPa: float  #: in the thread (R9), as the next two
     endurance_MPa: float
-    fatigue_safety_factor: float | None  #: None where the force does not change
+    fatigue_safety_factor: SafetyFactor | None  #: None where the force does not change
     seat_pressure_MPa: float  #: largest under head or nut (R10)
     max_bending_MPa: float  #: largest bending stress of any section
     #: With bending: at the outer fibre, where the largest force is or not; and σ_SAbb in the thread (R9)
-    bending_yield_safety_factor: float
+    bending_yield_safety_factor: SafetyFactor
     bending_alternating_stress_MPa: float
-    bending_fatigue_safety_factor: float | None
+    bending_fatigue_safety_factor: SafetyFactor | None
     seat_lift_ratio: float  #: largest moment on a seat over that at which its edge lifts
     hole_play_mm: float  #: slip of the joint from which on a bolt bears on its hole
     #: shear_N, shear_MPa: of a bolt there, the largest, and its shear stress, which the factors contain
@@ -599,11 +614,19 @@ class Summary(Figures):
         return min(self.results, key=lambda case: self.results[case].min_safety_factor)
 
     @property
+    def governing_result(self) -> str:
+        """The result whose fields show what governs: a load case, or ``envelope`` for the whole cycle."""
+        case = self.survival.case or (self.buckling.column.case if self.survival.mode == "buckling" else None)
+        if case in self.results:
+            return str(case)
+        return self.worst_case if self.cycle is None else "envelope"
+
+    @property
     def governing(self) -> CaseFigures | None:
         """The load case whose safety factor governs; None where that is not of a load case."""
         return self.results.get(self.survival.case or "")
 
     @property
-    def min_safety_factor(self) -> float:
+    def min_safety_factor(self) -> SafetyFactor:
         """The smallest safety factor of the load cases."""
         return self.results[self.worst_case].min_safety_factor

@@ -43,6 +43,10 @@ _HOLES = 5.0
 _TILTED = 1e-3
 
 
+# Percent: with a wider bar, a figure of a film gives no verdict.
+_WIDEST = 50.0
+
+
 class Regime(StrEnum):
     """How surfaces are kept apart, by the smallest gap over the roughness λ, and whether the oil suffices.
 
@@ -57,6 +61,7 @@ class Regime(StrEnum):
     STARVED = "starved"
     OVERHEATED = "overheated"
     OVERLOADED = "overloaded"
+    NOT_DETERMINED = "not determined"  # the error bars are too wide for a verdict
 
     @classmethod
     def of(cls, ratio: float, share: float) -> "Regime":
@@ -94,8 +99,8 @@ class FilmResult:
         return crank_angles(self.cycle.acting.count) / DEG
 
     @cached_property
-    def verdict(self) -> Regime:
-        """The regime, or why there is none."""
+    def regime(self) -> Regime:
+        """The regime of the film as it was computed, or why there is none."""
         if self.cycle.starved:
             return Regime.STARVED
         if self.cycle.too_hot or abs(self.cycle.unbalanced) > LIMITS["film_heat"]:
@@ -106,8 +111,26 @@ class FilmResult:
 
     @property
     def sound(self) -> bool:
-        """Whether there is a verdict on the regime."""
-        return self.verdict not in (Regime.STARVED, Regime.OVERHEATED, Regime.OVERLOADED)
+        """Whether the film was computed to its end, within the model."""
+        return self.regime not in (Regime.STARVED, Regime.OVERHEATED, Regime.OVERLOADED)
+
+    @cached_property
+    def wide(self) -> tuple[str, float] | None:
+        """A figure by which the regime is judged whose bar is too wide, in words, and the bar, percent.
+
+        Where asperities carry the load, the smallest gap does not decide.
+        """
+        bars = {"highest pressure": self._error(lambda film: film.highest, partial(extreme_error, np.max))}
+        if self.regime is not Regime.METAL:
+            gap = self._error(lambda film: film.thinnest, partial(extreme_error, np.min))
+            bars["smallest gap"] = gap
+        worst = max(bars, key=lambda name: bars[name])
+        return (worst, bars[worst]) if self.sound and bars[worst] > _WIDEST else None
+
+    @property
+    def verdict(self) -> Regime:
+        """The regime, or why there is none."""
+        return self.regime if self.wide is None else Regime.NOT_DETERMINED
 
     @cached_property
     def ratio(self) -> float:
@@ -200,6 +223,13 @@ class FilmResult:
             notes.append(remark(text, topic))
         if self.joint is not None:
             notes.append(self._of_joint(self.joint))
+        if self.wide is not None:
+            what, bar = self.wide
+            text = (
+                f"not determined: its {what} is known to ± {bar:.0f} % only, and as computed it is "
+                f"{self.regime}. Smaller elements (--size) narrow that"
+            )
+            notes.append(doubt(text, topic))
         if self.verdict == Regime.MIXED:
             text = f"asperities touch; they carry up to {found.asperity_percent:.2g} % of the load"
             notes.append(warning(text, topic))

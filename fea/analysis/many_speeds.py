@@ -15,6 +15,7 @@ from fea.analysis.speed import SpeedResult
 from fea.analysis.summary import endurance_figures, load_figures, summary_of
 from fea.base.note import omission
 from fea.base.units import DEG
+from fea.judge.safety_factor import SafetyFactor
 from fea.machine.threads import side_by_side
 from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
@@ -109,15 +110,15 @@ class SpeedSweep:
         if peak.min_safety_factor < worst.yielding.factor:
             place, angle = peak.at_mm, float(case.crank_angle)
         return CycleFigures(
-            min_safety_factor=_yielding(worst),
+            min_safety_factor=SafetyFactor(_yielding(worst)),
             at_mm=place,
             crank_deg=angle / DEG,
-            min_fatigue_safety_factor=None if fatigue is None else fatigue.factor,
+            min_fatigue_safety_factor=None if fatigue is None else SafetyFactor(fatigue.factor),
             fatigue_criterion=cycle.fatigue.value,
             fatigue=None
             if fatigue is None
-            else replace(fatigue.figures, fatigue_safety_factor=fatigue.factor),
-            min_crossland_safety_factor=multiaxial if np.isfinite(multiaxial) else None,
+            else replace(fatigue.figures, fatigue_safety_factor=SafetyFactor(fatigue.factor)),
+            min_crossland_safety_factor=SafetyFactor(multiaxial) if np.isfinite(multiaxial) else None,
             endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
             instants=len(cycle_angles()),

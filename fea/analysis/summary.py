@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from string import ascii_uppercase
@@ -40,7 +41,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
-from fea.analysis.survival import Factor, factors, survival
+from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
@@ -51,14 +52,16 @@ from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
+from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, Verdict, peak, safety_factor
+from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
 from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface
-from geometry.system import peak_memory, usable_processors
+from geometry.system import peak_memory
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair
@@ -116,6 +119,7 @@ def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigur
         SharpEdgeFigures,
         place,
         name=name,
+        safety_factor=SafetyFactor.of_stress(place.safety_factor, place.error_percent, place=f"edge {name}"),
         notch_intensity=None if notch is None else notch.intensity,
         required_safety_factor=required,
         fillet_radius_mm=place.fillet(required),
@@ -182,13 +186,14 @@ def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> I
             )
 
 
-def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> Factor | None:
+def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> SafetyFactor | None:
     some = [case for case in cases if case.load.in_cycle]
     used = usage(rod, some) if len(some) > 1 else None
     if used is None:
         return None
     worst = peak(*used, cases[0].error.masked)
-    return Factor("fatigue", "", 1 / worst.value, worst.error_percent, place_name(rod.mesh, worst.node))
+    place = place_name(rod.mesh, worst.node)
+    return SafetyFactor.of_stress(1 / worst.value, worst.error_percent, mode="fatigue", place=place)
 
 
 def summary_of(
@@ -200,7 +205,7 @@ def summary_of(
     results: Mapping[str, CaseFigures],
     envelope: CycleFigures | None,
     buckling: BucklingFigures,
-    fatigue: Factor | None = None,
+    fatigue: SafetyFactor | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
     checks: Mapping[str, Check],
@@ -217,7 +222,8 @@ def summary_of(
             factors(results, buckling, envelope, assembly),
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
-            unjudged=fatigue,
+            fatigue_at_most=fatigue,
+            by_duty=rod.duty is not None,
         ),
         rod=figures(
             RodFigures,
@@ -245,7 +251,7 @@ def summary_of(
         environment=EnvironmentFigures(
             versions={"python": platform.python_version(), "conrod-fea": __version__} | _versions(),
             platform=platform.platform(),
-            threads=usable_processors(),
+            threads=threads(),
         ),
     )
 
@@ -270,6 +276,7 @@ def case_figures(
     return figures(
         CaseFigures,
         case,
+        min_safety_factor=_of_case(case),
         weakest=_weakest(rod, case),
         energy_error_percent=case.error.energy_percent,
         verdict=verdict.value,
@@ -280,6 +287,10 @@ def case_figures(
     )
 
 
+def _of_case(case: CaseResult) -> SafetyFactor:
+    return SafetyFactor.of_stress(case.min_safety_factor, case.error_percent, instant=case.load.name)
+
+
 def _linings(rod: PreparedRod, case: CaseResult) -> Iterator[tuple[str, LiningFigures]]:
     bores = rod.mesh.bores
     small, big = bores.small_radius * bores.small_width, bores.big_radius * bores.big_width
@@ -288,7 +299,7 @@ def _linings(rod: PreparedRod, case: CaseResult) -> Iterator[tuple[str, LiningFi
             force, half = (case.load.pin, small) if part == BUSHING else (case.load.crank, big)
             factor = min(material.yield_strength / float(np.nanmax(stress[case.counts])), CAP)
             load = float(np.linalg.norm(force)) / (2 * half)
-            yield part, LiningFigures(safety_factor=factor, specific_load_MPa=load)
+            yield part, LiningFigures(safety_factor=SafetyFactor(factor), specific_load_MPa=load)
 
 
 def _weakest(rod: PreparedRod, case: CaseResult) -> WeakestFigures:
@@ -329,13 +340,18 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
     mesh, materials = rod.mesh.whole, rod.materials
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
+    # of the rod: the field has the linings of the bores, too
+    factor = max(float(found.safety_factor[worst]), min(1 / float(found.usage[worst]), CAP))
     fatigue, multiaxial = (
         None if spot is None else _spot(spot, result, rod) for spot in (result.weakest, result.multiaxial)
     )
+    off = fatigue_error(result, rod, cases)
+    if fatigue is not None and fatigue.fatigue_safety_factor is not None:
+        least = SafetyFactor.of_stress(fatigue.fatigue_safety_factor, off, mode="fatigue")
+        fatigue = replace(fatigue, fatigue_safety_factor=least)
     singular = not counts.all()
     return EnvelopeFigures(
-        # of the rod: the field has the linings of the bores, too
-        min_safety_factor=max(float(found.safety_factor[worst]), min(1 / float(found.usage[worst]), CAP)),
+        min_safety_factor=SafetyFactor.of_stress(factor, _of_peaks(cases)),
         at_mm=vector(mesh.points[worst]),
         where=place_name(rod.mesh, worst),
         crank_deg=float(found.usage_angle[worst]) / DEG,
@@ -345,7 +361,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
         fatigue_criterion=rod.options.fatigue.value,
         fatigue=fatigue,
-        fatigue_error_percent=fatigue_error(result, rod, cases),
+        fatigue_error_percent=off,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
         endurance=endurance_figures(rod.mesh.parts, materials) or None,
@@ -354,8 +370,15 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         instants=len(result.angles),
         superposition_error=result.superposition,
         unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
-        unmasked_min_safety_factor=float(found.safety_factor.min()) if singular else None,
+        unmasked_min_safety_factor=SafetyFactor(float(found.safety_factor.min())) if singular else None,
     )
+
+
+def _of_peaks(cases: Sequence[CaseResult]) -> float | None:
+    """Return the bar, percent, of the smallest factor of load cases: down to the least that any can be."""
+    every = [_of_case(case) for case in cases]
+    least, lowest = min(every), min(factor.low for factor in every)
+    return 100 * (least / lowest - 1)
 
 
 def fatigue_error(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> float | None:
@@ -394,9 +417,9 @@ def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
         mean_MPa=float(mean[0]),
         amplitude_MPa=float(amplitude[0]),
         stress_ratio=float(ratio[0]),
-        safety_factor=float(safety_factor(np.asarray(largest), material.yield_strength)),
-        fatigue_safety_factor=None if factor is None else float(factor[0]),
-        crossland_safety_factor=None if multiaxial is None else float(multiaxial[0]),
+        safety_factor=SafetyFactor(float(safety_factor(np.asarray(largest), material.yield_strength))),
+        fatigue_safety_factor=None if factor is None else without_bar(float(factor[0])),
+        crossland_safety_factor=None if multiaxial is None else without_bar(float(multiaxial[0])),
         endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
         surface_region=None if region is None else region.value,
         history_MPa=tuple(spot.signed.tolist()),

@@ -123,6 +123,7 @@ class Finish(StrEnum):
     HOT_ROLLED = "hot-rolled"
     AS_FORGED = "as-forged"
     SHOT_PEENED = "shot-peened"  # a forging
+    MACHINED_PEENED = "machined-peened"  # a bar or billet that is machined all over and shot-peened then
 
 
 class Loading(StrEnum):

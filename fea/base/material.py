@@ -21,6 +21,7 @@ class SurfaceFinish:
     factor: float = 1.0  #: k_a, the endurance limit over that of a polished surface
     finish: str = "polished"  #: in words
     assumed: bool = False  #: whether the study does not give it
+    of_steel: bool = False  #: whether the factor is that of a steel of the same strength, and this is none
 
 
 @dataclass(frozen=True)
@@ -180,8 +181,11 @@ _STEEL_MODULI = (185e3, 225e3)
 def finish_factor(finish: Finish, ultimate: float) -> float:
     """k_a of a surface finish on a steel of ultimate strength in MPa (equation 6-19), at most 1.
 
-    That of shot-peened forgings is K_R K_V of the FKM guideline, which may exceed 1.
+    That of shot-peened forgings is K_R K_V of the FKM guideline, that of machined and peened surfaces K_V
+    times the factor of machined ones; both may exceed 1.
     """
+    if finish is Finish.MACHINED_PEENED:
+        return _PEENING * finish_factor(Finish.MACHINED, ultimate)
     if finish is Finish.SHOT_PEENED:
         return _PEENING * roughness_factor(_SKIN_ROUGHNESS, ultimate)
     a, b = _FINISHES[finish]

@@ -91,7 +91,7 @@ class CaseResult(CaseFields):
     @property
     def sharp_mattering(self) -> tuple[SharpPlace, ...]:
         """The sharp edges that matter beside the rest of the rod, the worst first."""
-        diverging = self.verdict() is Verdict.DIVERGING
+        diverging = self.peak.diverges or self.worst.diverges
         return mattering(self.sharp, self.min_safety_factor, diverging=diverging)
 
     @property

@@ -97,10 +97,11 @@ def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
     if any(material.endurance_estimated for material in known):
         yield "half the ultimate strength as endurance limit"
     regions = [item for material in known for item in material.marin.surfaces.items()]
-    assumed = {(region, skin.finish): None for region, skin in regions if skin.assumed}
-    for finish in dict.fromkeys(finish for _, finish in assumed):
-        where = " and ".join(region for region, made in assumed if made == finish)
+    assumed = {(region, (skin.finish, skin.of_steel)): None for region, skin in regions if skin.assumed}
+    for finish, of_steel in dict.fromkeys(made for _, made in assumed):
+        where = " and ".join(region for region, made in assumed if made == (finish, of_steel))
         why = " (its factors are not known)" if finish == Finish.POLISHED else ""
+        why = " (with the factor of a steel of the same strength)" if of_steel else why
         yield f"a {finish} surface of {where}{why}"
     if any(material.marin.reliability_percent == MEDIAN for material in known):
         yield "the median strength (reliability 50 %)"

@@ -21,7 +21,7 @@ class Verdict(StrEnum):
     CONVERGED = "converged"
     SUFFICIENT = "sufficient"  # its bar is wide, but cannot lower the smallest safety factor
     NOT_CONVERGED = "not converged"
-    DIVERGING = "diverging"
+    DIVERGING = "diverging"  # of the stress near a singularity, which no figure includes
 
 
 # The constants of the estimate come from rods drawn from dimensions, whose fillets have elements enough. Of a
@@ -54,13 +54,13 @@ class Peak:
         """The bar relative to the value."""
         return 100 * self.bar / self.value if self.value > 0 else 0.0
 
-    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
-        """Return the verdict for the tolerance, or for `CONVERGED_PERCENT` without one (or with 0).
+    @property
+    def diverges(self) -> bool:
+        """Whether the stress near a singularity exceeds the peak: it grows with every refinement."""
+        return self.unmasked > self.value
 
-        It is diverging if the stress near a singularity exceeds the peak: it grows with every refinement.
-        """
-        if self.unmasked > self.value:
-            return Verdict.DIVERGING
+    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+        """Return the verdict on the value for the tolerance; without one, or with 0, `CONVERGED_PERCENT`."""
         within = self.error_percent <= (tolerance_percent or CONVERGED_PERCENT)
         return Verdict.CONVERGED if within else Verdict.NOT_CONVERGED
 

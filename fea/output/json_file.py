@@ -17,6 +17,7 @@ import numpy as np
 from fea.analysis.figures import ONLY_WHERE_KNOWN, SCHEMA, Summary
 from fea.base.checks import Check
 from fea.base.note import Note, NoteKind, omission, warning
+from fea.judge.safety_factor import SafetyFactor
 from fea.output.folder import SUMMARY
 
 JsonObject = dict[str, Any]
@@ -72,7 +73,13 @@ def _told(value: Any) -> JsonObject | str:
     hints = _hints(typing.cast("type", type(value)))
     known = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
     optional = {name for name in known if ONLY_WHERE_KNOWN in getattr(hints[name], "__metadata__", ())}
-    return {name: item for name, item in known.items() if item is not None or name not in optional}
+    told = {}
+    for name, item in known.items():
+        if item is not None or name not in optional:
+            told[name] = item
+        if isinstance(item, SafetyFactor):
+            told |= {f"{name}_low": item.low, f"{name}_high": item.high}
+    return told
 
 
 def json_lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
@@ -123,7 +130,7 @@ def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of
         return omission(raw["what"], raw["why"]) if isinstance(raw, dict) else warning(raw)
     if dataclasses.is_dataclass(hint):
         kind = typing.cast("type", hint)
-        return kind(**{key: _read(_hints(kind)[key], item) for key, item in raw.items()})
+        return kind(**{key: _read(_hints(kind)[key], item) for key, item in _folded(kind, raw).items()})
     if origin is tuple:
         return tuple(_read(arguments[0], item) for item in raw)
     if origin is not None and issubclass(origin, Mapping):
@@ -134,9 +141,19 @@ def _read(hint: Any, raw: Any) -> Any:  # noqa: PLR0911 - one return per kind of
 def _read_either(hints: list[Any], raw: Any) -> Any:
     for hint in hints:
         fields = {f.name for f in dataclasses.fields(hint)} if dataclasses.is_dataclass(hint) else None
-        if fields is None or fields >= raw.keys():
+        if fields is None or fields >= _folded(hint, raw).keys():
             return _read(hint, raw)
     raise KeyError(", ".join(raw))
+
+
+def _folded(kind: type, raw: Mapping[str, Any]) -> JsonObject:
+    """Return fields in which each safety factor has its interval, which files name beside it."""
+    fields = dict(raw)
+    for name in getattr(kind, "factor_names", ()):
+        low, high = fields.pop(f"{name}_low", None), fields.pop(f"{name}_high", None)
+        if low is not None:  # JSON knows no infinity
+            fields[name] = SafetyFactor(fields[name], low, math.inf if high is None else high)
+    return fields
 
 
 def _vector(values: list[Any] | tuple[Any, ...], digits: int) -> list[Any]:

@@ -85,6 +85,11 @@ class EngineTable(
     intake_pressure_bar: float | None = key(
         "1.01325", 'for "otto" and "motored", absolute; of a trace, that to which its zero is pegged'
     )
+    boost_bar: float | None = key(
+        "1.0",
+        "gauge pressure in the intake, in place of intake_pressure_bar: of computed cycles; or with a "
+        "trace the boost with which it was measured, from which fea limits counts",
+    )
     atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
     gas_scale: float | None = key(
@@ -110,6 +115,22 @@ class EngineTable(
         for name, value in self.given.items():
             rule, remedy = "says how a file is to be read, but gas names none", "Remove it, or give a file."
             require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
+
+        self._require_one_charge()
+
+    def _require_one_charge(self) -> None:
+        """Refuse two keys that both set the charge, and boost for a gas that it does not change."""
+        if self.boost_bar is None:
+            return
+        name, value = "engine.boost_bar", self.boost_bar
+        lowest, least = "must be above vacuum, the atmosphere below zero", -self.atmosphere / BAR
+        require(value > least, name, value, lowest)
+        rule = "stands beside intake_pressure_bar, which is the same pressure, absolute"
+        require(self.intake_pressure_bar is None, name, value, rule, "Remove one of them.")
+        rule = "stands beside gas_scale, which multiplies the charge, too"
+        require(self.gas_scale is None, name, value, rule, "Remove one of them.")
+        rule = f'does nothing for gas = "{self.gas}"'
+        require(self.gas not in _NOT_BOOSTED, name, value, rule, 'Use gas = "otto", "motored" or a trace.')
 
     def located(self, folder: Path) -> "EngineTable":
         """Return the table with the path of a file made absolute."""
@@ -178,7 +199,7 @@ class EngineTable(
             gas = Boyle(engine, self._needed("compression_ratio"), self.atmosphere)
         elif self.gas != "none":
             ratio, atmosphere = self._needed("compression_ratio"), self.atmosphere
-            intake = atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
+            intake = self.intake
             peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
             gas = Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
@@ -201,7 +222,8 @@ class EngineTable(
         for name in ("atmosphere_bar", "intake_pressure_bar"):
             if getattr(self, name) is not None:
                 require_positive(f"engine.{name}", getattr(self, name))
-        intake = None if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
+        given = self.intake_pressure_bar is not None or self.boost_bar is not None
+        intake = self.intake if given else None
         around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
         return read_trace(Path(self.gas), self, around)
 
@@ -216,6 +238,13 @@ class EngineTable(
         if not points or not points[0][0] <= rpm <= points[-1][0]:
             return None
         return float(np.interp(rpm, *np.transpose(points))) * N_M / self.cylinders
+
+    @property
+    def intake(self) -> float:
+        """Absolute pressure in the intake, before `gas_scale` multiplies it, MPa."""
+        if self.boost_bar is not None:
+            return self.atmosphere + self.boost_bar * BAR
+        return self.atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
 
     def _needed(self, key: str) -> float:
         value = getattr(self, key)
@@ -239,6 +268,7 @@ def _is_file(gas: str) -> bool:
     return gas not in SHIPPED and gas not in _CYCLES
 
 
+_NOT_BOOSTED = {"none", "boyle"}  # gas models that know no pressure in the intake
 _SAME_LENGTH = 2e-3  # relative difference up to which two rods count as equally long
 # The gas models that need a key; the others do without.
 _NEEDED_BY = {"compression_ratio": {"boyle", "otto", "motored"}, "peak_pressure_bar": {"otto"}}

@@ -81,6 +81,7 @@ def _require_slope(key: str, value: object, exponent: float) -> None:
 
 # Finishes of forgings and rolled bars, of which the bores and the faces beside them are machined.
 _RAW = (Finish.HOT_ROLLED, Finish.AS_FORGED, Finish.SHOT_PEENED)
+_PEENED = (Finish.SHOT_PEENED, Finish.MACHINED_PEENED)
 # Larger gains than this are known of surface treatments of sharply notched parts only.
 _LARGEST_FACTOR = 2.0
 
@@ -112,7 +113,8 @@ class MaterialTable(Table, table="material"):
     surface: Finish | float | None = key(
         '"machined"',
         'factor on the endurance limit: "polished", "ground", "machined" (bar stock), "hot-rolled", '
-        '"as-forged", "shot-peened" (a cleaned forging: default for steel), or a number, as 0.7',
+        '"as-forged", "shot-peened" (a cleaned forging: the default), "machined-peened" (a bar that is '
+        "machined and peened), or a number, as 0.7",
     )
     bore_surface: Finish | float | None = key(
         '"machined"', "on the bores; machined where surface is that of a raw forging or bar"
@@ -192,14 +194,14 @@ class MaterialTable(Table, table="material"):
     def marin(self) -> Marin:
         """Return Marin's factors, from a polished specimen to the part.
 
-        A steel whose surface is not given counts as a forging that was cleaned by blasting or peening, as
-        rods are delivered; for other metals no factor is known, and their surface counts as polished. The
-        bores, and the faces beside them, are machined where the rest of the part is left as it was forged or
-        rolled, unless their finish is given. Raises `InvalidValue`: a value is out of its range, a finish is
+        A surface that is not given counts as that of a forging that was cleaned by blasting or peening, as
+        rods are delivered, with the factor of a steel of the same strength, whatever the metal is; it counts
+        as polished where the ultimate strength is not known. The bores, and the faces beside them, are
+        machined where the rest of the part is left as it was forged or rolled, unless their finish is
+        given. Raises `InvalidValue`: a value is out of its range, a finish is
         named but not the ultimate strength, or the metal is none that a finish was tested on.
         """
-        forged = is_steel(self.stiffness()[0]) and self.ultimate_MPa is not None
-        usual = Finish.SHOT_PEENED if forged else Finish.POLISHED
+        usual = Finish.POLISHED if self.ultimate_MPa is None else Finish.SHOT_PEENED
         made = usual if self.surface is None else self.surface
         machined = Finish.MACHINED if made in _RAW else made
         rest = self._surface("surface", made)
@@ -226,10 +228,11 @@ class MaterialTable(Table, table="material"):
         missing, rule = "material.ultimate_MPa", f"is missing: the factor of {key} depends on it"
         require(self.ultimate_MPa is not None, missing, None, rule, f"Give it, or leave {key} out.")
         ultimate = require_positive(missing, self.ultimate_MPa)
-        if made is Finish.SHOT_PEENED:
+        steel = is_steel(self.stiffness()[0])
+        if made in _PEENED and not assumed:
             rule, remedy = "is known of steel only", "Give the factor as a number instead."
-            require(is_steel(self.stiffness()[0]), name, made, rule, remedy)
-        return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed)
+            require(steel, name, made, rule, remedy)
+        return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed, not steel)
 
 
 def _needed(table: MaterialTable, key: str, preset: str | None = None) -> float:

@@ -136,10 +136,15 @@ def one_of(valid: Iterable[str]) -> Check:
     return lambda name, value: require(value in names, name, value, f"must be one of {', '.join(names)}")
 
 
+# Other words for keys, which no similar spelling leads to.
+_MEANT = dict.fromkeys(("turbo", "turbocharger", "supercharger", "manifold_pressure", "map_bar"), "boost_bar")
+
+
 def unknown_key(where: str, key: str, valid: Iterable[str]) -> InvalidValue:
     """Return the error for a key that does not exist, which suggests the nearest one and lists all."""
     names = list(valid)
-    remedy = _converted(key, names) or nearest(key, names)
+    meant = _MEANT.get(key.casefold())
+    remedy = f"Did you mean {meant}?" if meant in names else _converted(key, names) or nearest(key, names)
     return InvalidValue(f"{where} {shown(key)}", None, "is an unknown key", remedy)
 
 

@@ -15,6 +15,8 @@ TomlTable = dict[str, Any]
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
 _NESTED = re.compile(r"(?:\.[^.,\n\[\]{}]*){64}")
 _DECIMAL_COMMA = re.compile(r"(?m)^[^#\n=]*=\s*([+-]?\d+,\d+)\s*(?:#.*)?$")
+# TOML reads a backslash between double quotes as the start of an escape.
+_WINDOWS_PATH = re.compile(r'(?m)^[^#\n=]*=\s*"((?:[A-Za-z]:|\.{0,2})\\[^"\n]*)"')
 _LARGEST = 2**18  # bytes; the longest list of speeds takes a tenth
 
 
@@ -40,4 +42,7 @@ def parse_toml(what: str, name: str, text: str) -> Mapping[str, Any]:
             remedy = (
                 f"Write {comma[1].replace(',', '.')}: TOML has a decimal point, not a comma ({comma[1]})."
             )
+        elif (path := _WINDOWS_PATH.search(text)) is not None:
+            slashes = path[1].replace("\\", "/")
+            remedy = f"Write the path between single quotes, '{path[1]}', or with slashes: \"{slashes}\"."
         raise InvalidValue(what, name, f"is not valid TOML: {error}", remedy) from error

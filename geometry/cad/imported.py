@@ -320,8 +320,8 @@ def _assumed(
         )
     if file.unit is None and unit != declared:
         notes.append(
-            f"{file.path.name}: lengths are taken to be in {unit}, because in {declared}, as the file "
-            "declares, the rod would be of no usual length (rod.unit)"
+            f"{file.path.name}: the unit of length is taken to be {unit}, because in {declared}, which the "
+            "file declares, the rod would have an unusual length (rod.unit)"
         )
     elif file.unit is None and not is_usual(length):
         number = length / DECLARED[unit]

@@ -272,8 +272,8 @@ def given_mesh(file: RodFile) -> GivenMesh:
         named = str(error).startswith((str(file.path), str(file.cap)))
         raise MeshError(str(error) if named else f"{file.path}: {error}") from error
     if file.unit is None and usual != "mm":
-        why = "because in mm the rod would be of no usual length (rod.unit)"
-        said = (f"the mesh is taken to be in {usual}, {why}", *said)
+        why = "because in mm the rod would have an unusual length (rod.unit)"
+        said = (f"the unit of length of the mesh is taken to be {usual}, {why}", *said)
     return replace(given, imported=replace(given.imported, assumed=(*said, *given.imported.assumed)))
 
 

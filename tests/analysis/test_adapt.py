@@ -106,7 +106,7 @@ def test_each_pass_is_told(within_six):
     assert len(passes) == len(adapted.passes)
     assert passes[0].startswith(f"pass 1: {adapted.passes[0].elements} elements, ±")
     assert re.fullmatch(
-        r"draft: safety factor \d\.\d\d ± \d\.\d\d \(\w+\); refining, to about \S+ elements", draft
+        r"draft: safety factor \d\.\d\d \(\d\.\d\d … \d\.\d\d; \w+\); refining, to about \S+ elements", draft
     )
 
 

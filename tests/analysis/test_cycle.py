@@ -114,7 +114,14 @@ def test_hottest_places_are_distinct(quarter, at_6000):
     apart = np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(5, 1)]
     assert apart.min() > 0.1 * length
     assert (places[:, 2] >= 0).all()
-    assert at_6000.cycle.spots[0].node == at_6000.cycle.envelope.safety_factor.argmin()
+    assert at_6000.cycle.spots[0].node == at_6000.cycle.weakest.node  # fatigue governs
+
+
+def test_without_fatigue_the_place_nearest_to_yielding_stands_first():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [50, 0, 0], [100, 0, 0]])
+    factor = np.array([1.0, 2.0, 3.0, 4.0])
+    assert distinct(points, factor, 100.0) == [0, 2, 3]
+    assert distinct(points, factor, 100.0, [1]) == [1, 2, 3]
 
 
 def test_images_across_the_plane_of_motion_are_one_place():

@@ -168,6 +168,26 @@ def test_the_regime_follows_from_the_roughness(ratio, share, regime):
 
 
 @pytest.mark.parametrize(
+    ("regime", "gap", "pressure", "wide"),
+    [
+        (Regime.MIXED, 60.0, 20.0, ("smallest gap", 60.0)),
+        (Regime.HYDRODYNAMIC, 40.0, 100.0, ("highest pressure", 100.0)),
+        (Regime.METAL, 100.0, 20.0, None),  # the gap does not decide
+        (Regime.METAL, 100.0, 51.0, ("highest pressure", 51.0)),
+        (Regime.MIXED, 50.0, 50.0, None),
+        (Regime.STARVED, 100.0, 100.0, None),  # says already that there is no verdict
+    ],
+)
+def test_a_figure_with_a_wide_bar_gives_no_verdict(regime, gap, pressure, wide):
+    film = SimpleNamespace(thinnest=gap, highest=pressure)
+    sound = regime is not Regime.STARVED
+    result = SimpleNamespace(regime=regime, sound=sound, _error=lambda read, _: read(film))
+    assert FilmResult.wide.func(result) == wide
+    result.wide = wide
+    assert FilmResult.verdict.fget(result) is (regime if wide is None else Regime.NOT_DETERMINED)
+
+
+@pytest.mark.parametrize(
     ("study", "flags", "message"),
     [
         ("leon-2001-bolted", {"pressure": "cosine-180"}, r"cosine-180': .*\[assembly\], whose parts"),

@@ -7,48 +7,58 @@ from hypothesis import given
 from hypothesis import strategies as st
 from written_figures import buckling, cycle, result
 
-from fea.analysis.survival import Answer, Factor, factors, survival
+from fea.analysis.survival import factors, survival
+from fea.judge.safety_factor import Answer, SafetyFactor
 
 
 def tension(value, error_percent=2.0):
-    return Factor("yielding", "tension", value, error_percent)
+    return SafetyFactor.of_stress(value, error_percent, instant="tension")
 
 
-def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
-    factor = tension(1.1, 10.0)
-    assert factor.low == pytest.approx(1.0)
-    assert factor.high == pytest.approx(1.1 / 0.9)
-    assert tension(0.5, 120.0).high == inf
-    assert (Factor("fatigue", "", 2.0).low, Factor("fatigue", "", 2.0).high) == (2.0, 2.0)
+def fatigue(value, error_percent=None, place=""):
+    return SafetyFactor.of_stress(value, error_percent, mode="fatigue", place=place)
+
+
+def buckles(value):
+    return SafetyFactor(value, mode="buckling")
+
+
+SOUND = fatigue(9.0)
 
 
 @pytest.mark.parametrize(
     ("found", "required", "answer", "text"),
     [
-        ([tension(0.86)], None, "fails", "yields, safety factor 0.86 ± 0.02 (tension)"),
+        ([tension(0.86), SOUND], None, "fails", "yields, safety factor 0.86 ± 0.02 (tension)"),
         (
-            [tension(1.99), Factor("buckling", "", 3.0)],
+            [tension(1.99), buckles(3.0), SOUND],
             None,
             "survives",
             "survives, safety factor 1.99 ± 0.04 (tension)",
         ),
         (
-            [tension(3.3, 1.0), Factor("yielding", "gas", 4.11, 26.3, "edge B")],
+            [tension(1.99)],
+            None,
+            "does not yield",
+            "does not yield, safety factor 1.99 ± 0.04 (tension); fatigue is not judged",
+        ),
+        (
+            [tension(3.3, 1.0), SafetyFactor.of_stress(4.11, 26.3, instant="gas", place="edge B"), SOUND],
             None,
             "survives",
             (
                 "survives, safety factor 3.30 ± 0.03 (tension); "
-                "4.11 ± 1.16 (gas, edge B) could be as low as 3.25"
+                "4.11 (3.25 … 5.58; gas, edge B) could be as low as 3.25"
             ),
         ),
         (
-            [tension(1.04, 8.0)],
+            [tension(1.04, 8.0), SOUND],
             None,
             "undecided",
-            "undecided, safety factor 1.04 ± 0.08 (tension) includes 1; --tolerance 3.6 would decide",
+            "undecided, safety factor 1.04 (0.96 … 1.13; tension) includes 1; --tolerance 3.6 would decide",
         ),
         (
-            [tension(1.002)],
+            [tension(1.002), SOUND],
             None,
             "undecided",
             (
@@ -57,35 +67,30 @@ def test_a_factor_less_its_bar_is_that_of_a_stress_higher_by_its_bar():
             ),
         ),
         (
-            [tension(0.86), tension(0.7), Factor("fatigue", "", 0.54), Factor("buckling", "", 0.9)],
+            [tension(0.86), tension(0.7), fatigue(0.54), buckles(0.9)],
             None,
             "fails",
             (
-                "yields, safety factor 0.70 ± 0.01 (tension); fails by fatigue, safety factor 0.54; "
+                "fails by fatigue, safety factor 0.54; yields, safety factor 0.70 ± 0.01 (tension); "
                 "buckles, safety factor 0.90"
             ),
         ),
         (
-            [tension(1.99)],
+            [tension(1.99), SOUND],
             2.5,
             "fails",
             "below the required safety factor of 2.5: 1.99 ± 0.04 (tension) against yielding",
         ),
         (
-            [tension(1.99)],
+            [tension(1.99), SOUND],
             1.5,
             "survives",
             "meets the required safety factor of 1.5: 1.99 ± 0.04 (tension)",
         ),
-        ([tension(1.0, 0.0)], None, "survives", "survives, safety factor 1.00 ± 0.01 (tension)"),
-        ([tension(0.00331, 3.0)], None, "fails", "yields, safety factor 0.0033 ± 0.0001 (tension)"),
-        (
-            [Factor("buckling", "", 1.5)],
-            None,
-            "survives",
-            "survives, safety factor 1.50 against buckling",
-        ),
-        ([tension(inf)], None, "survives", "survives, safety factor inf (tension)"),
+        ([tension(1.0, 0.0), SOUND], None, "survives", "survives, safety factor 1.00 (tension)"),
+        ([tension(0.00331, 3.0), SOUND], None, "fails", "yields, safety factor 0.0033 ± 0.0001 (tension)"),
+        ([buckles(1.5), SOUND], None, "survives", "survives, safety factor 1.50 against buckling"),
+        ([tension(inf), SOUND], None, "survives", "survives, safety factor 9.00 against fatigue"),
     ],
 )
 def test_verdict_in_a_line(found, required, answer, text):
@@ -94,23 +99,37 @@ def test_verdict_in_a_line(found, required, answer, text):
     assert verdict.text == text
 
 
-def test_a_rod_that_the_cycle_fails_does_not_just_survive():
-    found, over_the_cycle = [tension(1.99)], Factor("fatigue", "", 0.87, 5.0, "shank")
-    verdict = survival(found, unjudged=over_the_cycle)
-    assert verdict.text.endswith("but not the cycle: at most 0.87 against fatigue (--cycle)")
+def test_a_bound_that_fails_decides_and_stands_first():
+    verdict = survival([tension(1.99)], fatigue_at_most=fatigue(0.87, 5.0, "shank"))
+    assert verdict.text == "fails by fatigue, safety factor at most 0.87 (0.83 … 0.92; shank)"
+    assert (verdict.answer, verdict.mode, verdict.safety_factor) == ("fails", "fatigue", 0.87)
     assert (verdict.fatigue_at_most, verdict.fatigue_where) == (0.87, "shank")
-    undecided = Factor("fatigue", "", 0.97, 5.0, "shank")
-    assert survival(found, unjudged=undecided).text == survival(found).text
+
+
+def test_a_bound_beside_a_smaller_factor_stands_behind_it():
+    verdict = survival([tension(0.5)], 1.5, fatigue_at_most=fatigue(0.87, 5.0, "shank"))
+    first, second = (
+        "0.50 ± 0.01 (tension) against yielding",
+        "at most 0.87 (0.83 … 0.92; shank) against fatigue",
+    )
+    assert verdict.text == f"below the required safety factor of 1.5: {first}, {second}"
+
+
+@pytest.mark.parametrize("bound", [0.97, 1.4])
+def test_a_bound_that_does_not_fail_is_no_judgement(bound):
+    verdict = survival([tension(1.99)], fatigue_at_most=fatigue(bound, 5.0, "shank"))
+    assert verdict.answer == Answer.NOT_JUDGED
+    assert verdict.text.endswith(f"fatigue is not judged, its factor is at most {bound:.2f} (--cycle)")
 
 
 @given(st.floats(0.05, 20), st.floats(0, 40), st.floats(0.5, 3))
 def test_the_tolerance_it_names_decides(value, bar, required):
-    verdict = survival([tension(value, bar)], required)
+    verdict = survival([tension(value, bar), fatigue(99.0)], required)
     if verdict.answer != Answer.UNDECIDED or "--tolerance" not in verdict.text:
         return
     named = float(verdict.text.split("--tolerance ")[1].split()[0])
     assert named < bar
-    assert survival([tension(value, named)], required).answer != Answer.UNDECIDED
+    assert survival([tension(value, named), fatigue(99.0)], required).answer != Answer.UNDECIDED
 
 
 def test_every_factor_of_a_run_is_judged():
@@ -118,12 +137,6 @@ def test_every_factor_of_a_run_is_judged():
     assert survival(factors(cases, buckling(), None)).mode == "yielding"
     assert survival(factors(cases, buckling(1.5, 3.0), None)).mode == "buckling"
     assert [
-        (item.mode, item.error_percent)
-        for item in factors(
-            cases, buckling(), cycle(min_fatigue_safety_factor=0.9, fatigue_error_percent=4.0)
-        )
-    ] == [
-        ("yielding", 3.0),
-        ("yielding", 3.0),
-        ("fatigue", 4.0),
-    ]
+        (item.mode, item.instant, round(float(item), 9), item.low)
+        for item in factors(cases, buckling(), cycle(min_fatigue_safety_factor=SafetyFactor(0.9, 0.8, 1.1)))
+    ] == [("yielding", "tension", 2.0, 2.0), ("yielding", "", 0.89, 0.89), ("fatigue", "", 0.9, 0.8)]

@@ -319,6 +319,10 @@ def test_charge_scales_the_ideal_cycle_and_a_trace():
         assert operation.scale(3000.0, peak) == pytest.approx(1.7)
         scaled = EngineLoading.of(replace(engine, gas_scale=1.7), 150.0)
         assert Operation(scaled, None).peak(3000.0) == pytest.approx(peak)
+        # Boost is counted from the intake, whatever multiplies the charge: 1.7 atmospheres are 0.71 bar.
+        assert Operation(scaled, None).boost(1.0) == operation.boost(1.7) == pytest.approx(0.7 * 1.01325)
+        boosted = EngineLoading.of(replace(engine, boost_bar=0.7 * 1.01325), 150.0)
+        assert Operation(boosted, None).boost(1.0) == pytest.approx(0.7 * 1.01325)
     assert Operation(EngineLoading.of(own, 150.0), None).boost(2.0) == pytest.approx(1.01325)
 
 

@@ -255,7 +255,7 @@ def test_a_wrong_unit_is_told_by_the_rods_length(tmp_path, scale, unit):
     assert found.imported.unit == unit
     assert found.bores[1].x == pytest.approx(LENGTH, rel=1e-6)
     assert found.bores[0].radius == pytest.approx(BIG, rel=1e-3)
-    assert any("taken to be in" in text for text in found.imported.assumed) == (unit != "mm")
+    assert any("taken to be" in text for text in found.imported.assumed) == (unit != "mm")
 
 
 def test_a_file_in_metres_is_the_same_as_one_in_millimetres(tmp_path):

@@ -126,7 +126,7 @@ def test_the_unit_of_the_file_is_respected_if_it_can_be(tmp_path, leon, declared
     assert solid.bores[1].x == pytest.approx(141 * scale)
     assert solid.mass.mass == pytest.approx(101968.5 * scale**3, rel=1e-5)
     said = " ".join(solid.imported.assumed)
-    assert ("taken to be in mm" in said) == (scale == 1)
+    assert ("taken to be mm" in said) == (scale == 1)
     assert ("though the file declares" in said) == (given is not None)
 
 

@@ -37,7 +37,7 @@ MEDIAN = "the median strength (reliability 50 %)"
         ({"preset": "c70-2005", "surface": Finish.AS_FORGED}, [SHOT[0], MEDIAN]),
         (
             {"preset": "al-7075-t6"},
-            ["a polished surface of bores and faces and rest (its factors are not known)", MEDIAN],
+            [*(f"{each} (with the factor of a steel of the same strength)" for each in SHOT), MEDIAN],
         ),
     ],
 )

@@ -100,7 +100,7 @@ def test_the_unit_is_recognised_by_the_length_of_the_rod_or_given(coarse, tmp_pa
     found = given_mesh(RodFile(tmp_path / "rod.inp", unit=unit))
     assert found.bores[1].x == pytest.approx(coarse.bores.rod_length, rel=1e-9)
     assert [note.split(",")[0] for note in found.imported.assumed] == [
-        f"the mesh is taken to be in {said}"
+        f"the unit of length of the mesh is taken to be {said}"
     ] * bool(said)
 
 

@@ -390,6 +390,12 @@ def test_charts_stay_within_their_frame(values):
     assert {row for _, row, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
 
 
+def test_what_rounding_leaves_of_a_force_is_drawn_as_zero():
+    drawn = chart(("a", "b", "kN"), np.linspace(0, 720, 3), {"": np.array([0, 2.39e-16, -1e-17])}, {})
+    assert set(drawn.series[0]) == {0.0}
+    assert drawn.description == "from 0 kN at 0° to 0 kN at 0°"
+
+
 def test_words_of_keys_and_figures():
     assert named("piston_mass_kg") == ("piston mass", "kg")
     assert named("density_kg_m3") == ("density", "kg/m³")

@@ -70,6 +70,13 @@ def test_forces_of_any_size(newtons, said):
     assert kilo(newtons) == said
 
 
+@pytest.mark.parametrize(
+    ("largest", "said"), [(3e4, "+0.2"), (3e3, "+0.22"), (216.0, "+0.216"), (0.0, "+0.21600")]
+)
+def test_small_forces_have_three_digits_beside_others_as_small(largest, said):
+    assert kilo(216.0, largest) == said
+
+
 def test_peaks_that_are_not_settled_are_named(folder):
     assert "Not converged: tension (" in said((folder, SUMMARY))
     diverging = replace(GIVEN, verdict="not converged", singular_max_von_mises_MPa=99.0)
@@ -88,7 +95,7 @@ def test_it_fits_eighty_columns(folder):
 
 def test_it_begins_with_the_verdict_and_ends_with_what_to_do(folder):
     lines = said((folder, SUMMARY)).splitlines()
-    assert lines[0] == "leon-2001 at 6000 rpm: survives, safety factor 1.99 ± 0.06 (tension)"
+    assert lines[0] == "leon-2001 at 6000 rpm: does not yield, safety factor 1.99 ± 0.06 (tension);"
     assert "1 of 1 checks passed; 2.3 s" in "\n".join(lines)
     assert lines[-1] == f"Next: fea view {folder / 'tension.vtu'}"
     drawn = replace(SUMMARY, files=(*FILES, "tension.png"))
@@ -251,8 +258,8 @@ def test_ten_lines_follow_the_table_and_verbose_says_everything(folder, monkeypa
 def test_values_that_engines_do_not_have_stand_below_the_headline(folder):
     odd = [doubt(f"engine.key_{number} = 1: it is odd", UNITS) for number in range(3)]
     lines = said((folder, replace(SUMMARY, notes=tuple(odd)))).splitlines()
-    assert lines[1].startswith("Check the units: engine.key_0 = 1: it is odd; engine.key_1 = 1")
-    assert "Unusual, too: 1 more value (--verbose)." in " ".join(lines[1:4])
+    assert lines[2].startswith("Check the units: engine.key_0 = 1: it is odd; engine.key_1 = 1")
+    assert "Unusual, too: 1 more value (--verbose)." in " ".join(lines[2:5])
 
 
 def test_few_of_the_solids_that_are_left_out_are_listed_the_largest_first():

@@ -172,3 +172,40 @@ def engine_rod(name):
     """A [rod] table of the engine's own length with masses alone, which need no solid."""
     length = engine_preset(name).rod_length
     return f"[rod]\nlength_mm = {length}\nmass_kg = 0.8\ncenter_of_gravity_mm = 50.0\ninertia_kg_m2 = 4e-3\n"
+
+
+BOOSTED = "[engine]\nstroke_mm = 80.0\nbore_mm = 80.0\npiston_mass_kg = 0.4\ncompression_ratio = 9.0\n"
+
+
+@pytest.mark.parametrize(
+    ("keys", "bar"),
+    [
+        ('gas = "motored"\nboost = "1.5 bar"', 2.51325),
+        ('gas = "motored"\nboost = "20 psi"', 2.39220),  # 1 psi = 6.894757 kPa
+        ('gas = "motored"\nboost_bar = -0.4\natmosphere_bar = 0.9', 0.5),
+        ('gas = "motored"\nintake_pressure_bar = 2.5', 2.5),
+        ('gas = "leon-2001"\nboost_bar = 1.0', 2.01325),
+    ],
+)
+def test_boost_is_the_gauge_pressure_in_the_intake(keys, bar):
+    table = parsed(ROD + BOOSTED + keys + "\n").engine
+    assert 10 * table.intake == pytest.approx(bar, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            'gas = "otto"\nboost_bar = 1.0\nintake_pressure_bar = 2.0',
+            "beside intake_pressure_bar.*Remove one",
+        ),
+        ('gas = "otto"\nboost_bar = 1.0\ngas_scale = 2.0', "beside gas_scale.*Remove one"),
+        ('gas = "none"\nboost_bar = 1.0', 'does nothing for gas = "none"'),
+        ('gas = "otto"\nboost_bar = -1.2', "above vacuum"),
+        ('gas = "otto"\nturbo = 1.0', "Did you mean boost_bar"),
+        ('gas = "otto"\nboost_pressure = 1.0', "Did you mean boost_bar"),
+    ],
+)
+def test_what_contradicts_boost_is_refused(keys, message):
+    with pytest.raises(InvalidValue, match=message):
+        parsed(ROD + BOOSTED + keys + "\n")

@@ -244,3 +244,9 @@ def test_a_solid_from_a_file_has_no_dimensions_to_fit(tmp_path):
     study = parsed('[rod]\nstep = "rod.step"\n[forces]\npin_N = [1.0, 0.0]', tmp_path)
     with pytest.raises(InvalidValue, match=r"rod\.step.* is an imported solid"):
         study.rod.solid()
+
+
+def test_a_windows_path_between_double_quotes_gets_the_remedy():
+    with pytest.raises(InvalidValue) as caught:
+        parse_study('[rod]\nstep = "C:\\Users\\me\\rod.step"\n', "mine", Path())
+    assert "'C:\\Users\\me\\rod.step', or with slashes: \"C:/Users/me/rod.step\"" in str(caught.value)

@@ -25,8 +25,7 @@ distributed and bars of the least size that holds 95 %, bar/error would be 2.9 i
 crosses zero, its bar does not. *Without flags* is what
 `fea run` leaves; at 1.5 times the size of `--tolerance 0` a fillet's arc has 2.7 elements in place of 4, and
 the run says that peaks may be too low. Curved elements that had to be straightened can have sharp edges,
-which are masked: the verdict of such a case is `diverging` and its run may be marked not to be trusted. It
-counts here all the same.
+which are masked, and the run may be marked not to be trusted. It counts here all the same.
 
 The constants of the estimate of second order (factor {STRESS_FACTOR[2]:g}, power {STRESS_POWER[2]:g}) are
 chosen with the calibration set (`--calibration`): the shipped studies at random speeds and random rods of the

@@ -6,6 +6,7 @@ import numpy as np
 
 from fea.apps.studio.frame import CaseFigures, Factor, Figures, Frame, Label
 from fea.apps.studio.operation import Operation, Range, dimensions
+from fea.judge.safety_factor import SafetyFactor
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (-0.2, 0.2) for z in (-0.1, 0.1)])
 FACES = np.array([
@@ -24,13 +25,16 @@ def box(study, design, operation, label, **more):
     value = peak(design, operation)
     factor = 700 / value
     at = (100.0, 10.0, 5.0)
+    own = Factor.of(SafetyFactor.of_stress(factor, 4.0), "the web", at)
     figures = Figures(
         mass_kg=0.1 * design.get("web_thickness_mm", 5.0),
-        cases=(CaseFigures(factor, 4.0, 0.0, "the web", at, name="tension", peak_MPa=value),),
+        cases=(CaseFigures(**vars(own), name="tension", peak_MPa=value),),
         governing="tension",
-        yielding=Factor(factor, 4.0, 0.0, "the web", at),
-        fatigue=None if label is Label.INTERPOLATED else Factor(0.8 * factor, 4.0, 0.0, "the web", at),
-        buckling=Factor(3 * factor, 0.0, 0.0, "the shank"),
+        yielding=own,
+        fatigue=None
+        if label is Label.INTERPOLATED
+        else Factor.of(SafetyFactor.of_stress(0.8 * factor, 4.0), "the web", at),
+        buckling=Factor.of(SafetyFactor(3 * factor), "the shank"),
     )
     length = study.rod.dimensions.length
     points = (CORNERS * [length, length, length]).astype(np.float32)

@@ -13,8 +13,9 @@ from fea.analysis.figures import (
     RodFigures,
     Summary,
 )
-from fea.analysis.survival import Factor, survival
+from fea.analysis.survival import survival
 from fea.base.checks import Check
+from fea.judge.safety_factor import SafetyFactor
 
 
 def load(**figures):
@@ -108,7 +109,7 @@ def summary(**figures):
             mass_kg=0.6, center_of_gravity_mm=(40.0, 0.0, 0.0), inertia_kg_m2=2e-3, length_mm=141.0
         ),
         "engine": None,
-        "survival": survival([Factor("yielding", "tension", 1.9884, 3.14)]),
+        "survival": survival([SafetyFactor.of_stress(1.9884, 3.14, instant="tension")]),
         "loads": {"tension": load()},
         "model": model,
         "results": {"tension": result()},

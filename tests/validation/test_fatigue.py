@@ -108,13 +108,18 @@ def test_bores_and_faces_of_a_forging_are_machined_unless_it_is_said_otherwise()
     said = replace(steel, bore_surface=Finish.GROUND, face_surface=0.5).material().marin
     assert [skin.factor for skin in said.surfaces.values()][:2] == [finish_factor(Finish.GROUND, 938.0), 0.5]
     assert not said.bores.assumed
-    # Without any finish, a steel is a cleaned forging, and another metal as polished as its specimens.
+    # Without any finish, every metal is a cleaned forging, with the factors of steel.
     usual = replace(steel, surface=None, reliability_percent=None).material().marin
     assert [skin.finish for skin in usual.surfaces.values()] == ["machined", "machined", "shot-peened"]
     assert usual.reliability == 1
     assert all(skin.assumed for skin in usual.surfaces.values())
-    titanium = MaterialTable(preset="ti-6al-4v").material().marin
-    assert {(skin.finish, skin.factor) for skin in titanium.surfaces.values()} == {("polished", 1.0)}
+    table = MaterialTable(preset="ti-6al-4v")
+    titanium, strength = table.material().marin, table.resolved().ultimate_MPa
+    assert titanium.rest.factor == finish_factor(Finish.SHOT_PEENED, strength) < 1
+    assert titanium.bores.factor == finish_factor(Finish.MACHINED, strength)
+    assert all(skin.of_steel and skin.assumed for skin in titanium.surfaces.values())
+    peened = replace(steel, surface=Finish.MACHINED_PEENED).material().marin
+    assert peened.rest.factor == pytest.approx(1.1 * finish_factor(Finish.MACHINED, 938.0))
     # The finish of a whole part, or a factor of its own, holds everywhere.
     for surface, factor in ((Finish.MACHINED, 0.735), (0.8, 0.8), (Finish.POLISHED, 1.0)):
         alike = replace(steel, surface=surface).material().marin
@@ -137,6 +142,7 @@ def test_bores_and_faces_of_a_forging_are_machined_unless_it_is_said_otherwise()
         ({"bore_surface": 0.0}, "bore_surface = 0: must be above 0"),
         ({"face_surface": 2.5}, "face_surface = 2.5: must be above 0 and at most 2"),
         ({"surface": Finish.SHOT_PEENED, "E_GPa": 71.7}, "surface = 'shot-peened': is known of steel only"),
+        ({"surface": Finish.MACHINED_PEENED, "E_GPa": 110.0}, "'machined-peened': is known of steel only"),
     ],
 )
 def test_a_surface_that_nothing_is_known_of_is_refused(keys, rule):

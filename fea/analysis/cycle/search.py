@@ -40,6 +40,7 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.figures import CaseFigures, PlaceFigures
 from fea.judge.fatigue import crossland_factors
 from fea.judge.history import deviator_norm, signed_equivalent
+from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.verdict import CAP, safety_factor
 from fea.machine.threads import side_by_side
 from fea.pins.model import JointBounds, SampledWeights, Weights
@@ -338,7 +339,7 @@ class SpeedSearch:
             amplitude_MPa=(highest - lowest) / 2,
             stress_ratio=lowest / highest if highest else 0.0,
             fatigue_safety_factor=None,
-            crossland_safety_factor=None if spot is None else float(spot[0]),
+            crossland_safety_factor=None if spot is None else without_bar(float(spot[0])),
             endurance_MPa=None if limit is None else skin * limit,
             surface_region=None if region is None else region.value,
         )
@@ -357,7 +358,7 @@ class SpeedSearch:
                     max_principal_MPa=float(largest.max()),
                     min_principal_MPa=-float(opposite.max()),
                     max_displacement_mm=None,
-                    min_safety_factor=float(factor[0]),
+                    min_safety_factor=SafetyFactor(float(factor[0])),
                     error_percent=None,
                     verdict=None,
                 )

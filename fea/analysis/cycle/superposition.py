@@ -46,7 +46,7 @@ class CycleResult:
 
     angles: Floats  #: (n_instants,) crank angles of the histories, rad: every degree
     envelope: Envelope  #: on the whole rod
-    spots: tuple[Spot, ...]  #: the worst places against yielding, the worst first
+    spots: tuple[Spot, ...]  #: the worst places: that against fatigue where it governs, then by yielding
     weakest: Spot | None  #: the worst place against fatigue, or None if no fatigue strength is known
     #: Largest difference between superposed and directly solved von Mises stress over the peak cases,
     #: relative to the largest stress of each part in any of them
@@ -150,10 +150,12 @@ class CycleAnalysis(SpannedRod):
         extremes = with_cases(extremes, cases)
         points, length = whole.mesh.points, self.mesh.bores.rod_length
         usage = np.where(counts, -extremes.usage, 0)
-        worst = [node for node in distinct(points, usage, length) if counts[node]]
         weakest = _least(extremes.fatigue_factor, counts)
+        tired = weakest if _fatigue_governs(extremes, weakest, usage) else []
+        worst = [node for node in distinct(points, usage, length, tired) if counts[node]]
         of_degrees = self.basis.projected(full.at(slice(count)))
-        places = [(node, int(extremes.part[node])) for node in worst]
+        part = {node: extremes.fatigue_part if node in tired else extremes.part for node in worst}
+        places = [(node, int(part[node][node])) for node in worst]
         places += [(node, int(extremes.fatigue_part[node])) for node in weakest]
         histories = spots(places, self.units, of_degrees, whole)
         contacts = self.basis.contacts(cycle)
@@ -240,6 +242,12 @@ class CycleAnalysis(SpannedRod):
 def _largest(solved: Solved) -> list[float]:
     """Largest von Mises stress of each part, MPa, at any of the instants."""
     return [float(np.nanmax(of_part)) for of_part in zip(*solved, strict=True)]
+
+
+def _fatigue_governs(found: Envelope, weakest: Sequence[int], usage: Floats) -> bool:
+    """Whether the factor at the `weakest` node is below all against yielding; `usage` is −1 over these."""
+    factor = found.fatigue_factor
+    return factor is not None and any(factor[node] < -1 / usage.min() for node in weakest)
 
 
 def _least(factor: Floats | None, counts: Mask) -> list[int]:

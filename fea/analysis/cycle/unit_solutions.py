@@ -210,8 +210,8 @@ class Spot:
     signed: Floats  #: (n_instants,) signed von Mises stress, MPa
 
 
-def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
-    """Nodes of the smallest factors that are not close to each other, at most `MOST_SPOTS`.
+def distinct(points: Floats, factor: Floats, length: float, first: Sequence[int] = ()) -> list[int]:
+    """Nodes of the smallest factors, behind the `first`, that are not close; at most `MOST_SPOTS`.
 
     `points` (n_nodes, 3), mm; images across z = 0 count as one place; `factor` (n_nodes,); `length`: of the
     rod, mm.
@@ -220,7 +220,8 @@ def distinct(points: Floats, factor: Floats, length: float) -> list[int]:
     open_ = points[:, 2] >= -1e-9 * length
     chosen: list[int] = []
     while len(chosen) < MOST_SPOTS and open_.any():
-        node = int(np.where(open_, factor, np.inf).argmin())
+        free = int(np.where(open_, factor, np.inf).argmin())
+        node = first[len(chosen)] if len(chosen) < len(first) else free
         chosen.append(node)
         open_ &= np.linalg.norm(folded - folded[node], axis=1) > _APART * length
     return chosen

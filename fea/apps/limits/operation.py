@@ -71,11 +71,11 @@ class Operation:
         return piston_speed * 30_000 / (2 * self.loading.engine.crank_radius)
 
     def boost(self, scale: float) -> float:
-        """Gauge pressure in the intake, bar, in proportion to the charge."""
-        table = self.loading.table
-        given = table.intake_pressure_bar
-        today = table.atmosphere / BAR if given is None else given * (table.gas_scale or 1.0)
-        return scale * today - table.atmosphere / BAR
+        """Gauge pressure in the intake, bar: absolute pressures of any gas are in proportion to charge."""
+        gas, table = self.loading.gas, self.loading.table
+        factor = gas.factor if isinstance(gas, Scaled) else 1.0
+        today = gas.intake if isinstance(gas, Otto) else factor * table.intake
+        return (scale * today - table.atmosphere) / BAR
 
     @cached_property
     def full_load(self) -> tuple[Floats, Floats] | None:

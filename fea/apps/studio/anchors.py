@@ -22,6 +22,7 @@ from fea.base.material import Material
 from fea.base.units import DEG, KG
 from fea.judge.column import Plane, column
 from fea.judge.history import FROM_TENSOR, signed_equivalent
+from fea.judge.safety_factor import SafetyFactor
 from fea.output.report.surface import NumberedSurface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
@@ -383,7 +384,8 @@ class Between:
     def _factor(self, factor: float, bar: float, gap: float, row: int) -> Factor:
         place, sign = self._followed.row_places
         at = vector(self._points[place[row]] * sign[row])
-        return Factor(factor, bar, gap, self._followed.name(int(self._followed.whole[row])), at)
+        known = SafetyFactor.of_stress(factor, bar)
+        return Factor.of(known, self._followed.name(int(self._followed.whole[row])), at, gap)
 
     def _fatigue(self, bar: float, gap: float) -> Factor | None:
         tired = self._stack.tired
@@ -400,7 +402,7 @@ class Between:
         if not np.isfinite(factors[worst]):
             return None
         plane = list(Plane)[worst].value.replace("_", " ")
-        return Factor(float(factors[worst]), 0.0, 0.0, f"the shank, {plane}")
+        return Factor.of(SafetyFactor(float(factors[worst])), f"the shank, {plane}")
 
     def drawn(self, shown: str) -> tuple[Singles, Singles]:
         """Places (n, 3) and stresses (n,) of the surface: of a load case, or the largest of all."""

@@ -20,6 +20,7 @@ from fea.base.note import NoteKind
 from fea.base.units import KG
 from fea.judge.case_result import CaseResult
 from fea.judge.governing import Governing
+from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.report.surface import NumberedSurface
 from fea.rod.place_names import place_name
 from geometry.arrays import Vector, vector
@@ -40,13 +41,25 @@ class Label(StrEnum):
 
 @dataclass(frozen=True)
 class Factor:
-    """A safety factor."""
+    """A safety factor, its interval, and the interval as it is printed."""
 
-    factor: float
-    bar_percent: float  #: of the stress behind it: the error of the mesh, and the gap
+    factor: SafetyFactor
+    #: low, high: by the error of the mesh and the gap; without an upper end where these are 100 % or more
+    low: float
+    high: float
+    interval: str
+    bar_percent: float  #: of the stress behind it
     gap_percent: float  #: estimated error of interpolation; 0 where there is none
     where: str = ""
     at_mm: Vector | None = None  #: None where it has no place
+
+    @classmethod
+    def of(
+        cls, known: SafetyFactor, where: str = "", at_mm: Vector | None = None, gap_percent: float = 0.0
+    ) -> "Factor":
+        """Return what the page shows of a safety factor."""
+        bar = known.percent or 0.0
+        return Factor(known, known.low, known.high, interval(known), bar, gap_percent, where, at_mm)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,10 +143,7 @@ def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> Factor:
         node, used = int(usage.argmax()), float(usage.max())
     found = _factor(rod, 1 / used, percent, node)
     every = sharp_edge_figures(result.cases, rod.options.min_safety).values()
-    edges = [
-        Factor(edge.safety_factor, edge.error_percent, 0.0, f"edge {edge.name}")
-        for edge in chain.from_iterable(every)
-    ]
+    edges = [Factor.of(edge.safety_factor, f"edge {edge.name}") for edge in chain.from_iterable(every)]
     return min(found, *edges, key=lambda one: one.factor) if edges else found
 
 
@@ -150,12 +160,13 @@ def _bolts(rod: PreparedRod, result: SpeedResult) -> Factor | None:
     assembly = assembly_figures(rod, result.cases, result.cycle)
     if assembly is None:
         return None
-    worst = min(factors_of_assembly(assembly), key=lambda one: one.value)
-    return Factor(worst.value, worst.error_percent or 0.0, 0.0, worst.mode)
+    worst = min(factors_of_assembly(assembly))
+    return Factor.of(worst, worst.mode)
 
 
 def _factor(rod: PreparedRod, factor: float, percent: float, node: int) -> Factor:
-    return Factor(factor, percent, 0.0, place_name(rod.mesh, node), vector(rod.mesh.whole.points[node]))
+    known = SafetyFactor.of_stress(factor, percent)
+    return Factor.of(known, place_name(rod.mesh, node), vector(rod.mesh.whole.points[node]))
 
 
 def _case(rod: PreparedRod, case: CaseResult) -> CaseFigures:
@@ -170,7 +181,7 @@ def buckling(rod: PreparedRod, result: SpeedResult) -> Factor | None:
     if not factors:
         return None
     plane = min(factors, key=lambda name: factors[name])
-    return Factor(factors[plane], 0.0, 0.0, f"the shank, {plane.replace('_', ' ')}")
+    return Factor.of(factors[plane], f"the shank, {plane.replace('_', ' ')}")
 
 
 def solved(frame: Frame, rod: PreparedRod, result: SpeedResult, surface: NumberedSurface) -> Frame:

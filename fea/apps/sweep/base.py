@@ -180,9 +180,8 @@ def require_extra() -> None:
     """Refuse to begin without them; raises `ImportError`: one is missing (exit code 7)."""
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing:
-        raise ImportError(
-            f"fea sweep needs {', '.join(missing)}, not installed here: pip install 'conrod-fea[sweep]'"
-        )
+        packages = " ".join({"dask": "distributed"}.get(name, name) for name in missing)
+        raise ImportError(f"fea sweep needs {', '.join(missing)}, not installed here: pip install {packages}")
 
 
 def digest(path: Path) -> str:

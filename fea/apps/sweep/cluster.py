@@ -94,8 +94,9 @@ def _remote(address: str) -> Iterator[Any]:
     except (OSError, ValueError, RuntimeError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise ClusterError(
-            f"--cluster {address}: no scheduler answers ({why}). Where conrod-fea[sweep] is installed, start "
-            "one with `dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1 --nworkers N`."
+            f"--cluster {address}: no scheduler answers ({why}). Where conrod-fea and distributed are "
+            "installed, start one with `dask scheduler`, and workers with `dask worker ADDRESS --nthreads 1 "
+            "--nworkers N`."
         ) from error
     try:
         yield client
@@ -260,8 +261,8 @@ def _unready(error: BaseException) -> VersionError:
     why = error.__cause__ or error
     said = f"{type(why).__name__}: {' '.join(str(why).split())}"
     return VersionError(
-        f"the cluster cannot begin a rod ({said}): install conrod-fea[sweep] {__version__} where the "
-        "scheduler and its workers run, and start them again."
+        f"the cluster cannot begin a rod ({said}): install conrod-fea {__version__} and its extra sweep "
+        "where the scheduler and its workers run, and start them again."
     )
 
 

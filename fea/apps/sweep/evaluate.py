@@ -42,16 +42,17 @@ def figures(summary: Summary) -> Figures:
         "mass_kg": summary.rod.mass_kg,
         "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
         "inertia_kg_m2": summary.rod.inertia_kg_m2,
-        "factor": summary.survival.safety_factor,
+        "factor": float(summary.survival.safety_factor),
         "assured_factor": summary.survival.assured_safety_factor,
         "mode": summary.survival.mode,
         "case": summary.survival.case,
         "answer": summary.survival.answer,
+        "fatigue_at_most": summary.survival.fatigue_at_most,
     }
     for mode in dict.fromkeys(factor.mode for factor in all_factors):
         least = min((each for each in all_factors if each.mode == mode), key=lambda each: each.low)
         key = mode.replace(" ", "_")
-        table |= {f"{key}_factor": least.value, f"{key}_error_percent": least.error_percent}
+        table |= {f"{key}_factor": float(least), f"{key}_error_percent": least.percent}
     for name, case in summary.results.items():
         table[f"{name}_factor"] = case.min_safety_factor
         table[f"{name}_error_percent"] = case.error_percent

@@ -191,7 +191,9 @@ def _envelope(summary: Summary, vtu: Path, field: str | None) -> Picture:
     factors = f"yielding {envelope.min_safety_factor:.3g}"
     factors += f", fatigue {fatigue:.3g}" if fatigue is not None else ""
     note, heading = f"smallest safety factors: {factors}", ["whole crank cycle", _speed(summary)]
-    return _picture(summary, vtu, heading, note=note, field=field or VON_MISES)
+    tired = summary.survival.mode == "fatigue" and fatigue is not None
+    usual = "fatigue_safety_factor" if tired else VON_MISES
+    return _picture(summary, vtu, heading, note=note, field=field or usual)
 
 
 def _buckling(summary: Summary, vtu: Path, field: str | None) -> Picture:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from fea.analysis.figures import Summary
-from fea.analysis.survival import Factor
 from fea.base.choices import UnitSystem
+from fea.judge.safety_factor import SafetyFactor, interval, printed
 from fea.output.html import environment, html_page, joined_script, page_file
 from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
@@ -27,11 +27,15 @@ from fea.output.stored_run import Run
 from fea.output.target import PictureError, picture_name
 from fea.output.terminal.run_lines import bar, factor, number, place
 from fea.output.text import write_text
-from fea.output.units import system, unit
+from fea.output.units import in_text, system, unit
 from geometry.errors import require
 
 _VERDICTS = {
     "survives": ("The rod survives", "The rod meets the required safety factor of {:g}"),
+    "does not yield": (
+        "The rod does not yield; fatigue is not judged",
+        "The rod meets the required safety factor of {:g}, but fatigue is not judged",
+    ),
     "fails": ("The rod does not survive", "The rod does not meet the required safety factor of {:g}"),
     "undecided": ("Undecided", "Undecided: the error bar includes the required safety factor of {:g}"),
 }
@@ -78,14 +82,13 @@ def _facts(summary: Summary) -> Iterator[Fact]:
     at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
     where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
-    known = _with_bar(worst.min_safety_factor, worst.error_percent)
-    yield Fact("Safety factor against yielding", known, when)
+    yield Fact("Safety factor against yielding", _alone(worst.min_safety_factor), when)
     yield Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where)
     envelope = summary.envelope
     if envelope is not None and envelope.fatigue is not None:
         at = f"at x, y, z = {place(envelope.fatigue.at_mm)} mm".replace("-", "−")
         criterion = envelope.fatigue_criterion.capitalize()
-        known = _with_bar(envelope.min_fatigue_safety_factor, envelope.fatigue_error_percent)
+        known = _alone(envelope.min_fatigue_safety_factor)
         yield Fact("Safety factor against fatigue", known, f"{criterion}; {at}")
     if (most := summary.survival.fatigue_at_most) is not None:
         said = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
@@ -94,13 +97,18 @@ def _facts(summary: Summary) -> Iterator[Fact]:
         under = summary.buckling.column.case
         said = f"as a column, under {under}" if under else "as a column"
         yield Fact("Safety factor against buckling", factor(summary.buckling.min_safety_factor), said)
+    for end, film in (summary.film or {}).items():
+        thinnest = f"{film.h_min_um:.2f} µm ± {bar(film.h_min_error_percent)} %"
+        pressure = f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} %"
+        said = in_text(f"smallest gap {thinnest} at {film.h_min_deg:.0f}°; highest pressure {pressure}")
+        yield Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, said)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
     yield Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
 
 
-def _with_bar(value: float | None, error_percent: float | None) -> str:
-    return factor(value) if value is None else Factor("", "", value, error_percent).text
+def _alone(known: SafetyFactor | None) -> str:
+    return printed(known) if known is None else f"{printed(known)} {interval(known)}".strip()
 
 
 # In this order, as one script: each uses what stands before it.

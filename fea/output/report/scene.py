@@ -1,6 +1,6 @@
 """The rod in three dimensions: a header that a page reads as JSON, and its packed numbers."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -212,10 +212,19 @@ def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
         "results": results,
         "spots": [*hot_spots(run)],
         "films": [_film(film, packer) for film in run.films],
-        "first": {"result": run.summary.worst_case, "field": "von_mises"},
+        "first": _first(run, [result["id"] for result in results]),
         "arrays": packer.entries,
     }
     return Scene(header, packer.text(), surface.order == mesh.order)
+
+
+def _first(run: Run, drawn: Sequence[str]) -> JsonObject:
+    """Return what the view opens with: the result that governs, if it is `drawn`."""
+    governs = run.summary.governing_result
+    if governs not in drawn:
+        return {"result": run.summary.worst_case, "field": "von_mises"}
+    tired = governs == "envelope" and run.summary.survival.mode == "fatigue"
+    return {"result": governs, "field": "fatigue_safety_factor" if tired else "von_mises"}
 
 
 def _unit(name: str, si: int, us: int, per: float = 1.0) -> JsonObject:

@@ -52,6 +52,10 @@ class Chart:
         return {"id": self.id, "left": LEFT, "width": RIGHT - LEFT, "unit": self.unit, "series": series}
 
 
+# What rounding leaves of a force that is zero, kN or N·m: no engine has forces of a micronewton.
+_ROUNDING = 1e-9
+
+
 def chart(
     heading: tuple[str, str, str], degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
 ) -> Chart:
@@ -61,7 +65,9 @@ def chart(
     load cases, by their names. A single curve needs no name (``""``).
     """
     ident, title, given = heading
-    curves = {name: scale(given) * np.asarray(curve, float) for name, curve in curves.items()}
+    curves = {
+        name: scale(given) * np.where(np.abs(curve) < _ROUNDING, 0.0, curve) for name, curve in curves.items()
+    }
     values = np.stack(list(curves.values()))
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
     step = round_up((high - low or 1.0) / _STEPS)

@@ -10,7 +10,17 @@ from fea.analysis.figures import AssemblyFigures, EnvelopeFigures, FilmFigures, 
 from fea.base.checks import TITLES
 from fea.base.units import KN
 from fea.judge.verdict import Verdict
-from fea.output.terminal.run_lines import SIDES, UNKNOWN, bar, factor, kilo, number, place, plain_table
+from fea.output.terminal.run_lines import (
+    SIDES,
+    UNKNOWN,
+    bar,
+    factor,
+    kilo,
+    largest_force,
+    number,
+    place,
+    plain_table,
+)
 from fea.output.units import in_cells, in_heading, in_rows
 from fea.study.tables import unit_of
 
@@ -129,13 +139,22 @@ def head_table(summary: Summary) -> Table:
     return Table(full.caption, tuple(full.head[k] for k in order), rows, full.marked)
 
 
+def _torque(newton_metres: float | None) -> str:
+    small = newton_metres is not None and abs(newton_metres) < _WHOLE
+    return number(newton_metres, ".3g" if small else ".0f")
+
+
+_WHOLE = 100.0  # N·m: torques from here on have no decimals
+
+
 def load_table(summary: Summary) -> Table:
     """Return the forces of the load cases."""
+    largest = largest_force(summary.loads.values())
     rows = [
         (
-            name, number(load.crank_deg, ".1f"), *(kilo(force) for force in (
+            name, number(load.crank_deg, ".1f"), *(kilo(force, largest) for force in (
                 load.gas_N, load.pin_axial_N, load.pin_transverse_N, load.crank_axial_N,
-                load.crank_transverse_N, load.wall_N)), number(load.torque_Nm, ".0f"),
+                load.crank_transverse_N, load.wall_N)), _torque(load.torque_Nm),
         )
         for name, load in summary.loads.items()
     ]  # fmt: skip

@@ -13,11 +13,13 @@ from fea.analysis.figures import (
     PlaceFigures,
     SharpEdgeFigures,
     Summary,
+    SurfaceFigures,
 )
-from fea.analysis.survival import Answer
+from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, READ, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
+from fea.judge.safety_factor import Answer
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, factor, fillet, film_lines, hours_text, number, place
 from loads.cases import ASSEMBLY
@@ -118,7 +120,8 @@ def governs(summary: Summary) -> str:
     if found.mode == "fatigue" and summary.envelope is not None and summary.envelope.fatigue is not None:
         return f"Governs: fatigue, {_spot(summary.envelope.fatigue)}."
     if found.mode != "yielding":
-        return f"Governs: {found.mode}{case}."
+        bound = f" between the load cases, {found.place}" if found.mode == "fatigue" else ""
+        return f"Governs: {found.mode}{bound}{case}."
     if summary.governing is not None:
         return f"Governs: yielding, {_weakest(summary.governing)}{case}."
     envelope = summary.envelope
@@ -126,18 +129,6 @@ def governs(summary: Summary) -> str:
         return "Governs: yielding."
     where = envelope.where or f"({place(envelope.at_mm)}) mm"
     return f"Governs: yielding, {where}, at {number(envelope.crank_deg, '.0f')}° of the cycle."
-
-
-def fatigue_unjudged(summaries: Iterable[Summary]) -> list[str]:
-    """Return, where no cycle tells, that fatigue is not judged, and what the load cases say of it."""
-    left = [one for one in summaries if one.rpm is not None and one.envelope is None and one.life is None]
-    if not left:
-        return []
-    worst = min(left, key=lambda one: one.survival.fatigue_at_most or inf)
-    most = worst.survival.fatigue_at_most
-    speed = f" at {worst.rpm:g} rpm" if len(left) > 1 else ""
-    known = "" if most is None else f"; by the load cases its factor is at most {factor(most)}{speed}"
-    return [f"Fatigue is not judged (--cycle){known}."]
 
 
 def _weakest(case: CaseFigures) -> str:
@@ -190,11 +181,21 @@ def _endurance(summary: Summary) -> Iterator[str]:
     estimated = ", estimated" if any(limit.estimated for limit in limits) else ""
     regions = (limit.regions.get(spot.surface_region or "") for limit in limits)
     surfaces = [skin for skin in regions if skin is not None]
-    finish = f" ({surfaces[0].finish}{', assumed' if surfaces[0].assumed else ''})" if surfaces else ""
+    finish = f" ({_finish(surfaces[0])})" if surfaces else ""
     shown = number(spot.endurance_MPa, ".4g")
     cycles = next((limit.cycles for limit in limits if limit.cycles is not None), None)
     what = "Endurance limit" if cycles is None else f"No endurance limit; strength at {cycles:.3g} cycles"
     yield f"{what} there: {shown} MPa{estimated}{finish}: endurance_MPa, surface"
+
+
+def _finish(surface: SurfaceFigures) -> str:
+    """Say what the surface is taken for, with its factor, and what else an assumed one may be."""
+    made = "shot-peened forging" if surface.finish == Finish.SHOT_PEENED else surface.finish
+    said = f"{made}, factor {surface.surface_factor:.3g}"
+    if not surface.assumed:
+        return said
+    other = f'; of a machined and peened bar surface = "{Finish.MACHINED_PEENED}"'
+    return f"{said}, assumed{other if surface.finish == Finish.SHOT_PEENED else ''}"
 
 
 def life(found: LifeFigures | None) -> list[str]:

@@ -10,8 +10,8 @@ from rich.table import Table
 
 from fea.analysis.figures import CaseFigures, LoadFigures, Summary
 from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
-from fea.analysis.survival import Answer
 from fea.base.note import Note, NoteKind, by_consequence
+from fea.judge.safety_factor import Answer
 from fea.judge.verdict import Verdict
 from fea.output.report import tables as tabular
 from fea.output.report.tables import figure
@@ -19,7 +19,7 @@ from fea.output.target import near, picture_name
 from fea.output.terminal import answer, prose, run_lines
 from fea.output.terminal.answer import assembly_lines, governs, levers, life, of_kind, singular
 from fea.output.terminal.prose import counted, fitting, in_full, print_lines, print_paths, unusual
-from fea.output.terminal.run_lines import bar, factor, kilo, number, place, plain_table
+from fea.output.terminal.run_lines import bar, factor, kilo, largest_force, number, place, plain_table
 from fea.output.text import gathered, some_speeds
 from fea.output.units import in_rows, in_text
 
@@ -39,7 +39,7 @@ def print_sweep(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbo
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
     noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
-    heading, tables = [headline, *unusual(notes), *answer.fatigue_unjudged(summaries)], [table]
+    heading, tables = [headline, *unusual(notes)], [table]
     if any(summary.film for summary in rising):
         tables.append(_film_table(rising))
     paths = [*_sweep_written(runs), *_sweep_next(runs)]
@@ -198,8 +198,9 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
     kept = [title not in without for title in _COLUMNS]
     titles = compress(_COLUMNS, kept)
     table = plain_table(titles, (), left={_CASE, _PLACE}, no_wrap=True, gap=gap, show_edge=border)
+    largest = largest_force(summary.loads.values())
     for case, result in summary.results.items():
-        (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result)]])
+        (cells,) = in_rows(_COLUMNS, [[case, *_cells(summary.loads[case], result, largest)]])
         table.add_row(*compress(cells, kept), style="bold" if case == summary.worst_case else "")
         if result.sharp_edges:
             edge = result.sharp_edges[0]
@@ -212,7 +213,6 @@ def _table(summary: Summary, gap: int, border: bool, without: Collection[str]) -
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
     heading = [f"{summary.title}: {summary.survival.text}", *unusual(summary.notes)]
-    heading += answer.fatigue_unjudged([summary])
     parts = [] if summary.assembly is None else tabular.assembly_tables(summary.assembly)
     shown = [one for one in parts[1:] if verbose or one.head[0] == _governing(summary)]
     tables = [case_table(summary, console), *(one.printed(no_wrap=True) for one in shown)]
@@ -262,10 +262,10 @@ def _governing(summary: Summary) -> str:
     return "shells" if part.endswith("shell") else part
 
 
-def _cells(load: LoadFigures, result: CaseFigures) -> list[str]:
+def _cells(load: LoadFigures, result: CaseFigures, largest: float) -> list[str]:
     return [
         number(load.crank_deg, ".0f"),
-        *(kilo(force) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
+        *(kilo(force, largest) for force in (load.pin_axial_N, load.crank_axial_N, load.wall_N)),
         number(result.max_von_mises_MPa, ".1f"),
         bar(result.error_percent),
         place(result.at_mm),
@@ -298,8 +298,10 @@ def _written(folder: Path, summary: Summary, width: int) -> list[str]:
 
 
 def _next(folder: Path, summary: Summary) -> str:
-    result = f"{summary.worst_case}.vtu"
-    file, picture = near(folder) / result, picture_name(result)
+    result = f"{summary.governing_result}.vtu"
+    if result not in (summary.files or ()):
+        result = f"{summary.worst_case}.vtu"
+    picture = picture_name(result)
     if picture not in (summary.files or ()):
-        return f"Next: fea view {file}"
+        return f"Next: fea view {near(folder) / result}"
     return f"Next: look at {near(folder) / picture}"

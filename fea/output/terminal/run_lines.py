@@ -1,12 +1,14 @@
 """What terminal and report say of a run, in lines; and how they write its figures."""
 
+import math
 from collections.abc import Collection, Iterable
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fea.analysis.figures import SharpEdgeFigures, Summary
+from fea.analysis.figures import LoadFigures, SharpEdgeFigures, Summary
+from fea.judge.safety_factor import printed
 from fea.output.text import error_bar
 from fea.output.units import in_heading, in_rows
 
@@ -33,7 +35,7 @@ def plain_table(
 
 UNKNOWN = "–"
 # Wider or narrower than their columns.
-_MANY_NEWTONS, _FAR_TOO_MANY, _SMALL_FACTOR = 999e3, 99_999e3, 0.095
+_MANY_NEWTONS, _FAR_TOO_MANY = 999e3, 99_999e3
 
 
 def number(value: float | None, form: str) -> str:
@@ -51,17 +53,28 @@ def place(coordinates: Iterable[float]) -> str:
     return ", ".join(number(coordinate, ".1f") for coordinate in coordinates)
 
 
-def kilo(newtons: float | None) -> str:
-    """Return a force in kN with its sign: a tenth, whole ones where it is large, short where it is huge."""
+def kilo(newtons: float | None, largest: float = _MANY_NEWTONS) -> str:
+    """Return a force in kN with its sign: to three digits of the `largest` beside it, N, and a tenth at most.
+
+    Large ones are whole, huge ones short.
+    """
     if newtons is None:
         return UNKNOWN
-    form = "+z.1f" if abs(newtons) < _MANY_NEWTONS else "+.0f" if abs(newtons) < _FAR_TOO_MANY else "+.1e"
-    return format(newtons / 1000, form)
+    digits = max(1, 5 - math.floor(math.log10(largest))) if largest > 1 else 5
+    form = f"+z.{digits}f" if abs(newtons) < _MANY_NEWTONS else "+.0f"
+    return format(newtons / 1000, form if abs(newtons) < _FAR_TOO_MANY else "+.1e")
+
+
+def largest_force(loads: Iterable[LoadFigures]) -> float:
+    """Return the largest axial force at either end, N, to whose digits a table's forces are written."""
+    return max(
+        (abs(force) for load in loads for force in (load.pin_axial_N, load.crank_axial_N)), default=0.0
+    )
 
 
 def factor(value: float | None) -> str:
     """Return a safety factor: two places, or two digits where it is so small that those would be zeros."""
-    return number(value, ".2f" if value is None or value >= _SMALL_FACTOR else ".2g")
+    return printed(value)
 
 
 def film_lines(summary: Summary) -> list[str]:

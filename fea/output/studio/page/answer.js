@@ -8,9 +8,9 @@ const loading = (pins) => PINS[pins] ?? `prescribed pressure ${pins}`;
 const two = (value) => (value >= 100 ? "> 100" : value.toFixed(2));
 
 // A factor and how far it may be off: the bar is of the stress behind it.
-function interval({ factor, bar_percent: percent }) {
-  const low = factor / (1 + percent / 100);
-  return { factor, low, high: 2 * factor - low, bar: Math.max(factor - low, percent > 0 ? 0.01 : 0) };
+// A bar of 100 % of the stress leaves the factor without an upper end.
+function bounds({ factor, low, high }) {
+  return { factor, low, high: high ?? Infinity };
 }
 
 function verdict({ low, high }, required) {
@@ -54,7 +54,7 @@ class AnswerPanel {
       ...there.map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}`)].join(" · ");
     if (header.label === "interpolated") return;
     const factors = there
-      .map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}, ${verdict(interval(figures[mode]), this.required)[1]}`);
+      .map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}, ${verdict(bounds(figures[mode]), this.required)[1]}`);
     this.said.textContent = `${this.label.textContent}: mass ${(1000 * figures.mass_kg).toFixed(0)} grams; ${factors.join("; ")}.`;
   }
 
@@ -81,8 +81,8 @@ class AnswerPanel {
     if (governs) head.append(element("span", { class: "badge" }, "governs"));
     if (!factor) return element("div", { class: "card none" }, head, element("p", { class: "big" }, "…"),
       element("p", { class: "change" }, name === "Fatigue" ? "computed when the slider stops" : "no load case compresses the rod"));
-    const own = interval(factor), [kind, words] = verdict(own, this.required);
-    const bar = own.bar ? ` ± ${own.bar.toFixed(2)}` : "";
+    const own = bounds(factor), [kind, words] = verdict(own, this.required);
+    const bar = factor.interval && ` ${factor.interval}`;
     return element("div", { class: `card ${kind}`, title: factor.where },
       head, element("p", { class: "big" }, two(own.factor), element("small", {}, bar)),
       this.meter(own), element("p", { class: "change" },
