@@ -119,7 +119,7 @@ def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUn
     name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
     remedy = 'Set pressure_unit, as in pressure_unit = "bar", and pressure_offset_bar if the zero is off.'
     if fit is None:
-        rule = "have no unit in a heading, and show no compression by which one could be told"
+        rule = "have no unit in a heading, and show no compression that shows one"
         raise InvalidValue(name, value, rule, remedy)
     possible = []
     for unit in PressureUnit:

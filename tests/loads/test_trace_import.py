@@ -255,7 +255,7 @@ def test_spikes_of_knock_are_not_smoothed_away():
             r"2 \(PCYL1\), 3 \(PCYL2\)",
         ),
         (text(header=["CA [deg],Pcyl [V]"]), "unknown unit, V"),
-        (text(ABSOLUTE * 0 + 1.0), "show no compression .* Set pressure_unit.* pressure_offset_bar"),
+        (text(ABSOLUTE * 0 + 1.0), "show no compression.* Set pressure_unit.* pressure_offset_bar"),
         (text(2.9e3 * ABSOLUTE), "in none of bar, kPa, MPa, Pa and psi"),
         (text(ABSOLUTE[:500], FROM_FIRING[:500]), "220° are missing"),
         (
