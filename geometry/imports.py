@@ -65,6 +65,7 @@ DECLARED = {**UNITS, "µm": 1e-3, "dm": 100.0, "km": 1e6, "ft": 304.8}
 # Distances of the bores, mm, with which the unit of a file is accepted, and to which another unit must lead:
 # rods are 50 mm to 2 m long.
 _ACCEPTED, _USUAL = (20.0, 4000.0), (50.0, 2000.0)
+_POSSIBLE = (2.0, 20_000.0)  # of the smallest model engine and the largest ship's, with room
 
 
 def is_usual(length: float) -> bool:
@@ -82,6 +83,16 @@ def plausible_unit(length: float, unit: str) -> str:
     if _ACCEPTED[0] <= length <= _ACCEPTED[1]:
         return unit
     return next(usual_units(length / DECLARED[unit]), unit)
+
+
+def not_a_length(length: float, unit: str) -> str:
+    """Return why a distance of bores, mm as read with `unit`, is none of a rod; empty if it may be one."""
+    if _POSSIBLE[0] <= length <= _POSSIBLE[1]:
+        return ""
+    others = " or ".join(f"{other} ({length / DECLARED[unit] * UNITS[other]:.4g} mm)"
+                         for other in usual_units(length / DECLARED[unit]))  # fmt: skip
+    remedy = f"Give the right unit: --unit or rod.unit, as {others}" if others else "Give the unit: --unit"
+    return f"in {unit} the bores are {length:.4g} mm apart, as in no rod. {remedy}"
 
 
 class CadFormat(StrEnum):

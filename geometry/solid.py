@@ -461,6 +461,17 @@ def _beside_rib(rib: Rib, top: float, rod: Rod, mirror: Mirror, turn: float) -> 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:
     """Return the kernel's own mass properties of a cell's volume, completed by reflection."""
+    return reflected(_kernel_mass(body), mirror)
+
+
+def reflected(mass: MassProperties, mirror: Mirror) -> MassProperties:
+    """Complete the mass properties of a cell by reflection."""
+    for plane in mirror.planes:
+        mass = mass.reflected(PLANE_AXIS[plane])
+    return mass
+
+
+def _kernel_mass(body: int) -> MassProperties:
     occ = gmsh.model.occ
     with kernel.attempt("integrate the volume"):
         volume = occ.getMass(kernel.SOLID, body)
@@ -468,7 +479,4 @@ def whole_mass(body: int, mirror: Mirror) -> MassProperties:
         a, b, c, d, e, f, g, h, i = occ.getMatrixOfInertia(kernel.SOLID, body)
     if not volume > 0:
         raise GeometryError(f"the CAD kernel made a solid of volume {volume:g} mm³; it must be positive")
-    mass = MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
-    for plane in mirror.planes:
-        mass = mass.reflected(PLANE_AXIS[plane])
-    return mass
+    return MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i)))

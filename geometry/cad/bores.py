@@ -8,7 +8,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.shapes import ROUND, Interior, recognised_faces
+from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces
 from geometry.errors import GeometryError
 from geometry.faces import Face, edge_points, loop_points
 from geometry.holes import (
@@ -25,6 +25,7 @@ from geometry.holes import (
     pin_wall,
     place_text,
 )
+from geometry.measure import wall_area
 from geometry.segments import fitted_circle
 
 # Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
@@ -108,7 +109,7 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         else:
             alike.append([face])
     for same in alike:
-        same.sort(key=lambda face: -gmsh.model.occ.getMass(2, face.tag))
+        same.sort(key=lambda face: -_area(face, point, direction)[0])
         radius, tags = same[0].values[6], tuple(face.tag for face in same)
         extents = np.array([_extent(face, point, direction) for face in same])
         low, high = float(extents.min()), float(extents.max())
@@ -116,8 +117,8 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         for begin, stop in sorted(map(sorted, extents.tolist())):
             covered += max(0.0, stop - max(begin, end))
             end = max(end, stop)
-        areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in tags])
-        middles = np.array([gmsh.model.occ.getCenterOfMass(2, tag) for tag in tags])
+        measures = [_area(face, point, direction) for face in same]
+        areas, middles = np.array([area for area, _ in measures]), np.array([at for _, at in measures])
         center = point + (low + high) / 2 * direction
         apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in same]
         yield CadHole(
@@ -132,6 +133,14 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
             deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])),
             fitted=any(face.fitted for face in same),
         )
+
+
+def _area(face: Face, point: Floats, direction: Floats) -> tuple[float, Floats]:
+    """Area, mm², and centroid (3,) of a cylindrical face about an axis."""
+    if mismeasured(face):
+        return wall_area(face.tag, point, direction, face.values[6])
+    occ = gmsh.model.occ
+    return float(occ.getMass(2, face.tag)), np.array(occ.getCenterOfMass(2, face.tag))
 
 
 def _extent(face: Face, point: Floats, direction: Floats) -> Floats:

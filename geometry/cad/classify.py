@@ -13,11 +13,12 @@ from geometry.arrays import vector
 from geometry.assembly import Assembly
 from geometry.cad.bores import SAME_DIAMETER, CadHole, Pair, Walls, walls_of
 from geometry.cad.formats import NamedSolid
-from geometry.cad.shapes import recognised_faces
+from geometry.cad.shapes import has_mismeasured, recognised_faces
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, solid_points
 from geometry.holes import CLOSED, UNKNOWN, Balance, Diameters, rod_frame
 from geometry.imports import CadSolid, Role
+from geometry.measure import triangulated_mass
 from geometry.parts import BUSHING, CAP, LOWER_SHELL, NAMES, ROD, UPPER_SHELL, divided
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
@@ -43,8 +44,12 @@ _OVERHANG, _THIN = 1.25, 0.75
 
 def cad_solid(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
     """Measure a solid of the open model."""
-    box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
-    return CadSolid(tag, name, role, kept, float(gmsh.model.occ.getMass(3, tag)), vector(np.ptp(box, axis=0)))
+    if has_mismeasured(tag):  # the kernel's box is that of the control points
+        points, volume = solid_points(tag), triangulated_mass(tag).mass
+    else:
+        points = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
+        volume = float(gmsh.model.occ.getMass(3, tag))
+    return CadSolid(tag, name, role, kept, volume, vector(np.ptp(points, axis=0)))
 
 
 def classified(

@@ -270,6 +270,8 @@ def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[N
         wanted = DECLARED[declared] / factor
         exact = next((name for name, length in _TARGETS.items() if math.isclose(length, wanted)), None)
         target, scale = exact or "MM", scale if exact is None else 1.0
+    elif kind is CadFormat.IGES:
+        _forget_unit()
     gmsh.option.setString("Geometry.OCCTargetUnit", target)
     gmsh.option.setNumber("Geometry.OCCScaling", scale)
     try:
@@ -277,6 +279,27 @@ def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[N
     finally:
         gmsh.option.setNumber("Geometry.OCCScaling", 1.0)
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+
+
+def _forget_unit() -> None:
+    """Let the kernel read in mm again: its IGES reader uses the unit of the last STEP file of the process.
+
+    Neither an option nor a new session of gmsh resets that; reading a STEP file in mm does.
+    """
+    usual, name = gmsh.option.getString("Geometry.OCCTargetUnit"), gmsh.model.getCurrent()
+    with tempfile.TemporaryDirectory() as folder:
+        cube = str(Path(folder) / "cube.step")
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        gmsh.model.add("unit")
+        gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        gmsh.write(cube)
+        gmsh.model.remove()
+        gmsh.model.add("unit")
+        gmsh.model.occ.importShapes(cube, format="step")
+        gmsh.model.remove()
+    gmsh.model.setCurrent(name)
+    gmsh.option.setString("Geometry.OCCTargetUnit", usual)
 
 
 def _plain(name: str) -> str:
@@ -340,9 +363,12 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
     """Read surfaces again and sew them into a solid, which IGES files leave to the reader."""
     boxes = np.reshape([gmsh.model.occ.getBoundingBox(*entity) for entity in loose], (-1, 3))
     gap, usual = _SEWN * float(np.ptp(boxes, axis=0).max()), gmsh.option.getNumber("Geometry.Tolerance")
-    name = gmsh.model.getCurrent()
-    gmsh.model.remove()
-    gmsh.model.add(name)
+    if gmsh.model.occ.getEntities(kernel.SOLID):  # beside what was read before
+        gmsh.model.occ.remove(loose, recursive=True)
+    else:
+        name = gmsh.model.getCurrent()
+        gmsh.model.remove()
+        gmsh.model.add(name)
     gmsh.option.setNumber("Geometry.OCCSewFaces", 1)
     gmsh.option.setNumber("Geometry.Tolerance", gap)
     try:

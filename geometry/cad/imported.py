@@ -16,7 +16,7 @@ from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores
 from geometry.cad.classify import cad_solid, classified, named_parts
 from geometry.cad.formats import declared_unit, linked_files, read_solids
 from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_faced
-from geometry.cad.shapes import ROUND, concave_rounds, recognised, recognised_faces
+from geometry.cad.shapes import ROUND, concave_rounds, has_mismeasured, recognised, recognised_faces
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, edge_points, face_of, parameter_grid, surfaces
 from geometry.holes import EQUAL_BORES, place_text, rod_frame
@@ -31,13 +31,15 @@ from geometry.imports import (
     RodFile,
     Role,
     is_usual,
+    not_a_length,
     plausible_unit,
     usual_units,
 )
 from geometry.kernel import SOLID
-from geometry.mass import joined
+from geometry.mass import MassProperties, joined
+from geometry.measure import triangulated_mass
 from geometry.parts import CAP, ROD, Interface, boundary, remove_all, seat_disks, with_seats
-from geometry.solid import Part, Solid, whole_mass, with_contacts
+from geometry.solid import Part, Solid, reflected, whole_mass, with_contacts
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
 # Of the rod's length: for areas and centres, and for points on the edges, which lie a few micrometres beside
@@ -184,9 +186,13 @@ def parts_of(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirro
         for place, name in enumerate(names)
     ]
     return tuple(
-        Part(name, tuple(cell), joined([whole_mass(tag, mirror) for tag in cell]))
+        Part(name, tuple(cell), joined([_mass(tag, mirror) for tag in cell]))
         for name, cell in zip(distinct, cells, strict=True)
     )
+
+
+def _mass(tag: int, mirror: Mirror) -> MassProperties:
+    return reflected(triangulated_mass(tag), mirror) if has_mismeasured(tag) else whole_mass(tag, mirror)
 
 
 def sharing(
@@ -259,6 +265,8 @@ def import_cad(
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
         solids, holes = _read(file, unit, tell)
+    if why := not_a_length(holes[0].apart(holes[1]), unit):
+        raise GeometryError(f"{file.path.name}: {why}")
     if file.swap_ends:
         holes = holes[::-1]
     big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)

@@ -10,6 +10,7 @@ import numpy as np
 
 from geometry.arrays import Floats, vector
 from geometry.faces import Face, Feature, FeatureKind, edge_points, faces_of, parameter_grid
+from geometry.measure import wall_area
 from geometry.segments import fitted_circle
 
 
@@ -64,6 +65,23 @@ def recognised(face: Face) -> Face:
 def recognised_faces(volumes: Sequence[int]) -> list[Face]:
     """Describe the outer faces of volumes, with the planes and cylinders among them."""
     return [recognised(face) for face in faces_of(volumes)]
+
+
+# Relative difference of areas from which on the kernel's are wrong.
+_WRONG = 5e-4
+
+
+def mismeasured(face: Face) -> bool:
+    """Whether the kernel measures a cylinder wrongly, as it does rational splines of few pieces."""
+    if not face.fitted or face.shape != "Cylinder":
+        return False
+    area, _ = wall_area(face.tag, np.array(face.values[:3]), np.array(face.values[3:6]), face.values[6])
+    return abs(gmsh.model.occ.getMass(2, face.tag) - area) > _WRONG * area
+
+
+def has_mismeasured(volume: int) -> bool:
+    """Whether the kernel measures a face of a volume wrongly, and so the volume."""
+    return any(mismeasured(face) for face in recognised_faces((volume,)))
 
 
 def _fitted_cylinder(points: Floats, normals: Floats) -> tuple[float, ...] | None:

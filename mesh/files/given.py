@@ -23,6 +23,7 @@ from geometry.imports import (
     ImportReport,
     MissingCap,
     RodFile,
+    not_a_length,
     plausible_unit,
 )
 from geometry.surfaces import Surface
@@ -268,6 +269,7 @@ def given_mesh(file: RodFile) -> GivenMesh:
         usual = file.unit or plausible_unit(given.bores[1].x, scale)
         if usual != scale:
             given = _measured(sound, usual, file)
+        _require_length(given.bores[1].x, usual)
     except MeshError as error:
         named = str(error).startswith((str(file.path), str(file.cap)))
         raise MeshError(str(error) if named else f"{file.path}: {error}") from error
@@ -275,6 +277,11 @@ def given_mesh(file: RodFile) -> GivenMesh:
         why = "because in mm the rod would have an unusual length (rod.unit)"
         said = (f"the unit of length of the mesh is taken to be {usual}, {why}", *said)
     return replace(given, imported=replace(given.imported, assumed=(*said, *given.imported.assumed)))
+
+
+def _require_length(length: float, unit: str) -> None:
+    if why := not_a_length(length, unit):
+        raise MeshError(why)
 
 
 def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
