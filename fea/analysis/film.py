@@ -43,7 +43,7 @@ _HOLES = 5.0
 _TILTED = 1e-3
 
 
-# Percent: with a wider bar, a figure of a film gives no verdict.
+# Percent: with a wider bar of its highest pressure, a film gets no verdict.
 _WIDEST = 50.0
 
 
@@ -115,17 +115,12 @@ class FilmResult:
         return self.regime not in (Regime.STARVED, Regime.OVERHEATED, Regime.OVERLOADED)
 
     @cached_property
-    def wide(self) -> tuple[str, float] | None:
-        """A figure by which the regime is judged whose bar is too wide, in words, and the bar, percent.
-
-        Where asperities carry the load, the smallest gap does not decide.
-        """
-        bars = {"highest pressure": self._error(lambda film: film.highest, partial(extreme_error, np.max))}
-        if self.regime is not Regime.METAL:
-            gap = self._error(lambda film: film.thinnest, partial(extreme_error, np.min))
-            bars["smallest gap"] = gap
-        worst = max(bars, key=lambda name: bars[name])
-        return (worst, bars[worst]) if self.sound and bars[worst] > _WIDEST else None
+    def wide(self) -> float | None:
+        """The bar of the highest pressure, percent, if it is too wide for a verdict; None if it is not."""
+        if not self.sound:
+            return None
+        bar = self._error(lambda film: film.highest, partial(extreme_error, np.max))
+        return bar if bar > _WIDEST else None
 
     @property
     def verdict(self) -> Regime:
@@ -224,10 +219,9 @@ class FilmResult:
         if self.joint is not None:
             notes.append(self._of_joint(self.joint))
         if self.wide is not None:
-            what, bar = self.wide
             text = (
-                f"not determined: its {what} is known to ± {bar:.0f} % only, and as computed it is "
-                f"{self.regime}. Smaller elements (--size) narrow that"
+                f"not determined: its highest pressure is known to ± {self.wide:.0f} % only, and as computed it "
+                f"is {self.regime}. Smaller elements (--size) narrow that"
             )
             notes.append(doubt(text, topic))
         if self.verdict == Regime.MIXED:

@@ -102,7 +102,7 @@ def survival(
         required_safety_factor=least,
         mode=governing.mode,
         case=governing.instant or None,
-        place=governing.place or None,
+        place=None if governing.mode == FATIGUE else governing.place or None,
         safety_factor=governing,
         assured_safety_factor=governing.low,
         fatigue_at_most=fatigue_at_most,

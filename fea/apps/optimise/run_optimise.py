@@ -34,7 +34,7 @@ from mesh.tetmesh import TetMesh
 
 STUDY, HISTORY, COURSE, RODS = "study.toml", "history.csv", "history.png", "rods.png"
 FILES = (STUDY, OPTIMISED, HISTORY, COURSE, RODS)
-YIELDING, FATIGUE = "safety_factor", "fatigue_safety_factor"
+YIELDING, FATIGUE = "safety_factor_node", "fatigue_safety_factor"
 # Between the two rods in the picture, relative to their widths.
 _APART = 1.15
 

@@ -120,7 +120,7 @@ def governs(summary: Summary) -> str:
     if found.mode == "fatigue" and summary.envelope is not None and summary.envelope.fatigue is not None:
         return f"Governs: fatigue, {_spot(summary.envelope.fatigue)}."
     if found.mode != "yielding":
-        bound = f" between the load cases, {found.place}" if found.mode == "fatigue" else ""
+        bound = f" between the load cases, {found.fatigue_where}" if found.mode == "fatigue" else ""
         return f"Governs: {found.mode}{bound}{case}."
     if summary.governing is not None:
         return f"Governs: yielding, {_weakest(summary.governing)}{case}."
