@@ -220,8 +220,8 @@ class FilmResult:
             notes.append(self._of_joint(self.joint))
         if self.wide is not None:
             text = (
-                f"not determined: its highest pressure is known to ± {self.wide:.0f} % only, and as computed it "
-                f"is {self.regime}. Smaller elements (--size) narrow that"
+                f"not determined: its highest pressure is known to ± {self.wide:.0f} % only, and as computed "
+                f"it is {self.regime}. Smaller elements (--size) narrow that"
             )
             notes.append(doubt(text, topic))
         if self.verdict == Regime.MIXED:

@@ -76,7 +76,7 @@ def mismeasured(face: Face) -> bool:
     if not face.fitted or face.shape != "Cylinder":
         return False
     area, _ = wall_area(face.tag, np.array(face.values[:3]), np.array(face.values[3:6]), face.values[6])
-    return abs(gmsh.model.occ.getMass(2, face.tag) - area) > _WRONG * area
+    return bool(abs(gmsh.model.occ.getMass(2, face.tag) - area) > _WRONG * area)
 
 
 def has_mismeasured(volume: int) -> bool:
