@@ -7,7 +7,8 @@ exponent has a prior. Nothing here depends on the unit: the law is the same in e
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from geometry.arrays import Floats
 FROM, TO = -100.0, -42.0
 CLOSING = -130.0  # degrees from firing TDC at which the intake shuts, about
 # Exponents of compressions: mean and standard deviation of those of petrol and of diesel engines.
-_PETROL, _DIESEL, _EITHER = (1.32, 0.03), (1.36, 0.03), (1.34, 0.04)
+_PETROL, _DIESEL = (1.32, 0.03), (1.36, 0.03)
 _DIESEL_RATIO = 13.5  # compression ratio from which an engine is taken for a diesel
-_RATIOS, _NOMINAL = (7.5, 22.0), 14.0  # of nearly all engines, and one in between
+_RATIOS = np.geomspace(7.5, 22.0, 17)  # of nearly all engines
 ROD_RATIO = 0.29  # crank radius over rod length where it is not known; 0.2 to 0.33 change n by less than 0.05
 _EXPONENTS = np.linspace(1.0, 1.8, 161)
 # What a real compression departs from the law by, over the pressure; noise comes on top.
@@ -29,7 +30,6 @@ _LEAST_SAMPLES = 8
 _BLOCKS, _CROOKED, _SIGNIFICANT = 4, 0.015, 4.0
 # Largest departure, over the standard deviation of the pressures, with which there is a compression at all.
 _NO_COMPRESSION = 0.5
-_OF_RATIO = ("exponent", "zero")  # what a ratio that is not known leaves open
 # Exponents that measured compressions show, with a ratio that is 10 % and angles that are 2° off.
 _USUAL_EXPONENTS = (1.15, 1.52)
 
@@ -52,7 +52,7 @@ class Compression:
         return least - 2 * self.exponent_error <= self.exponent <= most + 2 * self.exponent_error
 
 
-def volume(degrees: Floats, ratio: float, rod_ratio: float = ROD_RATIO) -> Floats:
+def volume(degrees: Floats, ratio: float | Floats, rod_ratio: float = ROD_RATIO) -> Floats:
     """Volume over the swept volume at angles from TDC, degrees, of a compression ratio."""
     theta = np.radians(degrees)
     rod = (1 - np.sqrt(1 - (rod_ratio * np.sin(theta)) ** 2)) / rod_ratio
@@ -64,64 +64,61 @@ def compression(
 ) -> Compression | None:
     """Fit p + c = k V⁻ⁿ to a trace before ignition; None where it shows no compression.
 
-    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `ratio` is the
-    compression ratio, if it is known, `rod_ratio` the crank radius over the rod's length.
+    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio` is
+    the crank radius over the rod's length. A compression `ratio` of None is not known: those of nearly all
+    engines are then weighed by how well they fit.
     """
     inside = (angles >= FROM) & (angles <= TO)
     theta, p = angles[inside], pressures[inside]
     if p.size < _LEAST_SAMPLES or not np.ptp(p) > 0:
         return None
-    if ratio is not None:
-        return _fitted(theta, p, (ratio, rod_ratio), _PETROL if ratio < _DIESEL_RATIO else _DIESEL)
-    found = _fitted(theta, p, (_NOMINAL, rod_ratio), _EITHER)
-    ends = [_fitted(theta, p, (each, rod_ratio), _EITHER) for each in _RATIOS]
-    if found is None or None in ends:
-        return found
-    known = [end for end in ends if end is not None]
-    spread = {
-        name: max(abs(getattr(end, name) - getattr(found, name)) for end in known) / 2 for name in _OF_RATIO
-    }
-    errors = {
-        f"{name}_error": math.hypot(getattr(found, f"{name}_error"), spread[name]) for name in _OF_RATIO
-    }
-    return replace(found, **errors)
-
-
-def _fitted(
-    theta: Floats, p: Floats, shape: tuple[float, float], prior: tuple[float, float]
-) -> Compression | None:
-    """Fit with the exponent's prior (mean, deviation); `shape`: compression ratio and rod ratio."""
-    base = volume(theta, *shape)[:, None] ** -_EXPONENTS
-    x, y = base - base.mean(axis=0), p - p.mean()
-    squares = (x**2).sum(axis=0)
-    slope = (x * y[:, None]).sum(axis=0) / squares
-    left = ((y[:, None] - slope * x) ** 2).sum(axis=0)
-    if not math.sqrt(left.min() / p.size) <= _NO_COMPRESSION * float(p.std()) or slope[left.argmin()] <= 0:
+    ratios = _RATIOS if ratio is None else np.array([ratio])
+    lines = [_lines(theta, p, each, rod_ratio) for each in ratios]
+    slope, zero, left, given = (np.array([getattr(line, name) for line in lines]) for name in _Lines._fields)
+    best = np.unravel_index(int(left.argmin()), left.shape)
+    if not math.sqrt(left.min() / p.size) <= _NO_COMPRESSION * float(p.std()) or slope[best] <= 0:
         return None
-    if _is_crooked(y - slope[left.argmin()] * x[:, left.argmin()], float(np.ptp(p))):
+    shape = volume(theta, float(ratios[best[0]]), rod_ratio) ** -_EXPONENTS[best[1]]
+    if _is_crooked(p + zero[best] - slope[best] * shape, float(np.ptp(p))):
         return None
-    zero = slope * base.mean(axis=0) - p.mean()
-    departure = _DEPARTURE * float(np.ptp(p))
-    variance = left.min() / max(p.size - 3, 1) + departure**2
-    distance = (_EXPONENTS - prior[0]) / prior[1]
+    variance = left.min() / max(p.size - 3, 1) + (_DEPARTURE * float(np.ptp(p))) ** 2
+    prior = np.array([_PETROL if each < _DIESEL_RATIO else _DIESEL for each in ratios])
+    distance = (_EXPONENTS - prior[:, :1]) / prior[:, 1:]
     log = -(left / variance + distance**2) / 2
     weight = np.exp(log - log.max())
     weight /= weight.sum()
-    exponent, mean = float(weight @ _EXPONENTS), float(weight @ zero)
-    at = int(np.abs(_EXPONENTS - exponent).argmin())
-    given = variance * (1 / p.size + base[:, at].mean() ** 2 / squares[at])  # with the exponent known
-    scale = float(weight @ slope)
+    exponent, mean = float((weight * _EXPONENTS).sum()), float((weight * zero).sum())
     closing, dead_centre = (
-        scale * float(volume(np.array(angle), *shape)) ** -exponent for angle in (CLOSING, 0.0)
+        float((weight * slope * volume(np.full(1, angle), ratios[:, None], rod_ratio) ** -_EXPONENTS).sum())
+        for angle in (CLOSING, 0.0)
     )
     return Compression(
         exponent=exponent,
-        exponent_error=math.sqrt(max(float(weight @ (_EXPONENTS - exponent) ** 2), 1e-12)),
+        exponent_error=math.sqrt(max(float((weight * (_EXPONENTS - exponent) ** 2).sum()), 1e-12)),
         zero=mean,
-        zero_error=math.sqrt(float(weight @ (zero - mean) ** 2) + given),
+        zero_error=math.sqrt(float((weight * ((zero - mean) ** 2 + variance * given)).sum())),
         closing=closing,
         dead_centre=dead_centre,
     )
+
+
+class _Lines(NamedTuple):
+    """Straight lines p + c = k V⁻ⁿ, one for each of `_EXPONENTS`."""
+
+    slope: Floats  #: k
+    zero: Floats  #: c
+    left: Floats  #: sum of squares that the line leaves
+    given: Floats  #: variance of c, of pressures with a variance of one
+
+
+def _lines(theta: Floats, p: Floats, ratio: float, rod_ratio: float) -> _Lines:
+    base = volume(theta, ratio, rod_ratio)[:, None] ** -_EXPONENTS
+    mean, y = base.mean(axis=0), p - p.mean()
+    x = base - mean
+    squares = (x**2).sum(axis=0)
+    slope = (x * y[:, None]).sum(axis=0) / squares
+    left = ((y[:, None] - slope * x) ** 2).sum(axis=0)
+    return _Lines(slope, slope * mean - p.mean(), left, 1 / p.size + mean**2 / squares)
 
 
 def _is_crooked(rest: Floats, height: float) -> bool:

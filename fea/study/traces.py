@@ -26,9 +26,9 @@ _FOUR_STROKES = 4
 SHIPPED = ("leon-2001",)
 # What a file of measurements may be called.
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
-# Degrees from TDC of a motored peak, which heat and leaks bring before it: the latest and the earliest, and
-# where it usually is.
-_MOTORED_LATEST, _MOTORED_EARLIEST, _MOTORED_USUAL = -0.1, -2.0, -0.6
+# Degrees from TDC of a motored peak, which heat and leaks bring before it: the latest, as near to TDC as a
+# peak can be located, those between which it is not doubted, and where it usually is.
+_MOTORED_LATEST, _MOTORED_UNDOUBTED, _MOTORED_USUAL = -0.02, (-2.0, -0.2), -0.6
 # Uncertain TDC, degrees, of a trace whose file does not tell it; bar, by which the shock of the flame's heat
 # moves the exhaust stroke of a pegged sensor.
 _PHASE, _SHOCK = 1.0, "±0.3 to 0.5"
@@ -186,7 +186,7 @@ def _motored_phase(angles: Floats, absolute: Floats, source: str, keys: TraceKey
     remedy = f"Add {usual - (keys.angle_offset_deg or 0.0):.2g}° to the angles (engine.angle_offset_deg)."
     value = f"{peak:+.2f}° from TDC"
     require(peak < _MOTORED_LATEST, f"{source}: the peak", value, rule, remedy)
-    if peak >= _MOTORED_EARLIEST:
+    if _MOTORED_UNDOUBTED[0] <= peak <= _MOTORED_UNDOUBTED[1]:
         return ""
     return f"the motored peak is {-peak:.2g}° before TDC, where 0.3 to 1° is usual: check angle_offset_deg"
 

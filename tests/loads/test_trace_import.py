@@ -14,7 +14,7 @@ from fea.study.trace_columns import TraceKeys
 from fea.study.trace_table import LARGEST_TRACE
 from fea.study.traces import Surroundings, parse_trace, read_trace
 from geometry.errors import InvalidValue
-from loads.compression import compression
+from loads.compression import compression, volume
 
 DEGREES = np.arange(0.0, 720.0)
 FROM_FIRING = np.arange(-360.0, 360.0)
@@ -295,13 +295,27 @@ def test_readings_that_are_possible_are_named_with_their_keys():
         parse_trace(text(flat, header=["CA,p [bar]"]), "t.csv")
 
 
-def test_a_boosted_engine_needs_its_compression_ratio_or_a_key():
-    boosted = written(FROM_FIRING, absolute(FROM_FIRING, intake=3.4), header=["CA,p [bar]"])
-    with pytest.raises(InvalidValue, match=r"bar absolute .* or bar gauge .*give engine\.compression_ratio"):
-        parse_trace(boosted, "t.csv")
-    for ratio in (0.95 * RATIO, 1.05 * RATIO):
-        found = parse_trace(boosted, "t.csv", around=Surroundings(compression_ratio=ratio))
-        assert found.keys.pressure_reference == "absolute"
+@pytest.mark.parametrize(
+    ("ratio", "reference"),
+    [(None, "absolute"), (None, "gauge"), (0.95 * RATIO, "absolute"), (1.05 * RATIO, "absolute")],
+)
+def test_the_compression_of_a_boosted_engine_tells_the_reference(ratio, reference):
+    boosted = absolute(FROM_FIRING, intake=3.4) - ATMOSPHERE * (reference == "gauge")
+    file = written(FROM_FIRING, boosted, header=["CA,p [bar]"])
+    found = parse_trace(file, "t.csv", around=Surroundings(compression_ratio=ratio))
+    assert found.keys.pressure_reference == reference
+
+
+@pytest.mark.parametrize("ratio", [8.5, 10.0, 17.5])
+@pytest.mark.parametrize("offset", [-4.0, 3.0])
+def test_a_zero_is_found_without_the_compression_ratio(ratio, offset):
+    """Within 0.2 bar: ratio and exponent change the shape alike, so that what one has the other need not."""
+    degrees = np.arange(-180.0, 180.0, 0.5)
+    exponent = 1.36 if ratio > 13.5 else 1.32
+    pressures = 1.6 * (volume(degrees, ratio) / volume(np.array(180.0), ratio)) ** -exponent
+    fit = compression(degrees, pressures + offset)
+    assert fit.zero == pytest.approx(-offset, abs=0.2)
+    assert abs(fit.zero + offset) < 2 * fit.zero_error
 
 
 @pytest.mark.parametrize("ratio", [8.0, 16.0])
@@ -422,6 +436,7 @@ def test_a_motored_peak_tells_what_the_angles_are_off_by():
 
     assert doubts(0.6) == ()
     assert "the motored peak is 3° before TDC" in doubts(3.0)[0]
+    assert "the motored peak is 0.078° before TDC" in doubts(0.08)[0]
     with pytest.raises(InvalidValue, match=r"the peak = '\+0.50° from TDC': .* at or after TDC.*Add -1.1°"):
         doubts(-0.5)
 
