@@ -44,7 +44,7 @@ from fea.analysis.survival import Factor, factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
-from fea.base.note import CANNOT_GOVERN, Note, by_consequence, doubt, remark
+from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import DEG, KG_M2
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
@@ -191,6 +191,9 @@ def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> Factor | None:
     return Factor("fatigue", "", 1 / worst.value, worst.error_percent, place_name(rod.mesh, worst.node))
 
 
+_CARRIES = "it carries other rods, whose forces are left out"
+
+
 def summary_of(
     rod: PreparedRod,
     passes: Sequence[PassFigures],
@@ -218,6 +221,7 @@ def summary_of(
             rod.options.min_safety,
             given_mesh=bool(rod.mesh.meshing.given),
             unjudged=fatigue,
+            unanalysed=next((_CARRIES for note in shown if note.topic == OTHER_RODS), None),
         ),
         rod=figures(
             RodFigures,

@@ -130,11 +130,13 @@ def survival(
     *,
     given_mesh: bool = False,
     unjudged: Factor | None = None,
+    unanalysed: str | None = None,
 ) -> SurvivalFigures:
     """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
 
     A mesh from a file cannot be refined, so that no tolerance would decide. `unjudged` is the most that the
-    factor against fatigue can be, where the cycle that it is of is not computed.
+    factor against fatigue can be, where the cycle that it is of is not computed, `unanalysed` loads that are
+    left out, in words: without them, no factor shows that the rod survives.
     """
     least = 1.0 if required is None else required
     failed, open_ = (
@@ -163,6 +165,9 @@ def survival(
             text = f"{met} {smallest.text}{smallest.against}; {less}"
         if unjudged is not None and unjudged.answer(least) is Answer.FAILS:
             text += f", but not the cycle: at most {unjudged.value:.2f} against fatigue (--cycle)"
+        if unanalysed is not None:
+            held = f"does not fail under these loads, safety factor {smallest.text}{smallest.against}"
+            answer, text = Answer.UNDECIDED, f"undecided: {held}, but {unanalysed}"
     return SurvivalFigures(
         answer=answer.value,
         text=text,

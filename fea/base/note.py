@@ -16,6 +16,9 @@ class NoteKind(StrEnum):
     OMISSION = "omission"  # the topic is left out of the analysis, and the text says why
 
 
+MODEL = "geometry"  # topic of doubts on what is analysed, which stand below the headline
+OTHER_RODS = "other rods"  # topic of the doubt that the rod carries others: it does not `survive`
+HEADING = {MODEL, OTHER_RODS}
 UNITS = "units"  # topic of notes on values that engines do not have
 SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
 CANNOT_GOVERN = "cannot govern"  # topic of the note on load cases that are known less well than the others

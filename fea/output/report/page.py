@@ -33,7 +33,7 @@ from geometry.errors import require
 _VERDICTS = {
     "survives": ("The rod survives", "The rod meets the required safety factor of {:g}"),
     "fails": ("The rod does not survive", "The rod does not meet the required safety factor of {:g}"),
-    "undecided": ("Undecided", "Undecided: the error bar includes the required safety factor of {:g}"),
+    "undecided": ("Undecided", "Undecided whether the rod meets the required safety factor of {:g}"),
 }
 
 

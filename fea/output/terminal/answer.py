@@ -15,7 +15,7 @@ from fea.analysis.figures import (
     Summary,
 )
 from fea.analysis.survival import Answer
-from fea.base.note import CANNOT_GOVERN, SINGULAR, UNITS, Note, NoteKind
+from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.verdict import Verdict
@@ -318,7 +318,7 @@ def _contact(summary: Summary) -> list[str]:
 
 def of_kind(notes: Iterable[Note], kind: NoteKind) -> list[str]:
     """Return the notes of a kind as sentences, without those that stand elsewhere."""
-    elsewhere = {SINGULAR, UNITS}
+    elsewhere = {SINGULAR, UNITS, *HEADING}
     return [_sentence(note) for note in notes if note.kind is kind and note.topic not in elsewhere]
 
 

@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from rich.console import Console
 
-from fea.base.note import UNITS, Note, NoteKind
+from fea.base.note import HEADING, UNITS, Note, NoteKind
 from fea.output.units import Verbatim, in_text
 
 MOST_LINES = 10  # after the table of a run
@@ -69,11 +69,17 @@ def fitting(statements: Iterable[str], end: Iterable[str], paths: Sized, width: 
 
 
 def unusual(notes: Iterable[Note]) -> list[str]:
-    """Return what stands below the headline: the values that engines do not have, the first ones in full."""
+    """Return what stands below the headline: doubts on what is analysed, and values that engines do not have.
+
+    Of these values, the first ones are in full.
+    """
+    notes = list(notes)
+    doubts = [f"{note.text[0].upper()}{note.text[1:]}." for note in notes if note.topic in HEADING]
     said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
     left = len(said) - _MOST_UNUSUAL
     more = f" Unusual, too: {left} more value{'s' * (left > 1)} (--verbose)." if left > 0 else ""
-    return [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
+    units = [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
+    return [*dict.fromkeys(doubts), *units]
 
 
 def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:
