@@ -171,3 +171,37 @@ class Balance(NamedTuple):
             f"the centre of gravity lies {self.aside:.4g} mm beside and {self.beyond:.4g} mm beyond the line "
             f"between them, which is {self.distance:.4g} mm long"
         )
+
+
+# Holes for the pins of other rods: their radius over that of the small end's bore at least, the length of
+# their wall over the big end's, and their distance from its axis over its radius at most. Pins of master
+# rods have 0.5 to 0.9 of the piston pin's radius; dowels and lightening holes are smaller, thinner, or in
+# the shank.
+_PIN, _PIN_LENGTH, _PIN_REACH = 0.3, 0.3, 2.5
+# Half the width of the shank over the big end's radius: holes within it, on the shank's side, lighten it.
+_SHANK = 0.4
+_MASTER = 4  # pins from which on the rod is that of a radial engine
+
+
+def carried_rods(bores: tuple[RoundHole, RoundHole], holes: Sequence[RoundHole]) -> str:
+    """Say which holes about the big end are those of pins that carry other rods; empty: none are."""
+    big, small = bores
+    frame, length = rod_frame(big.direction, small.center - big.center)
+    pins = []
+    for hole in holes:
+        if not hole.parallel(big) or min(hole.apart(bore) for bore in bores) < small.radius / 2:
+            continue
+        along, aside, _ = frame @ (hole.center - big.center)
+        in_shank = along > big.radius and abs(aside) < _SHANK * big.radius
+        large = hole.radius > _PIN * small.radius and hole.width > _PIN_LENGTH * big.width
+        beside = hole.apart(big) < min(_PIN_REACH * big.radius, length)
+        pins += [hole] if large and beside and not in_shank else []
+    alike = [hole for hole in pins if hole.same_radius(pins[0].radius, 0.02)]
+    if not pins or (len(alike) < _MASTER and max(pin.radius for pin in pins) < small.radius / 2):
+        return ""
+    kind = "a master rod of a radial engine" if len(alike) >= _MASTER else "a rod with articulated rods"
+    sizes = ", ".join(dict.fromkeys(f"{2 * pin.radius:.4g} mm" for pin in pins))
+    return (
+        f"{len(pins)} hole{'s' * (len(pins) > 1)} of {sizes} beside the big end: this is {kind}, and the "
+        "forces of the rods that hang on it are not analysed"
+    )

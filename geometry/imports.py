@@ -57,6 +57,8 @@ class ImportReport:
     assumed: tuple[str, ...]  #: what was assumed or left out, for the user
     #: The joint, bolts and interfaces that were found, if it is taken for an assembly
     assembly: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  #: what may make the answer wrong: solids left out that touch the rod
+    carried: str = ""  #: which holes show that other rods hang on this one, in words; empty: none does
 
 
 # Millimetres per unit of length: those that can be asked for, and those that a file may declare.

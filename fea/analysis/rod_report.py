@@ -9,11 +9,11 @@ from fea.analysis.figures import Figures, QualityFigures, figures
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import quality_figures
 from fea.base.material import of_parts
-from fea.base.note import Note, assumption
+from fea.base.note import Note
 from fea.base.units import KG, KG_M2
 from fea.judge.column import Plane
 from fea.rod.given import found_assembly
-from fea.rod.meshed_rod import Bores
+from fea.rod.meshed_rod import Bores, file_notes
 from fea.solid.inertia import inertia
 from fea.study.rod_table import MASS_KEYS, RodTable, dimension_of
 from fea.study.study import Study
@@ -136,7 +136,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
             solids=tuple(
                 figures(SolidFigures, solid, mass_kg=density * solid.volume / KG) for solid in read.solids
             ),
-            assumed=(*report.assumed, *map(assumption, read.assumed)),
+            assumed=(*report.assumed, *file_notes(read)),
             assembly=found_assembly(study.rod, read),
         )
     return report, mesh.whole

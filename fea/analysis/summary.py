@@ -45,7 +45,7 @@ from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
-from fea.base.note import CANNOT_GOVERN, Note, by_consequence, doubt, remark
+from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import DEG, KG_M2
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
@@ -196,6 +196,9 @@ def _between(rod: PreparedRod, cases: Sequence[CaseResult]) -> SafetyFactor | No
     return SafetyFactor.of_stress(1 / worst.value, worst.error_percent, mode="fatigue", place=place)
 
 
+_CARRIES = "it carries other rods, whose forces are left out"
+
+
 def summary_of(
     rod: PreparedRod,
     passes: Sequence[PassFigures],
@@ -224,6 +227,7 @@ def summary_of(
             given_mesh=bool(rod.mesh.meshing.given),
             fatigue_at_most=fatigue,
             by_duty=rod.duty is not None,
+            unanalysed=next((_CARRIES for note in shown if note.topic == OTHER_RODS), None),
         ),
         rod=figures(
             RodFigures,

@@ -68,13 +68,15 @@ def survival(
     given_mesh: bool = False,
     fatigue_at_most: SafetyFactor | None = None,
     by_duty: bool = False,
+    unanalysed: str | None = None,
 ) -> SurvivalFigures:
     """Judge the safety factors of a run against the required one (``--min-safety``; 1 by default).
 
     A mesh from a file cannot be refined, so that no tolerance would decide. `fatigue_at_most` is a bound on
     the factor against fatigue from the load cases, where the cycle is not computed: below the required factor
     it decides like a factor. Fatigue is judged by its factor or, `by_duty`, by hours; a rod of which it
-    is not judged does not survive, however large its other factors are.
+    is not judged does not survive, however large its other factors are, nor does one with loads that are left
+    out, which `unanalysed` says in words.
     """
     least = 1.0 if required is None else required
     bounded = fatigue_at_most is not None and fatigue_at_most.answer(least) is Answer.FAILS
@@ -92,10 +94,12 @@ def survival(
         answer = Answer.UNDECIDED
         text = f"undecided, safety factor {governing.named} includes {least:g}; {remedy}"
     else:
-        answer = Answer.SURVIVES if judged else Answer.NOT_JUDGED
+        answer = Answer.SURVIVES if judged and unanalysed is None else Answer.NOT_JUDGED
         text = _met(counted, governing, answer, required)
     if not judged:
         text += f"; fatigue is not judged{_most(fatigue_at_most)}"
+    if unanalysed is not None:
+        text += f"; {unanalysed}"
     return SurvivalFigures(
         answer=answer.value,
         text=text,

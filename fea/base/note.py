@@ -16,10 +16,11 @@ class NoteKind(StrEnum):
     OMISSION = "omission"  # the topic is left out of the analysis, and the text says why
 
 
+# Topics of doubts of what was read, which stand below the headline in full: a rod that carries others does
+# not `survive`.
+TRACE, MODEL, OTHER_RODS = "pressure trace", "geometry", "other rods"
+HEADING = {TRACE, MODEL, OTHER_RODS}
 UNITS = "units"  # topic of notes on values that engines do not have
-# Topics of notes on what was read: doubts of them stand below the headline, in full.
-TRACE, SOLIDS = "pressure trace", "solids"
-READ = {TRACE, SOLIDS}
 SINGULAR = "singular places"  # topic of notes on places where the exact stress is infinite
 CANNOT_GOVERN = "cannot govern"  # topic of the note on load cases that are known less well than the others
 _CONSEQUENCE = {kind: number for number, kind in enumerate(NoteKind)}

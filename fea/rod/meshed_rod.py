@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fea.base.material import Material
-from fea.base.note import Note, assumption, omission, remark, warning
+from fea.base.note import MODEL, OTHER_RODS, Note, assumption, doubt, omission, remark, warning
 from geometry.arrays import Ints
 from geometry.assembly import BoltAxis
 from geometry.faces import Bore
@@ -24,6 +24,13 @@ from mesh.tetmesh import TetMesh, numbered
 
 if TYPE_CHECKING:
     from mesh.moving import MovableMesh
+
+
+def file_notes(read: ImportReport) -> tuple[Note, ...]:
+    """What a reader must know of a rod's file."""
+    doubts = [doubt(text, MODEL) for text in read.doubts]
+    doubts += [doubt(read.carried, OTHER_RODS)] if read.carried else []
+    return (*doubts, *map(assumption, read.assumed))
 
 
 @dataclass(frozen=True)
@@ -144,8 +151,9 @@ class MeshedRod:
     @property
     def notes(self) -> tuple[Note, ...]:
         """What a reader must know of the mesh."""
-        assumed = () if self.imported is None else self.imported.assumed
-        return (*map(assumption, assumed), *self.meshing.notes(self.bores.rod_length))
+        read = self.imported
+        of_file = () if read is None else file_notes(read)
+        return (*of_file, *self.meshing.notes(self.bores.rod_length))
 
     @property
     def omissions(self) -> tuple[Note, ...]:

@@ -13,6 +13,7 @@ from geometry.arrays import vector
 from geometry.assembly import Assembly
 from geometry.cad.bores import SAME_DIAMETER, CadHole, Pair, Walls, walls_of
 from geometry.cad.formats import NamedSolid
+from geometry.cad.pieces import contacts, fused, one_rod
 from geometry.cad.shapes import has_mismeasured, recognised_faces
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, solid_points
@@ -83,6 +84,50 @@ def classified(
         role = next((roles[name] for name in aliases[one.tag] if name in roles), None)
         classified.append(one if role is None else replace(one, role=role, kept=role is not Role.BOLT))
     return classified
+
+
+# What is a part of its own, whatever it touches.
+_APART = (Role.PIN, Role.BOLT, Role.BUSHING)
+
+
+def in_one_piece(
+    solids: Sequence[NamedSolid], chosen: Sequence[str], diameters: Diameters, *, apart: bool
+) -> tuple[list[CadSolid], int]:
+    """Classify the solids of a file as `classified` does, and join the pieces of a rod that was divided.
+
+    Also returned is how many solids are joined. A rod and its cap stay parts; in an assembly (`apart`) a cap
+    is never joined. Raises `GeometryError`: as `classified`, or pieces do not become one solid.
+    """
+    count = len(solids)
+    if count == 1 or chosen:
+        return classified(solids, chosen, diameters), 0
+    found = contacts([solid.tag for solid in solids])
+    if halves := one_rod(found, _rods({solid.tag: walls_of(solid.tag) for solid in solids}, diameters)):
+        solids = fused(solids, halves)
+        found = contacts([solid.tag for solid in solids])
+    error: GeometryError | None = None
+    result: list[CadSolid] = []
+    try:
+        result = classified(solids, (), diameters)
+    except GeometryError as refused:
+        error = refused
+    roles = {one.tag: one.role for one in result}
+    kept = {one.tag for one in result if one.kept}
+    others = {tag for tag, role in roles.items() if role is Role.OTHER_ROD}
+    beside = others | {tag for cut in found if others & {*cut.pair} for tag in cut.pair if tag not in kept}
+    stays = {*_APART, *((Role.CAP,) if apart else ())}
+    cuts = [
+        cut
+        for cut in found
+        if beside.isdisjoint(cut.pair) and not any(roles.get(tag) in stays for tag in cut.pair)
+    ]
+    left = any(len(kept & {*cut.pair}) == 1 for cut in cuts)
+    if cuts and (error is not None or left):
+        solids = fused(solids, cuts)
+        result, error = classified(solids, (), diameters), None
+    if error is not None:
+        raise error
+    return result, count - len(solids) + (len(solids) < count)
 
 
 def _split(text: str, known: set[str]) -> tuple[str, Role | None]:

@@ -1,9 +1,10 @@
 """A rod from a CAD file: read, placed, cut at its mirror planes, and named as one drawn from dimensions."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import gmsh
 import numpy as np
@@ -12,14 +13,22 @@ from geometry import kernel
 from geometry.arrays import Floats, Mask, vector
 from geometry.assembly import Assembly, BoltAxis
 from geometry.cad.bolts import Fastener, bolts_in, removed
-from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores
-from geometry.cad.classify import cad_solid, classified, named_parts
+from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores, through_holes
+from geometry.cad.classify import cad_solid, in_one_piece, named_parts
 from geometry.cad.formats import declared_unit, linked_files, read_solids
 from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_faced
-from geometry.cad.shapes import ROUND, concave_rounds, has_mismeasured, recognised, recognised_faces
+from geometry.cad.pieces import TOUCHING, overlap, touch, without_copies
+from geometry.cad.shapes import (
+    ROUND,
+    Interior,
+    concave_rounds,
+    has_mismeasured,
+    recognised,
+    recognised_faces,
+)
 from geometry.errors import GeometryError
 from geometry.faces import Bore, Feature, FeatureKind, edge_points, face_of, parameter_grid, surfaces
-from geometry.holes import EQUAL_BORES, place_text, rod_frame
+from geometry.holes import EQUAL_BORES, carried_rods, place_text, rod_frame
 from geometry.imports import (
     CAP_ASSUMED,
     DECLARED,
@@ -261,36 +270,52 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    solids, holes = _read(file, unit, tell)
+    apart = assembly is not None
+    read = _read(file, unit, tell, apart=apart)
+    solids, holes = read.solids, read.bores
     if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
         unit = better
-        solids, holes = _read(file, unit, tell)
+        read = _read(file, unit, tell, apart=apart)
+        solids, holes = read.solids, read.bores
     if why := not_a_length(holes[0].apart(holes[1]), unit):
         raise GeometryError(f"{file.path.name}: {why}")
     if file.swap_ends:
         holes = holes[::-1]
     big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
     capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
+    tags = [one.tag for one in solids if one.kept]
     told = capped or file.swap_ends or file.big_end_bore or not holes[0].same_radius(holes[1].radius, 1e-3)
-    assumed = [] if told else [EQUAL_BORES]
+    assumed = [*read.said, *([] if told else [EQUAL_BORES])]
     assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
+    carried = carried_rods(holes, through_holes(Interior(tags), recognised_faces(tags)))
     listing: tuple[str, ...] = ()
     if assembly is None:
         solid = _bonded(solids, holes, tell)
     else:
         solid, listing, more = _assembled(solids, holes, assembly, tell)
         assumed += more
-    return replace(solid, imported=ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing))
+    report = ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing, read.doubts, carried)
+    return replace(solid, imported=report)
 
 
-def _read(file: RodFile, unit: str, tell: Callable[[str], None]) -> tuple[list[CadSolid], Pair]:
+class _Read(NamedTuple):
+    """Solids of a file in the open model, the bores, and what was found of the solids, in words."""
+
+    solids: list[CadSolid]
+    bores: Pair
+    doubts: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
+
+
+def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool) -> _Read:
     tell(f"reading {file.path.name}")
     named = read_solids(file.path, unit)
     if isinstance(file.cap, Path):
         named += read_solids(file.cap, unit, beside=True)
     if len(named) > 1:
         tell(f"looking for the rod among {len(named)} solids")
-    solids = classified(named, file.solids, file.diameters)
+    named, copies = without_copies(named)
+    solids, pieces = in_one_piece(named, file.solids, file.diameters, apart=apart)
     tags = [one.tag for one in solids if one.kept]
     tell("looking for the bores")
     try:
@@ -300,7 +325,7 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
             raise
         cap = cad_solid(assumed_cap(recognised_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
-        return [*solids, cap], find_bores(tags, recognised_faces(tags), file.diameters)
+        return _Read([*solids, cap], find_bores(tags, recognised_faces(tags), file.diameters))
     except GeometryError as error:
         if linked := linked_files(file.path):
             raise GeometryError(
@@ -313,7 +338,36 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None]) -> tuple[list[C
         middle = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in caps], axis=0)
         big, small = (np.linalg.norm(middle - bore.center) for bore in bores)
         bores = bores[::-1] if small < big else bores
-    return solids, bores
+    said = []
+    if copies:
+        said.append(f"{copies} of the solids of {file.path.name} are drawn twice at one place: counted once")
+    if pieces:
+        said.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
+    return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(said))
+
+
+def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -> Iterator[str]:
+    """Solids left out though they touch what is analysed. Raises `GeometryError`: one overlaps it."""
+    kept = [one for one in solids if one.kept]
+    slack = TOUCHING * max(float(np.max(one.size)) for one in kept)
+    touching = []
+    for left in solids:
+        if left.kept or not (bonded or left.role is not Role.BOLT):
+            continue
+        near = [one for one in kept if touch(one.tag, left.tag, slack)]
+        if left.role in (Role.OTHER, Role.OTHER_ROD) and not file.solids:
+            within = next((one for one in near if overlap(one.tag, left.tag)), None)
+            if within is not None:
+                raise GeometryError(
+                    f"the solids {within.name} and {left.name} of {file.path.name} overlap, and it is not "
+                    "clear whether both belong to the rod. Join them in the CAD program (Boolean union), "
+                    "or name those to keep in rod.solids"
+                )
+        touching += [f"{left.name} ({left.role})"] if near else []
+    if touching:
+        more = f" and {len(touching) - _LISTED} more" if len(touching) > _LISTED else ""
+        listed = ", ".join(touching[:_LISTED])
+        yield f"{listed}{more}: left out, though touching the rod; what belongs to it goes in rod.solids"
 
 
 def _assumed(

@@ -176,8 +176,8 @@ def test_a_hole_turned_about_its_own_axis_is_no_mirror_image(tmp_path, angle, mi
         assert import_cad(RodFile(path)).mirror is mirror
 
 
-def test_parts_that_are_images_of_each_other_are_not_cut_away(tmp_path):
-    """They may be of different materials."""
+def test_named_parts_that_are_images_of_each_other_are_not_cut_away(tmp_path):
+    """They may be of different materials; solids that nobody names are pieces of one rod."""
 
     def halves(occ):
         bar = strap(occ)
@@ -186,10 +186,10 @@ def test_parts_that_are_images_of_each_other_are_not_cut_away(tmp_path):
         occ.cut(other, [(3, occ.addBox(-50, -50, -50, 200, 50, 100))])
 
     path = write(tmp_path / "halves.step", halves)
-    with session():
-        solid = import_cad(RodFile(path))
-    assert solid.mirror is Mirror.HALF
-    assert len(solid.parts) == 2
+    for names, mirror, count in (((), Mirror.QUARTER, 1), (("part 1", "part 2"), Mirror.HALF, 2)):
+        with session():
+            solid = import_cad(RodFile(path, solids=names))
+        assert (solid.mirror, len(solid.parts)) == (mirror, count)
 
 
 @pytest.mark.parametrize("width", [2.0, 6.0])

@@ -37,7 +37,7 @@ _VERDICTS = {
         "The rod meets the required safety factor of {:g}, but fatigue is not judged",
     ),
     "fails": ("The rod does not survive", "The rod does not meet the required safety factor of {:g}"),
-    "undecided": ("Undecided", "Undecided: the error bar includes the required safety factor of {:g}"),
+    "undecided": ("Undecided", "Undecided whether the rod meets the required safety factor of {:g}"),
 }
 
 

@@ -16,7 +16,7 @@ from fea.analysis.figures import (
     SurfaceFigures,
 )
 from fea.base.choices import Finish
-from fea.base.note import CANNOT_GOVERN, READ, SINGULAR, UNITS, Note, NoteKind
+from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
 from fea.judge.safety_factor import Answer
@@ -319,7 +319,7 @@ def _contact(summary: Summary) -> list[str]:
 
 def of_kind(notes: Iterable[Note], kind: NoteKind) -> list[str]:
     """Return the notes of a kind as sentences, without those that stand elsewhere."""
-    elsewhere = {SINGULAR, UNITS, *(READ if kind is NoteKind.DOUBT else ())}
+    elsewhere = {SINGULAR, UNITS, *HEADING}
     return [_sentence(note) for note in notes if note.kind is kind and note.topic not in elsewhere]
 
 

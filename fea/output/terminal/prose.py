@@ -7,7 +7,7 @@ from textwrap import wrap
 
 from rich.console import Console
 
-from fea.base.note import READ, UNITS, Note, NoteKind
+from fea.base.note import HEADING, UNITS, Note, NoteKind
 from fea.output.units import Verbatim, in_text
 
 MOST_LINES = 10  # after the table of a run
@@ -71,7 +71,7 @@ def fitting(statements: Iterable[str], end: Iterable[str], paths: Sized, width: 
 def unusual(notes: Iterable[Note]) -> list[str]:
     """Return what stands below the headline: doubts of what was read, and values that engines do not have."""
     notes = tuple(notes)
-    read = dict.fromkeys(note.text for note in notes if note.topic in READ and note.kind is NoteKind.DOUBT)
+    read = dict.fromkeys(note.text for note in notes if note.topic in HEADING)
     return [*(Verbatim(f"{text[0].upper()}{text[1:]}.") for text in read), *_units(notes)]
 
 

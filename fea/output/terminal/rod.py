@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from fea.analysis.forces import EXTREMES, WHOLE_ENGINE, Extreme, ForceReport, extremes, mean_torque
-from fea.base.note import UNITS, by_consequence
+from fea.base.note import HEADING, UNITS, by_consequence
 from fea.base.units import RPM
 from fea.output import units
 from fea.output.terminal.prose import in_full, print_lines, terminal, unusual
@@ -69,7 +69,7 @@ def _bores_and_solids(figures: "RodReport") -> Iterator[str]:
     if figures.assembly:
         yield "as an assembly ([assembly] in a study):"
         yield from (f"  {text}" for text in figures.assembly)
-    yield from (str(note) for note in figures.assumed if note.topic != UNITS)
+    yield from (str(note) for note in figures.assumed if note.topic not in {UNITS, *HEADING})
 
 
 def solid_lines(solids: "Sequence[SolidFigures]") -> Iterator[str]:
