@@ -93,7 +93,10 @@ def not_a_length(length: float, unit: str) -> str:
         return ""
     others = " or ".join(f"{other} ({length / DECLARED[unit] * UNITS[other]:.4g} mm)"
                          for other in usual_units(length / DECLARED[unit]))  # fmt: skip
-    remedy = f"Give the right unit: --unit or rod.unit, as {others}" if others else "Give the unit: --unit"
+    remedy = (
+        f"Give the right unit: --unit or rod.unit, as {others}" if others
+        else f"No unit of --unit ({', '.join(UNITS)}) makes it one. Scale the rod in the program that drew it"
+    )  # fmt: skip
     return f"in {unit} the bores are {length:.4g} mm apart, as in no rod. {remedy}"
 
 

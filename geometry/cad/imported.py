@@ -32,8 +32,10 @@ from geometry.holes import EQUAL_BORES, carried_rods, place_text, rod_frame
 from geometry.imports import (
     CAP_ASSUMED,
     DECLARED,
+    FORMATS,
     UNITS,
     BoreLocation,
+    CadFormat,
     CadSolid,
     ImportReport,
     MissingCap,
@@ -311,7 +313,7 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
     tell(f"reading {file.path.name}")
     named = read_solids(file.path, unit)
     if isinstance(file.cap, Path):
-        named += read_solids(file.cap, unit, beside=True)
+        named += read_solids(file.cap, _cap_unit(file.cap, file, unit), beside=True)
     if len(named) > 1:
         tell(f"looking for the rod among {len(named)} solids")
     named, copies = without_copies(named)
@@ -322,7 +324,7 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
         bores = find_bores(tags, recognised_faces(tags), file.diameters)
     except HalfOpenError as missing:
         if file.cap is not MissingCap.ASSUMED:
-            raise
+            raise _unclosed(file, missing) from None
         cap = cad_solid(assumed_cap(recognised_faces(tags), missing.wall), "assumed cap", Role.ASSUMED_CAP)
         tags.append(cap.tag)
         return _Read([*solids, cap], find_bores(tags, recognised_faces(tags), file.diameters))
@@ -344,6 +346,23 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
     if pieces:
         said.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
     return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(said))
+
+
+def _cap_unit(cap: Path, file: RodFile, unit: str) -> str:
+    """Unit of the file of a cap: its own, if the rod was read in the one that it declares; else `unit`."""
+    declares = FORMATS.get(cap.suffix.lower()) in (CadFormat.STEP, CadFormat.IGES)
+    return declared_unit(cap) if declares and file.unit is None and unit == declared_unit(file.path) else unit
+
+
+def _unclosed(file: RodFile, missing: HalfOpenError) -> GeometryError:
+    """Error of a bore that is half open, with or without the file of a cap."""
+    if not isinstance(file.cap, Path):
+        return missing
+    return GeometryError(
+        f"{file.cap.name} does not close the largest bore of {file.path.name}, {missing.wall.text()}. Draw "
+        "both where they are in the rod, in the units that the files declare, or give the unit of both with "
+        "--unit (rod.unit)"
+    )
 
 
 def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -> Iterator[str]:

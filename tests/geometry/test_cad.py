@@ -258,6 +258,28 @@ def test_the_unit_of_an_earlier_file_does_not_scale_a_later_one(tmp_path):
     assert both.mass.mass == pytest.approx(whole, rel=1e-6)
 
 
+@pytest.mark.parametrize(("of_body", "of_cap"), [("m", "mm"), ("mm", "m")])
+def test_body_and_cap_that_declare_different_units_are_one_rod(tmp_path, of_body, of_cap):
+    def declared(which, unit):
+        path = half(tmp_path / f"{which}_{unit}.step", which, 1e-3 if unit == "m" else 1.0)
+        if unit == "m":
+            path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
+        return path
+
+    body, cap = declared("body", of_body), declared("cap", of_cap)
+    whole = imported(written(tmp_path / "whole.step", rod))
+    found = imported(body, cap=cap)
+    assert found.mass.mass == pytest.approx(whole.mass.mass, rel=1e-6)
+    with session(), pytest.raises(GeometryError, match=rf"{cap.name}.*does not close.*--unit"):
+        import_cad(RodFile(body, cap=cap, unit="mm"))
+
+
+def test_a_length_that_no_unit_explains_asks_for_another_scale(tmp_path):
+    path = written(tmp_path / "rod.step", rod, 1e3)
+    with session(), pytest.raises(GeometryError, match=r"in mm .* 1.5e\+05 mm apart.*Scale the rod"):
+        import_cad(RodFile(path))
+
+
 @pytest.mark.parametrize(("unit", "length"), [("m", "1.5e\\+05 mm"), ("in", None)])
 def test_a_length_of_no_rod_asks_for_the_unit(tmp_path, unit, length):
     path = written(tmp_path / "rod.step", rod)

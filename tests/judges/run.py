@@ -2,9 +2,9 @@
 
 Every other file of this folder is a judge. Its first line names the packages that it needs, with versions,
 behind ``# requires:``; this script makes an environment of its own for each, in the directory for temporary
-files, and runs the judge there with the folder of a run (`run`) and its exports beside it as its argument. A
-judge prints rows ``file | what | figure | expected | yes or no`` and exits with 1 where one is wrong. Outside
-CI, as the packages are large.
+files, and runs the judge there with the folder of a run (`run`) and its exports beside it as its argument.
+The variable FEA_PYTHON names the Python that runs `fea`. A judge prints rows ``file | what | figure |
+expected | yes or no`` and exits with 1 where one is wrong. Outside CI, as the packages are large.
 """
 
 import os
@@ -50,7 +50,8 @@ def main(names: list[str]) -> int:
     for judge in chosen:
         print(f"{judge.stem}:", flush=True)
         python = environment(judge, scratch)
-        wrong += subprocess.run([str(python), str(judge), str(folder)], check=False).returncode != 0
+        known, command = os.environ | {"FEA_PYTHON": sys.executable}, [str(python), str(judge), str(folder)]
+        wrong += subprocess.run(command, env=known, check=False).returncode != 0
     return 1 if wrong else 0
 
 
