@@ -168,10 +168,10 @@ def loop_points(curves: Iterable[int], count: int = _PLACES.size - 1) -> Floats:
     return _along([(1, int(curve)) for curve in curves], np.linspace(0.0, 1.0, count + 1)[:-1])
 
 
-def solid_points(volume: int) -> Floats:
-    """Points (n, 3) along the edges of a solid."""
+def solid_points(volume: int, places: Floats = _PLACES) -> Floats:
+    """Points (n, 3) at shares of each edge of a solid."""
     faces = gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)
-    return _along(sorted(set(gmsh.model.getBoundary(faces, combined=False, oriented=False))))
+    return _along(sorted(set(gmsh.model.getBoundary(faces, combined=False, oriented=False))), places)
 
 
 def _along(edges: list[tuple[int, int]], places: Floats = _PLACES) -> Floats:

@@ -73,7 +73,11 @@ def _quadrature(volume: int) -> tuple[Floats, Floats]:
     """Points (n, 3) on the boundary, and outward normals (n, 3) there as long as their weights, mm²."""
     faces = gmsh.model.getBoundary([(kernel.SOLID, volume)], combined=False, oriented=False)
     box = np.concatenate([np.reshape(_edge_points(tag), (-1, 3)) for _, tag in faces])
-    changed = {"MeshSizeMax": _SIZE * float(np.ptp(box, axis=0).max()), "MeshSizeFromCurvature": _AROUND}
+    # The other solids may be so much larger that a mesh of theirs with these elements would not end.
+    gmsh.model.setVisibility(gmsh.model.getEntities(), 0)
+    gmsh.model.setVisibility([(kernel.SOLID, volume)], 1, recursive=True)
+    size = _SIZE * float(np.ptp(box, axis=0).max())
+    changed = {"MeshOnlyVisible": 1, "MeshSizeMax": size, "MeshSizeFromCurvature": _AROUND}
     kept = {name: gmsh.option.getNumber(f"Mesh.{name}") for name in changed}
     try:
         for name, value in changed.items():
@@ -93,6 +97,7 @@ def _quadrature(volume: int) -> tuple[Floats, Floats]:
             normals.append(np.tile(weights, len(area) // len(weights))[:, None] * area)
     finally:
         gmsh.model.mesh.clear()
+        gmsh.model.setVisibility(gmsh.model.getEntities(), 1)
         for name, value in kept.items():
             gmsh.option.setNumber(f"Mesh.{name}", value)
     return np.concatenate(points), np.concatenate(normals)

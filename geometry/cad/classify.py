@@ -41,12 +41,14 @@ ROLES = {
 # A bushing or shell is at most this much longer than the bore, and its hole has at least this part of the
 # bore's diameter (0.8 to 0.95); a pin is longer, or its hole smaller (0.3 to 0.65).
 _OVERHANG, _THIN = 1.25, 0.75
+# Places along each edge from which the extents of a solid of splines are taken: 1e-5 of a circle's diameter.
+_FINE = np.linspace(0.0, 1.0, 513)
 
 
 def cad_solid(tag: int, name: str, role: Role, *, kept: bool = True) -> CadSolid:
     """Measure a solid of the open model."""
     if has_mismeasured(tag):  # the kernel's box is that of the control points
-        points, volume = solid_points(tag), triangulated_mass(tag).mass
+        points, volume = solid_points(tag, _FINE), triangulated_mass(tag).mass
     else:
         points = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
         volume = float(gmsh.model.occ.getMass(3, tag))
