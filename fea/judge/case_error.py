@@ -9,7 +9,7 @@ from fea.base.material import Material
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.solid.parity import Parity
-from fea.solid.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
+from fea.solid.singular import facet_share, mask_radius, masked_nodes, rim_masks, singular_nodes
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 
@@ -24,6 +24,8 @@ class CaseError:
     #: percent: the root of the sum of squares is the error of the whole
     element_percent: Floats
     masked: Mask  #: (n_nodes,) near stress singularities, where the exact stress is infinite
+    #: (n_nodes,) how far flat facets in place of a curved surface may move the stress, over it
+    of_facets: Floats | float = 0.0
 
     @property
     def energy_percent(self) -> float:
@@ -58,6 +60,8 @@ class CaseErrors:
         }
         self._causes[SHARP_EDGE] = on_edges
         self._masked = self.masked[whole.source]
+        # Where creases are known, the mesh follows the curved surface of a solid.
+        self._of_facets = facet_share(mesh.cell)[whole.source] if creases is None else 0.0
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
@@ -106,7 +110,7 @@ class CaseErrors:
         share = 100 * np.sqrt(np.divide(energy, total, out=np.zeros_like(energy), where=total > 0))
         parts = [self._nodal(stress) for stress in zip(*(estimate.stress for estimate in sides), strict=True)]
         return [
-            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked)
+            CaseError(tuple(part[:, case] for part in parts), share[:, case], self._masked, self._of_facets)
             for case in range(share.shape[1])
         ]
 

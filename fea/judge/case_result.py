@@ -215,6 +215,7 @@ def case_result(
     off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
     if from_file:
         off = widened(equivalent, np.maximum(off, LEAST_OF_FILE * equivalent), error.masked)
+    off = off + error.of_facets * equivalent  # which no finer element reduces
     result = CaseResult(
         **vars(fields),
         load=load,

@@ -39,8 +39,8 @@ _FIXED = (
 )
 _OF_SURFACE = (
     "the file holds a surface of flat triangles, whose inside was meshed and not refined: fillets are as "
-    "coarse as these triangles, so that stresses there are estimates; the solid itself (rod.step) gives "
-    "better ones"
+    "coarse as these triangles, which limits the answer more than the elements do. The error bars include "
+    "it; the solid itself (rod.step) or finer triangles make them smaller"
 )
 _STIFF = "four-node tetrahedra are too stiff in bending: ten-node ones (C3D10) give far smaller errors"
 

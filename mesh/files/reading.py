@@ -400,6 +400,8 @@ def _through_meshio(path: Path, name: str) -> TetFile:
 def _bulk_data(path: Path) -> io.StringIO:
     """Nastran's bulk data as meshio insists on it: marked continuation lines, between two other lines."""
     text = path.read_text(encoding="utf-8", errors="replace")
+    if "BEGIN BULK" in text and "\nENDDATA" not in text:
+        raise MeshError("it is cut off: its bulk data does not end with ENDDATA. Write it again")
     if "\nCTETRA*" in text:
         what = "its CTETRA entries are in large fields, which are not supported"
         raise MeshError(f"{what}. Write them in small ones")

@@ -32,6 +32,7 @@ import tempfile
 import tomllib
 from collections import defaultdict
 from collections.abc import Collection, Mapping
+from fnmatch import fnmatch
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -137,9 +138,11 @@ def run(fea: Program, folder: Path, chosen: list[str]) -> None:
 def figures(old: object, new: object, where: str, table: Mapping[str, Any]) -> list[str]:
     """Differences of two JSON values beyond `FIGURES`, but for those that the table states."""
     if isinstance(old, dict) and isinstance(new, dict):
-        either = sorted((old.keys() ^ new.keys()) - NOT_COMPARED - (set(table["added"]["key"]) - old.keys()))
+        skipped = NOT_COMPARED | set(table["rewritten"]["keys"])
+        added = {key for key in new if any(fnmatch(key, name) for name in table["added"]["key"])}
+        either = sorted((old.keys() ^ new.keys()) - skipped - (added - old.keys()))
         differ = [f"{where}: {key} is in {'the old' if key in old else 'the new'} only" for key in either]
-        keys = sorted((old.keys() & new.keys()) - NOT_COMPARED)
+        keys = sorted((old.keys() & new.keys()) - skipped)
         return differ + [
             line for key in keys for line in figures(old[key], new[key], f"{where}/{key}", table)
         ]
