@@ -81,13 +81,10 @@ def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creas
     Creases are where the surface of the solid turns; without them, where the facets do. The body continues
     across its mirror planes.
     """
-    surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
-    pairs = product(held, [surface for surface in surfaces if surface not in held])
+    pairs = product(held, [surface for surface in mesh.facets if surface not in (*mesh.planes, *held)])
     border = [np.intersect1d(mesh.facets[one], mesh.facets[other]) for one, other in pairs]
-    body = BoundarySurface.of(mesh, surfaces, mesh.planes)
+    body, ends = _boundary(mesh)
     edges = body.edges
-    facet, place = edges.facet[:, 0], edges.place[:, 0]
-    ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
     if creases is None:
         turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
     else:
@@ -112,16 +109,21 @@ def facet_share(mesh: TetMesh) -> Floats:
     share = np.zeros(len(mesh.points))
     if mesh.order == 1 or not _is_flat(mesh):
         return share
-    surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
-    body = BoundarySurface.of(mesh, surfaces, mesh.planes)
-    edges = body.edges
-    ends = body.source[body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]]
-    turn = np.arccos(np.clip(edges.cosine, -1.0, 1.0))
+    body, ends = _boundary(mesh)
+    turn = np.arccos(np.clip(body.edges.cosine, -1.0, 1.0))
     turn[turn > np.radians(FLAT_DEGREES)] = 0.0
     np.maximum.at(share, ends, turn[:, None])
     near = np.zeros_like(share)
     np.maximum.at(near, mesh.tets, share[mesh.tets].max(axis=1, keepdims=True))
     return np.asarray(_OF_TURN * near)
+
+
+def _boundary(mesh: TetMesh) -> tuple[BoundarySurface, Ints]:
+    """The boundary with its images beyond mirror planes, and the end nodes (n_edges, 2) of its edges."""
+    surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
+    body = BoundarySurface.of(mesh, surfaces, mesh.planes)
+    facet, place = body.edges.facet[:, 0], body.edges.place[:, 0]
+    return body, body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
 
 
 def _is_flat(mesh: TetMesh) -> bool:

@@ -43,9 +43,8 @@ def solved(study: str, out: Path) -> dict[str, dict[str, float]]:
     if not (out / "summary.json").exists():
         subprocess.run(command, check=True)
     summary = json.loads((out / "summary.json").read_text())
-    cases = summary["loads"].get("cases", summary["loads"])
-    results = summary["results"].items()
-    return {name: found | {"crank_deg": cases[name]["crank_deg"]} for name, found in results}
+    loads, results = summary["loads"], summary["results"]
+    return {name: found | {"crank_deg": loads[name]["crank_deg"]} for name, found in results.items()}
 
 
 def main(folder: Path, rods: list[str]) -> None:

@@ -16,8 +16,8 @@ and exit codes must be the same; sentences, checks (whose values are rounding) a
 The exit code is 1 where a field is off by more than its limit, or a figure by more than its digits.
 
 What differs on purpose is stated in a table, `names.toml` beside this script or ``--table FILE``: names that
-were renamed or added since the old version, arrays that are rounded otherwise, and files that are written
-otherwise.
+were renamed or added since the old version, arrays that are rounded otherwise, and files and keys that are
+written otherwise.
 """
 
 import argparse
