@@ -90,7 +90,6 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
     from fea.study.study import load_study
     from fea.verify.converge.converge import converge as compute
     from fea.verify.converge.converge import print_comparison, write_report
-    from fea.verify.converge.series import advice
     from geometry.errors import require_positive
 
     require_positive("--minutes", minutes)
@@ -100,10 +99,8 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
         result = compute(asked, minutes, listener)
     command = f"fea converge {study} --minutes {minutes:g}"
     shown.write(command, lambda report, said: write_report(report, result, said))
-    rod = [row for row in result.rows if row.computation.problem == "rod"]
-    advised = advice(rod, result.references["rod"].uncertainty_percent)
     figures = [row.as_dict() for row in result.rows]
-    shown.show(figures, lambda: print_comparison(result.rows, advised), written=(shown.report,))
+    shown.show(figures, lambda: print_comparison(result), written=(shown.report,))
     return 0
 
 

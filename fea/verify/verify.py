@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fea.machine.clock import Listener
-from fea.output.plots.figure import new_figure
+from fea.output.plots.figure import log_ticks, new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
 from fea.verify.layout import Line, markdown, print_table, reading, write_document
@@ -147,4 +147,5 @@ def _panel(axes: "Axes", title: str, rows: Sequence[BenchmarkRow], order: int) -
     axes.loglog(dofs, slope, color="0.5", linestyle=":", label=f"order {order} in element length")
     axes.set(title=f"{title}, error against the target", xlabel="degrees of freedom", ylabel="error, %")
     axes.grid(alpha=0.3, which="both")
+    log_ticks(axes)
     axes.legend(fontsize=7, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.12))

@@ -1,6 +1,8 @@
 import json
 import math
 import shutil
+from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from studies import plain_study
@@ -8,6 +10,7 @@ from studies import plain_study
 from fea.__main__ import call
 from fea.output.inp import read_frd
 from fea.output.pictures.strokes import is_complete_png
+from fea.output.plots.figure import log_ticks, new_figure
 from fea.study.study import load_study
 from fea.verify.converge import converge as module
 from fea.verify.converge.converge import series
@@ -16,6 +19,7 @@ from fea.verify.converge.measurement import (
     ConvergenceRow,
     Measured,
     Reference,
+    calculix_refuses,
     compute,
     extrapolated,
 )
@@ -26,6 +30,7 @@ from fea.verify.converge.series import (
     error_after,
     fastest_within,
     pareto,
+    same_mesh,
     seconds_to,
     settled,
 )
@@ -72,7 +77,7 @@ def test_a_tolerance_is_advised_with_its_figure():
 
 def test_the_time_is_the_median_of_the_runs(monkeypatch):
     times, computation = iter([9.0, 1.0, 5.0, 2.0]), Computation("fea", "p2", "rod", 1.0)
-    monkeypatch.setattr(module, "series", lambda *_: [[computation]])
+    monkeypatch.setattr(module, "series", lambda *_, **__: [[computation]])
     monkeypatch.setattr(module, "_apart", lambda *_: Measured(1.0, 9, next(times), 100.0, 700.0))
     outcomes = module._computed(load_study(), "rod", 5.0, 60.0, None)
     assert outcomes[computation].seconds == 2.0  # of three runs, after one that is not counted
@@ -82,6 +87,7 @@ def test_the_advice_is_three_sentences_on_what_was_measured():
     rows = [row(1, 4.0, size=2.0), row(3, 0.5), row(50, 1.5, tool="CalculiX"), row(9, 20.0, element="p1")]
     five, two, one = advice(rows)
     assert "within 5 %, confirmed by all finer meshes, use `fea` with P2 elements: 1.0 s" in five
+    assert "within 2 %, the finest mesh of the comparison, use `fea` with P2 elements: 3.0 s" in two
     assert "CalculiX takes" in two
     assert "CalculiX did not reach this" in one
     assert all("No first-order mesh" in line for line in (five, two, one))
@@ -152,17 +158,69 @@ def test_quarter_and_whole_give_the_same_peak():
     assert quarter.dofs == whole.dofs
 
 
+def study_in_contact():
+    study = plain_study()
+    return replace(study, analysis=replace(study.analysis, pressure="contact"))
+
+
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+@pytest.mark.parametrize("study", [plain_study(), study_in_contact()], ids=["prescribed", "contact"])
+def test_calculix_is_given_the_forces_of_the_pins(study):
+    # Both solve the same equations of first order; CalculiX prints six digits of the stress.
+    ours, theirs = (compute(Computation(tool, "p1", "rod", 8.0), study) for tool in ("fea, mean", "CalculiX"))
+    assert theirs.value == pytest.approx(ours.value, rel=1e-4)
+    assert ours.bar_percent > 0
+    assert theirs.bar_percent is None
+
+
+def test_a_rod_of_separate_parts_is_not_given_to_calculix():
+    study = load_study("leon-2001-bolted")
+    assert "separate parts" in calculix_refuses(study)
+    assert {c.tool for some in series("rod", 5.0, calculix=False) for c in some}.isdisjoint({"CalculiX"})
+    assert calculix_refuses(plain_study()) == ""
+
+
+def test_two_programs_are_compared_on_the_meshes_that_both_solved():
+    def of(tool, size, value, bar=None):
+        return ConvergenceRow(
+            Computation(tool, "p2", "rod", size), Measured(size, 9, 1.0, 100.0, value, bar), "peak", 0.0
+        )
+
+    rows = [of("fea", 8.0, 100.0, 5.0), of("CalculiX", 8.0, 103.0), of("fea", 6.0, 100.0, 1.0)]
+    rows += [of("CalculiX", 6.0, 98.0), of("fea", 4.0, 100.0, 1.0), of("fea, mean", 6.0, 99.0, 1.0)]
+    found = [(at.size, round(at.difference_percent, 6), at.within) for at in same_mesh(rows)]
+    assert found == [(8.0, 3.0, True), (6.0, -2.0, False)]
+
+
+@pytest.mark.parametrize("decades", [0.3, 1.0, 1.9, 2.5, 6.0])
+def test_labels_of_logarithmic_axes_do_not_overlap(decades):
+    figure = new_figure(13, 5)
+    for axes in figure.subplots(1, 3):
+        axes.loglog([0.3, 0.3 * 10**decades], [0.07, 0.07 * 10**decades])
+        log_ticks(axes)
+    figure.canvas.draw()
+    for axes in figure.axes:
+        for axis, side in ((axes.xaxis, 0), (axes.yaxis, 1)):
+            boxes = [
+                label.get_window_extent() for label in axis.get_ticklabels(which="both") if label.get_text()
+            ]
+            ends = sorted(box.get_points()[:, side].tolist() for box in boxes)
+            assert len(ends) >= 2 or decades < 0.5
+            assert all(low[1] < high[0] for low, high in pairwise(ends))
+
+
 def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(module, "_apart", fake)
     report = tmp_path / "deep" / "error-vs-runtime.md"
     assert call(["converge", "--minutes", "0.01", "--json", "--report", str(report)]) == 0
     rows = json.loads(capsys.readouterr().out)
     names = {"tool", "element", "size_mm", "dofs", "seconds", "peak_memory_MiB", "quantity", "value"}
-    assert all(set(row) == names | {"error_percent"} for row in rows)
+    assert all(set(row) == names | {"error_percent", "error_bar_percent"} for row in rows)
     text = report.read_text()
     assert text.startswith("# Error against run time")
     assert "| fea | P2 |" in text
     assert "(−0." in text  # an error below the reference's uncertainty
+    assert ("## The same mesh and forces" in text) == bool(shutil.which("ccx"))
     assert ("## Against CalculiX" in text) == bool(shutil.which("ccx"))
     assert is_complete_png(report.with_suffix(".png"))
     assert report.with_suffix(".png").stat().st_size < 300_000
@@ -174,7 +232,9 @@ def fake(work, *arguments):
     computation = arguments[0]
     truth = module.EXACT.get(computation.problem, 700.0)
     value = truth * (1 - 0.001 * computation.size**computation.order)
-    return Measured(computation.size, round(1e6 / computation.size**3), 1 / computation.size, 200.0, value)
+    bar = None if computation.tool == "CalculiX" else 0.01 * value
+    dofs = round(1e6 / computation.size**3)
+    return Measured(computation.size, dofs, 1 / computation.size, 200.0, value, bar)
 
 
 def test_a_time_limit_is_positive(capsys):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from fea.verify.converge.converge import print_comparison
-from fea.verify.converge.measurement import Computation, ConvergenceRow, Measured
+from fea.verify.converge.converge import Comparison, print_comparison
+from fea.verify.converge.measurement import Computation, ConvergenceRow, Measured, Reference
 from fea.verify.reproduce.report import print_reproduction, reproduce
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
@@ -16,7 +16,7 @@ def test_error_against_run_time(width, monkeypatch, capsys):
     rows = [
         ConvergenceRow(Computation(tool, "p2", "goodier", 5.0), measured, "peak", -12.34) for tool in TOOLS
     ]
-    print_comparison(rows, [])
+    print_comparison(Comparison(rows, {"rod": Reference(733.8)}))
     text = capsys.readouterr().out
     assert "…" not in text
     for figure in ("2012345", "123.45", " 12345 ", "717.9", "-12.34"):

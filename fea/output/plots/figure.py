@@ -1,5 +1,6 @@
 """An empty figure of matplotlib, which is loaded with it, and its file."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,3 +41,20 @@ def label_axes(axes: Any, across: str, up: str) -> None:
             low, high = axis.get_view_interval()
             axis.set_major_locator(MultipleLocator(round_up(factor * (high - low) / _STEPS) / factor))
             axis.set_major_formatter(FuncFormatter(lambda at, _, factor=factor: f"{factor * at:.4g}"))
+
+
+# Decades of a logarithmic axis that leave room for ticks at 2 and 5 too, and for plain numbers.
+_FEW, _SOME = 2.0, 4.0
+
+
+def log_ticks(axes: Any) -> None:
+    """Label decades of both logarithmic axes, and 2 and 5 where there are few, so that no labels overlap."""
+    from matplotlib import ticker  # noqa: PLC0415 - only a plot needs it
+
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        decades = math.log10(high / low)
+        plain = ticker.FuncFormatter(lambda at, _: f"{at:g}")
+        axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades <= _FEW else (1.0,)))
+        axis.set_major_formatter(plain if decades <= _SOME else ticker.LogFormatterMathtext())
+        axis.set_minor_formatter(ticker.NullFormatter())

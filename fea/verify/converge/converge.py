@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from fea.machine.clock import Listener
 from fea.machine.isolated import fresh
-from fea.output.plots.figure import new_figure
+from fea.output.plots.figure import log_ticks, new_figure
 from fea.study.study import Study
 from fea.verify.cases.elasticity import EQUATOR, GOODIER_EQUATOR, HOOP, LAME_HOOP
 from fea.verify.converge.measurement import (
@@ -21,10 +21,20 @@ from fea.verify.converge.measurement import (
     ConvergenceRow,
     Measured,
     Reference,
+    calculix_refuses,
     compute,
     rod_reference,
 )
-from fea.verify.converge.series import FLOOR, GOAL, EqualError, advice, equal_error, equal_time, pareto
+from fea.verify.converge.series import (
+    FLOOR,
+    GOAL,
+    EqualError,
+    advice,
+    equal_error,
+    equal_time,
+    pareto,
+    same_mesh,
+)
 from fea.verify.layout import Line, markdown, print_table, reading, write_document
 from mesh.sizing import default_size
 
@@ -51,14 +61,14 @@ TOLERANCES = (10.0, 5.0, 3.0, 2.0, 1.0)
 TOOLS = ("fea", "fea, mean", "CalculiX")
 
 
-def series(problem: str, default_size: float) -> Iterator[list[Computation]]:
+def series(problem: str, default_size: float, *, calculix: bool = True) -> Iterator[list[Computation]]:
     """The computations of a problem, in series that differ only in the size, coarse to fine.
 
-    `default_size` is that of the rod, mm.
+    `default_size` is that of the rod, mm; `calculix`: whether CalculiX can solve it.
     """
     unit = default_size if problem == "rod" else 1.0
     sizes = [COARSEST[problem] * unit * STEP**level for level in range(LEVELS)]
-    tools = [tool for tool in TOOLS if tool != "CalculiX" or shutil.which("ccx")]
+    tools = [tool for tool in TOOLS if tool != "CalculiX" or (calculix and shutil.which("ccx"))]
     for tool in (*tools, *(["fea, whole"] if problem == "rod" else [])):
         for element in ("p1", "p2") if tool != "fea, whole" else ("p2",):
             yield [Computation(tool, element, problem, size) for size in sizes]
@@ -89,6 +99,17 @@ class Comparison:
 
     rows: list[ConvergenceRow]
     references: dict[str, Reference]
+    refused: str = ""  #: why CalculiX does not solve the rod; empty where it does, or is not installed
+
+    @property
+    def advice(self) -> list[str]:
+        """What to use for the rod, and what was left out, a sentence each."""
+        refused = [self.refused] if self.refused else []
+        return [*advice(self.of("rod"), self.floor("rod")), *refused]
+
+    def floor(self, problem: str) -> float:
+        """The error that is known of a problem at best, percent."""
+        return max(FLOOR, self.references[problem].uncertainty_percent)
 
     def of(self, problem: str) -> list[ConvergenceRow]:
         """Return the rows of a problem."""
@@ -117,13 +138,14 @@ def converge(study: Study, minutes: float = 10.0, listener: Listener | None = No
             ConvergenceRow(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
             for computation, found in sorted(outcomes.items(), key=lambda it: (it[0].series, -it[0].size))
         ]
-    return Comparison(rows, references)
+    return Comparison(rows, references, calculix_refuses(study))
 
 
 def _computed(study: Study, problem: str, size: float, seconds: float, listener: Listener | None) -> Outcomes:
     """Refine the series with the cheapest next step, until no step fits into the remaining time."""
     end = time.perf_counter() + seconds
-    waiting = [(0.0, computations) for computations in series(problem, size)]
+    calculix = problem != "rod" or not calculix_refuses(study)
+    waiting = [(0.0, computations) for computations in series(problem, size, calculix=calculix)]
     outcomes: Outcomes = {}
     _apart(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
     while waiting:
@@ -153,26 +175,26 @@ def _computed(study: Study, problem: str, size: float, seconds: float, listener:
 _TOOL = 12  # length of the longest word in a tool's name
 
 
-def print_comparison(rows: Sequence[ConvergenceRow], advised: Sequence[str]) -> None:
+def print_comparison(comparison: Comparison) -> None:
     """Print one line per computation, and the advice."""
     lines: list[Line] = []
-    for row in rows:
+    for row in comparison.rows:
         found, what = row.measured, row.computation
         numbers = (f"{found.size:.3g}", str(found.dofs), f"{found.seconds:.2f}", f"{found.peak_memory:.0f}")
         cells = (what.problem, f"{what.name}, {what.element}", *numbers, f"{found.value:.1f}")
         lines.append(((*cells, f"{row.error_percent:+.2f}"), ""))
     header = ("problem", "tool", "size mm", "dofs", "time s", "MiB", "MPa", "error %")
-    print_table(header, lines, words=("tool",), end=advised, longest=_TOOL)
+    print_table(header, lines, words=("tool",), end=comparison.advice, longest=_TOOL)
 
 
 def write_report(path: Path, comparison: Comparison, command: str) -> None:
     """Write the report, which the `command` makes, with its plot next to it."""
     plot = path.with_suffix(".png")
-    advised = advice(comparison.of("rod"), _floor("rod", comparison))
     parts = [
-        "\n".join(f"- {line}" for line in advised),
+        "\n".join(f"- {line}" for line in comparison.advice),
         reading("converge").format(LONG=LONG, RUNS=RUNS),
         f"![error against total seconds]({plot.name})",
+        *_same_mesh(comparison),
         *_against(comparison),
         *(part for problem in PROBLEMS for part in _section(problem, comparison)),
     ]
@@ -180,13 +202,22 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
     _draw(comparison, plot)
 
 
-def _floor(problem: str, comparison: Comparison) -> float:
-    return max(FLOOR, comparison.references[problem].uncertainty_percent)
+def _same_mesh(comparison: Comparison) -> list[str]:
+    """CalculiX beside `fea` on the same meshes of the rod; nothing where they share none."""
+    found = [
+        (f"P{at.order}", f"{at.size:.3g}", f"{at.ours:.2f}", f"{at.bar_percent:.2g}", f"{at.theirs:.2f}",
+         f"{at.difference_percent:.2f}".replace("-", "−"), "yes" if at.within else "**no**")
+        for at in same_mesh(comparison.of("rod"))
+    ]  # fmt: skip
+    if not found:
+        return []
+    header = ("element", "size mm", "fea MPa", "± %", "CalculiX MPa", "difference %", "within the bar")
+    return ["## The same mesh and forces", reading("converge-same-mesh"), markdown(header, found, "lrrrrrl")]
 
 
 def _against(comparison: Comparison) -> list[str]:
     """The tables of equal error and equal time; none without CalculiX."""
-    of_problem = {problem: (comparison.of(problem), _floor(problem, comparison)) for problem in PROBLEMS}
+    of_problem = {problem: (comparison.of(problem), comparison.floor(problem)) for problem in PROBLEMS}
     equal = [_equal_error_cells(name, at) for name, rows in of_problem.items() for at in equal_error(*rows)]
     if not equal:
         return []
@@ -220,7 +251,7 @@ def _seconds(value: float) -> str:
 
 def _section(problem: str, comparison: Comparison) -> tuple[str, str, str]:
     rows, reference = comparison.of(problem), comparison.references[problem]
-    front = pareto(rows, _floor(problem, comparison))
+    front = pareto(rows, comparison.floor(problem))
     known = f" ± {reference.uncertainty_percent:.2g} %" if reference.uncertainty_percent else ", exact"
     lines = []
     for row in rows:
@@ -229,10 +260,11 @@ def _section(problem: str, comparison: Comparison) -> tuple[str, str, str]:
             error = f"({error})"
         numbers = (f"{it.size:.3g}", str(it.dofs), f"{it.seconds:.2f}", f"{it.peak_memory:.0f}")
         name, element = row.computation.name, row.computation.element.upper()
+        bar = "" if it.bar_percent is None else f"{it.bar_percent:.2g}"
         best = "**yes**" if row in front else ""
-        lines.append((name, element, *numbers, f"{it.value:.2f}", error, best))
-    header = ("tool", "element", "size mm", "dofs", "seconds", "MiB", "MPa", "error %", "front")
-    table = markdown(header, lines, "llrrrrrr")
+        lines.append((name, element, *numbers, f"{it.value:.2f}", bar, error, best))
+    header = ("tool", "element", "size mm", "dofs", "seconds", "MiB", "MPa", "± %", "error %", "front")
+    table = markdown(header, lines, "llrrrrrrr")
     return f"## {QUANTITY[problem]}", f"Reference: {reference.value:.2f} MPa{known}.", table
 
 
@@ -248,9 +280,9 @@ _COARSE = "tab:purple"  # a tolerance reached from a coarse mesh, whose name con
 
 def _draw(comparison: Comparison, path: Path) -> None:
     """Draw one panel per problem; the Pareto front is shaded."""
-    figure = new_figure(13, 5)
+    figure = new_figure(13, 6)
     for axes, problem in zip(figure.subplots(1, len(PROBLEMS)), PROBLEMS, strict=True):
-        rows, floor = comparison.of(problem), _floor(problem, comparison)
+        rows, floor = comparison.of(problem), comparison.floor(problem)
         for (_, tool, element), same in groupby(rows, key=lambda row: row.computation.series):
             x, y = _points(list(same))
             style, label = "-o" if element == "p2" else "--^", f"{tool}, {element.upper()}"
@@ -262,7 +294,8 @@ def _draw(comparison: Comparison, path: Path) -> None:
             axes.axhspan(FLOOR / 2, floor, color="0.9", zorder=-1, label="below the reference's uncertainty")
         axes.set(title=QUANTITY[problem], xlabel="total seconds", ylabel="error, %")
         axes.grid(alpha=0.3, which="both")
-        axes.legend(fontsize=7, frameon=False)
+        log_ticks(axes)
+        axes.legend(fontsize=7, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
     figure.savefig(path, dpi=100)
 
 

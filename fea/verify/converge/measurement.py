@@ -4,7 +4,7 @@ import dataclasses
 import os
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,21 +13,22 @@ import numpy as np
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
+from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed
 from fea.analysis.wanted_size import wanted_sizes
 from fea.base.choices import Element, Symmetry
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
+from fea.judge.verdict import peak
 from fea.machine.clock import Clock
 from fea.machine.threads import threads
-from fea.output.inp import read_frd, write_inp
+from fea.output.inp import Step, read_frd, write_deck
 from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study
 from fea.verify.cases.elasticity import goodier_body, goodier_equator, lame_body, lame_hoop
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from geometry.system import peak_memory
 from mesh.tetmesh import TetMesh
@@ -76,6 +77,12 @@ class Measured:
     seconds: float  #: wall time from the geometry to the stress, the median of its runs
     peak_memory: float  #: peak memory of the process, MiB
     value: float  #: the quantity, MPa
+    error_bar: float | None = None  #: estimated error of the value, MPa; None where nothing estimates it
+
+    @property
+    def bar_percent(self) -> float | None:
+        """The estimated error relative to the value, percent; None where nothing estimates it."""
+        return None if self.error_bar is None else 100 * self.error_bar / self.value
 
 
 @dataclass(frozen=True)
@@ -98,6 +105,7 @@ class ConvergenceRow:
             "peak_memory_MiB": self.measured.peak_memory,
             "quantity": self.quantity,
             "value": self.measured.value,
+            "error_bar_percent": self.measured.bar_percent,
             "error_percent": self.error_percent,
         }
 
@@ -117,23 +125,24 @@ def compute(computation: Computation, study: Study) -> Measured:
     if of_rod and by_calculix:
         return _calculix_rod(computation, study)
     start = time.perf_counter()
-    size, dofs, value = _rod(computation, study) if of_rod else _body(computation)
-    return Measured(size, dofs, time.perf_counter() - start, peak_memory(of_children=by_calculix), value)
+    size, dofs, value, bar = _rod(computation, study) if of_rod else _body(computation)
+    seconds = time.perf_counter() - start
+    return Measured(size, dofs, seconds, peak_memory(of_children=by_calculix), value, bar)
 
 
-def _body(computation: Computation) -> tuple[float, int, float]:
+def _body(computation: Computation) -> tuple[float, int, float, None]:
     loaded, quantity = _BODIES[computation.problem]
     body = loaded(computation.size, computation.order)
     if computation.tool == "CalculiX":
-        stress = _calculix(body.mesh, body.material, body.forces, body.fixed)
-        return computation.size, body.mesh.points.size, quantity(body.mesh, stress).computed
+        stress = _calculix(body.mesh, {"material": body.material}, Step("", body.forces, body.fixed))
+        return computation.size, body.mesh.points.size, quantity(body.mesh, stress).computed, None
     solved = body.solved()
     if computation.tool == "fea, mean":
         solved = dataclasses.replace(solved, known=(), traction=None)
-    return computation.size, solved.dofs, quantity(solved.mesh, solved.stress).computed
+    return computation.size, solved.dofs, quantity(solved.mesh, solved.stress).computed, None
 
 
-def _rod(computation: Computation, study: Study) -> tuple[float, int, float]:
+def _rod(computation: Computation, study: Study) -> tuple[float, int, float, float]:
     speed, clock = study.speeds()[0], Clock()
     if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
@@ -151,37 +160,51 @@ def _meshed(computation: Computation, study: Study) -> Study:
     return dataclasses.replace(study, mesh=table, analysis=options)
 
 
-def _peak(result: SpeedResult) -> tuple[int, float]:
-    """Degrees of freedom and the largest von Mises stress of the first case."""
+def _peak(result: SpeedResult) -> tuple[int, float, float]:
+    """Degrees of freedom, the largest von Mises stress of the first case and its error bar, MPa."""
     case = first_case(result)
-    return case.mesh.points.size, case.max_von_mises
+    return case.mesh.points.size, case.max_von_mises, case.peak.bar
+
+
+def calculix_refuses(study: Study) -> str:
+    """Why CalculiX cannot solve the rod as one linear body; empty if it can."""
+    if study.assembly is not None:
+        return "CalculiX is left out for the rod: separate parts in contact are not one linear body."
+    return ""
 
 
 def _calculix_rod(computation: Computation, study: Study) -> Measured:
+    """Solve the rod by CalculiX, under the nodal forces that the pins exert in `fea` on the same mesh."""
     clock = Clock()
     asked = _meshed(computation, study)
     rod = prepare(asked, clock)
     mesh = rod.mesh.cell
     loads = rod.loading.at(rod.mass, study.speeds()[0])
-    (response, *_) = rod.prescribed.respond(loads.cases)
-    forces = response.forces.symmetric
+    # Geometry, mesh and loads are made by fea for both programs; the time in which fea assembles, and finds
+    # where the pins touch, is not counted here.
+    before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
+    (response, *_) = rod.pins.respond(loads.cases[:1])
     held = asked.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
-    # Geometry, mesh and loads are made by fea for both programs; the time of fea's assembly is not counted
-    # here.
-    before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
+    materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     start = time.perf_counter()
-    stress = _calculix(mesh, rod.materials[0], forces, fixed)
+    stress = _calculix(mesh, materials, Step("", response.forces.symmetric, fixed))
     seconds = before + time.perf_counter() - start
-    largest = float(np.nanmax(von_mises(stress)))
+    largest = _peak_of_counted(rod, stress)
     return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), largest)
 
 
-def _calculix(mesh: TetMesh, material: Material, forces: Floats, fixed: Mask) -> Floats:
-    """Nodal stress (n_nodes, 6) computed by CalculiX on a mesh."""
+def _peak_of_counted(rod: PreparedRod, stress: Floats) -> float:
+    """Largest von Mises stress, MPa, away from the singular places that `fea` leaves out."""
+    found = np.nan_to_num(von_mises(stress))
+    return peak(found, np.zeros_like(found), rod.fields.errors.masked).value
+
+
+def _calculix(mesh: TetMesh, materials: Mapping[str, Material], step: Step) -> Floats:
+    """Nodal stress (n_nodes, 6) computed by CalculiX on a mesh, whose parts have these materials."""
     with TemporaryDirectory() as name:
         folder = Path(name)
-        write_inp(folder / "job.inp", mesh, material, forces, fixed)
+        write_deck(folder / "job.inp", mesh, materials, [step], ["static load case"])
         # CalculiX uses one thread by default.
         environment = os.environ | {"OMP_NUM_THREADS": str(threads())}
         command = ["ccx", "-i", "job"]

@@ -125,6 +125,47 @@ class EqualTime(NamedTuple):
     theirs: float
 
 
+@dataclass(frozen=True)
+class SameMesh:
+    """What two programs find on one mesh under the same nodal forces."""
+
+    order: int  #: of the elements
+    size: float  #: element size, mm
+    #: ours, theirs: the quantity found by `fea` and by CalculiX, MPa
+    ours: float
+    theirs: float
+    bar_percent: float  #: estimated error of ours
+
+    @property
+    def difference_percent(self) -> float:
+        """CalculiX's value relative to ours."""
+        return 100 * (self.theirs / self.ours - 1)
+
+    @property
+    def within(self) -> bool:
+        """Whether CalculiX's value lies within the error bar of ours."""
+        return abs(self.difference_percent) <= self.bar_percent
+
+
+def same_mesh(rows: Sequence[ConvergenceRow]) -> list[SameMesh]:
+    """Each mesh that `fea` and CalculiX both solved, coarse to fine; rows without error bars have none."""
+    series = by_tool(rows)
+    return [
+        SameMesh(
+            own.computation.order,
+            own.computation.size,
+            own.measured.value,
+            other.measured.value,
+            own.measured.bar_percent,
+        )
+        for (tool, element), ours in series.items()
+        if tool == "fea"
+        for own in ours
+        for other in series.get(("CalculiX", element), ())
+        if other.computation.size == own.computation.size and own.measured.bar_percent is not None
+    ]
+
+
 def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualError]:
     """Compare at each of `PERCENTS`; empty without CalculiX."""
     longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
@@ -182,9 +223,11 @@ def _sentence(
     ours = {kind: row for kind, row in fastest.items() if kind[0] != "CalculiX"}
     if not ours:
         return f"Within {percent:g} %: no computation reached this within the time limit."
-    (_, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
+    (tool, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
+    finest = min(by_tool(rows)[tool, element], key=lambda row: row.computation.size)
+    meshes = "the finest mesh of the comparison" if best is finest else "confirmed by all finer meshes"
     text = (
-        f"For a peak within {percent:g} %, confirmed by all finer meshes, use `{best.computation.name}` "
+        f"For a peak within {percent:g} %, {meshes}, use `{best.computation.name}` "
         f"with {element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} dofs"
     )
     if against is not None:
