@@ -19,11 +19,13 @@ _VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 def limit_threads(threads: int | None) -> None:
     """Limit OpenMP and MKL, unless None. Raises `InvalidValue`: not a positive number."""
-    if threads is None:
-        return
-    require(threads >= 1, "--threads", threads, "must be at least 1")
-    for variable in _VARIABLES:
-        os.environ[variable] = str(threads)
+    require(threads is None or threads >= 1, "--threads", threads, "must be at least 1")
+    os.environ.update(variables(threads))
+
+
+def variables(threads: int | None) -> dict[str, str]:
+    """Return what limits OpenMP and MKL in the environment of another process; nothing for None."""
+    return {} if threads is None else dict.fromkeys(_VARIABLES, str(threads))
 
 
 def threads() -> int:
@@ -32,6 +34,11 @@ def threads() -> int:
     if said.isdecimal() and int(said) >= 1:
         return int(said)
     return usable_processors()
+
+
+def threads_of_each(processes: int) -> int | None:
+    """Number of threads of each of some processes side by side; None where the environment says it."""
+    return None if _VARIABLES[0] in os.environ else max(1, usable_processors() // processes)
 
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:

@@ -10,25 +10,14 @@ def client(threads, processes=None):
     return SimpleNamespace(nthreads=lambda: {"one": threads.pop(0)}, cluster=processes)
 
 
-def test_workers_of_this_machine_that_ended_are_replaced_and_missed_after_a_while():
-    now, asked = [0.0], []
-    processes = SimpleNamespace(worker_spec={0: 0, 1: 1}, scale=asked.append)
-    workers = Workers(client([2, 0, 1, 0, 0], processes), lambda: now[0])
-    for at, expected in ((0, 2), (1, 2), (10, 0), (20, 1), (200, 0)):
-        now[0] = float(at)
-        assert workers.threads() == expected
-    assert asked == [2] * 4
-    now[0] = 400.0
-    with pytest.raises(ClusterError, match="no worker was available for 300 s"):
-        workers.threads()
-
-
 def test_those_of_a_scheduler_are_waited_for():
     now = [0.0]
-    workers = Workers(client([0, 0]), lambda: now[0])
-    workers.threads()
+    workers = Workers(client([0, 0, 3]), lambda: now[0])
+    assert workers.threads() == 0
     now[0] = 1e6
     assert workers.threads() == 0
+    now[0] = 2e6
+    assert workers.threads() == 3
 
 
 def test_a_scheduler_that_is_gone():

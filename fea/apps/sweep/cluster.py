@@ -1,11 +1,9 @@
-"""Compute the rods of a journal in processes of this machine, or by the workers of a Dask scheduler."""
+"""Compute the rods of a journal on this machine, or by the workers of a Dask scheduler."""
 
 import json
 import logging
 import math
 import queue
-import signal
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.apps.sweep.journal import Done, Journal
-from fea.apps.sweep.work import Task, VersionError, work
+from fea.apps.sweep.work import Task, VersionError, own_processes, work
 from fea.base.version import __version__
 from geometry.errors import InvalidValue, require
 from geometry.system import usable_processors
@@ -34,7 +32,7 @@ class ClusterError(OSError):
 
 @contextmanager
 def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
-    """Yield a Dask client of so many processes on this machine (default: its cores), or of a scheduler.
+    """Yield a Dask client of `workers` on this machine, or of a scheduler.
 
     `address` is that of the scheduler (``tcp://host:8786``), or the path of a scheduler file. Raises
     `InvalidValue`: both are given, the number is not positive, or it is neither an address nor a scheduler
@@ -42,45 +40,47 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     """
     import dask  # noqa: PLC0415 - comes with the extra
     import distributed  # noqa: F401, PLC0415 - likewise
-    import psutil  # noqa: PLC0415 - likewise
 
     rule = "cannot be combined with --cluster, which has workers of its own"
     require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
-    require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
     _quiet()
-    allowed = usable_processors()
-    cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
     with (
         dask.config.set(_SETTINGS),
-        _local(workers or cores) if address is None else _remote(address) as client,
+        _local(local_workers(workers)) if address is None else _remote(address) as client,
     ):
         yield client
 
 
+def local_workers(asked: int | None) -> int:
+    """Return the number of workers on this machine; default: its cores. `InvalidValue`: not positive."""
+    import psutil  # noqa: PLC0415 - comes with the extra
+
+    require(asked is None or asked >= 1, "--workers", asked, "must be at least 1")
+    allowed = usable_processors()
+    return asked or min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
+
+
 @contextmanager
 def _local(workers: int) -> Iterator[Any]:
+    """Threads of this process, each of which hands its rods to a process of its own (`in_own_process`)."""
     from distributed import Client, LocalCluster  # noqa: PLC0415 - comes with the extra
 
-    # Python's tracker of semaphores, a process that inherits this, removes those of an interrupted sweep.
-    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     try:
-        processes = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
+        threads = LocalCluster(
+            n_workers=1,
+            threads_per_worker=workers,
+            processes=False,
             memory_limit=0,  # the rods' processes are none that Dask could pause
             dashboard_address=None,
             worker_dashboard_address=None,
             silence_logs=50,
-            preload="fea.apps.sweep.cluster",
         )
     except (OSError, RuntimeError) as error:
         why = " ".join(str(error).split())
         raise ClusterError(
             f"the {workers} workers could not be started ({why}): use fewer --workers."
         ) from error
-    with processes, Client(processes) as client:
+    with threads, Client(threads) as client, own_processes():
         yield client
 
 
@@ -124,9 +124,7 @@ def _address(asked: str) -> str:
         raise InvalidValue("--cluster", asked, rule, remedy) from error
 
 
-# Seconds between two looks, and for which none of this machine's workers may be there.
-_LOOK = 5.0
-_PATIENCE = 300.0
+_LOOK = 5.0  # seconds between two looks
 
 
 class Workers:
@@ -134,10 +132,10 @@ class Workers:
 
     def __init__(self, client: Any, clock: Callable[[], float] = time.monotonic) -> None:
         self._client, self._clock = client, clock
-        self._looked, self._seen, self._threads = -float("inf"), clock(), 0
+        self._looked, self._threads = -float("inf"), 0
 
     def threads(self) -> int:
-        """Return the number of threads. Raises `ClusterError`: the scheduler or the workers are gone."""
+        """Return the number of threads, 0 if there is none. Raises `ClusterError`: the scheduler is gone."""
         now = self._clock()
         if now - self._looked < _LOOK:
             return self._threads
@@ -146,16 +144,6 @@ class Workers:
             self._threads = sum(self._client.nthreads().values())
         except (OSError, RuntimeError, TimeoutError) as error:
             raise lost(error) from error
-        if self._threads:
-            self._seen = now
-        if (processes := self._client.cluster) is not None:
-            # Workers in place of lost ones: Dask starts none where one ended while it started.
-            processes.scale(len(processes.worker_spec))
-            if now - self._seen > _PATIENCE:
-                raise ClusterError(
-                    f"no worker was available for {_PATIENCE:.0f} s. The finished rods are in the "
-                    "journal: see that there is memory (use fewer --workers), and run the same command."
-                )
         return self._threads
 
 
@@ -264,8 +252,3 @@ def _unready(error: BaseException) -> VersionError:
         f"the cluster cannot begin a rod ({said}): install conrod-fea {__version__} and its extra sweep "
         "where the scheduler and its workers run, and start them again."
     )
-
-
-def dask_setup(_worker: object) -> None:
-    """Leave Ctrl-C to the program, which ends its workers; Dask looks for this name."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -3,13 +3,15 @@
 import pickle
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from fea.apps.sweep.base import Base, Extras
 from fea.apps.sweep.journal import Done
 from fea.base.version import __version__
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
+from fea.machine.threads import variables
 from fea.study.study import parse_study
 
 _LONGEST_REASON = 600
@@ -20,6 +22,8 @@ _TRIES = 3
 _OURS = ("fea", "geometry", "loads", "mesh")
 # Each thread of a worker has one process, which computes rod after rod and which it outlives.
 _of_thread = threading.local()
+_processes: set[IsolatedProcess] = set()  # of all threads
+_ended = threading.Event()  # they are being ended
 
 
 class Rod(NamedTuple):
@@ -31,13 +35,14 @@ class Rod(NamedTuple):
 
 
 class Task(NamedTuple):
-    """Some rods, their study, and what is asked beside. `seconds`: the most that each may take."""
+    """Some rods, their study, and what is asked beside."""
 
     rods: tuple[Rod, ...]
     base: Base
     extras: Extras
     version: str
-    seconds: float = 60 * DEFAULT_MINUTES
+    seconds: float = 60 * DEFAULT_MINUTES  #: the most that each rod may take
+    threads: int | None = None  #: of the process that computes; None: as many as the worker's machine says
 
 
 class VersionError(OSError):
@@ -63,7 +68,7 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     ends: list[str] = []
     while len(ends) < _TRIES:
         try:
-            return in_own_process(attempt, task, rod, compute, seconds=task.seconds)
+            return in_own_process(attempt, task, rod, compute, seconds=task.seconds, threads=task.threads)
         except OvertimeError:
             reason = (
                 f"took longer than {task.seconds / 60:g} min and was ended: allow more with --limit-minutes, "
@@ -71,6 +76,9 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
             )
             break
         except CrashError as error:
+            if _ended.is_set():
+                reason = "the sweep was interrupted"
+                break
             ends.append(error.cause)
             memory = ": the memory may be too small; use fewer workers or larger elements"
             why = memory if "SIGKILL" in ends else ""  # as systems do where memory ends
@@ -78,7 +86,9 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     return Done(rod.job, {}, time.perf_counter() - start, reason)
 
 
-def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) -> Done:
+def in_own_process(
+    job: Callable[..., Done], *arguments: Any, seconds: float, threads: int | None = None
+) -> Done:
     """Return a job's result from this thread's process. Raises `CrashError`, `OvertimeError`."""
     import cloudpickle  # noqa: PLC0415 - comes with the extra
 
@@ -86,9 +96,25 @@ def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float) ->
     if process is None or not process.alive:
         if process is not None:
             process.close()
-        process = _of_thread.process = fresh()
+            _processes.discard(process)
+        process = _of_thread.process = fresh(variables(threads))
+        _processes.add(process)
+        if _ended.is_set():
+            process.close()
     done: Done = process.run(_unpacked, cloudpickle.dumps((job, arguments)), seconds=seconds)
     return done
+
+
+@contextmanager
+def own_processes() -> Iterator[None]:
+    """End the processes of all threads with the block, also within a rod."""
+    _ended.clear()
+    try:
+        yield
+    finally:
+        _ended.set()
+        while _processes:
+            _processes.pop().close()
 
 
 def _unpacked(order: bytes) -> Any:
