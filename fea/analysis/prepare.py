@@ -155,6 +155,19 @@ class PreparedRod:
         in_contact = pin_model(self.structure.pressure).in_contact
         return self.structure.pins(PRESCRIBED) if in_contact else self.pins
 
+    def under_prescribed(self) -> "PreparedRod":
+        """Return the rod, with its stiffness, under a prescribed pressure where its pins are in contact."""
+        if self.prescribed is self.pins:
+            return self
+        structure = replace(self.structure, pressure=PRESCRIBED)
+        return replace(
+            self,
+            study=replace(self.study, analysis=replace(self.options, pressure=PRESCRIBED)),
+            structure=structure,
+            pins=self.prescribed,
+            fields=_recovery(structure, self.mesh, self.prescribed, known_traction=True),
+        )
+
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
 

@@ -102,6 +102,8 @@ class Frame:
     base: int = 0  #: number of the mesh that was moved
     shown: str = LARGEST_OF_CASES  #: the field of `values`
     pins: str = ""  #: what loads the bores
+    corrected: bool = False  #: whether it is interpolated under a prescribed pressure, and factors corrected
+    one_piece: bool = False  #: whether a rod of separate parts is solved as if it were one piece
     new_mesh: bool = False  #: whether its mesh was made for it
     #: points, values: (n, 3) places of the nodes of the surface, mm, and (n,) stress there, MPa
     points: Singles | None = field(default=None, repr=False)

@@ -133,6 +133,7 @@ def _plain(value: Any) -> JsonObject:
 def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
     header = {"kind": "frame", "serial": serial, "state": state, "operation": found.operation.values}
     header |= {"label": str(found.label), "pins": found.pins, "new_mesh": found.new_mesh, "figures": None}
+    header |= {"corrected": found.corrected, "one_piece": found.one_piece}
     if found.points is None or found.values is None or found.figures is None:
         return Answer(header, b"", b"")
     checks = found.figures.checks or {}

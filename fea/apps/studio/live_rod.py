@@ -13,14 +13,17 @@ from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.anchors import UNIT, VAGUE, Anchors, Followed, Loaded
-from fea.apps.studio.frame import LARGEST_OF_CASES, Frame, Label, solved, triangles
+from fea.apps.studio.correction import Correction
+from fea.apps.studio.frame import LARGEST_OF_CASES, Figures, Frame, Label, figures, solved, triangles
 from fea.apps.studio.operation import Control, Operation, Range, applied, dimensions, fault, feasible
+from fea.apps.studio.stars import Star
+from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
-from fea.study.pin_models import FILM, PRESCRIBED
+from fea.study.pin_models import FILM
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -37,9 +40,9 @@ _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
 
 def live_study(study: Study) -> Study:
-    """Return a study as it is solved while it changes: in one piece, the load of its pins prescribed."""
+    """Return a study as it is solved where the hand rests: in one piece and without oil film."""
     options = study.analysis
-    pressure = PRESCRIBED if options.in_contact or options.pressure == FILM else options.pin_load
+    pressure = CONTACT if options.pressure == FILM else options.pressure
     quick = replace(options, pressure=pressure, cycle=False, film=False, buckling=False)
     parts = {name: table for name, table in study.part_material.items() if name != BOLT}
     if study.assembly is not None:
@@ -70,6 +73,9 @@ class LiveRod:
         self.base_design = {each.key: each.value for each in self.dimensions}
         self.base = -1
         self._last: tuple[Operation, Loaded] | None = None
+        self._anchors: Anchors | None = None  # none until a rod is solved under a prescribed pressure
+        self._solved_first: tuple[Study, PreparedRod, SpeedResult] | None = None  # of the mesh
+        self._correction: Correction | None = None
         self._meshes: deque[tuple[RodTable, MeshedRod | None]] = deque()
         self._unreached: dict[str, tuple[float, float]] = {}
         self._meshed(self.base_design, self.operation)
@@ -86,7 +92,7 @@ class LiveRod:
     def ranges(self, design: Design) -> dict[str, Range]:
         """Return how far each dimension can go from a design while the others stay."""
         design, found = self._full(design), dict[str, Range]()
-        star = self._anchors.star(self._scaled(design))
+        star = self._star(design)
         for number, (name, value) in enumerate(design.items()):
             own = feasible(self.study, design, name, value)
             if star is not None and number in star.lines:
@@ -104,13 +110,16 @@ class LiveRod:
         no anchor. Raises `InvalidValue`: the design breaks a rule.
         """
         design = self._full(design)
-        loaded = self._loaded(operation)
+        if self._anchors is None:
+            for _ in self.exact(design, operation):
+                yield 0.0
+        anchors, loaded = self._anchored, self._loaded(operation)
         low, high = self._ends(name, design)
         shares = (None, 0.0, 1.0, *_INNER)
         for done, share in enumerate(shares, 1):
             value = design[name] if share is None else low + share * (high - low)
             there = {**design, name: value}
-            between = self._anchors.at(self._scaled(there), loaded)
+            between = anchors.at(self._scaled(there), loaded)
             known = between is not None and (
                 between.solved or (100 * between.worst_gap <= _ENOUGH_PERCENT and self._lined(name, there))
             )
@@ -119,14 +128,16 @@ class LiveRod:
                 mesh = self._moved(study)
                 yield (done - 0.8) / len(shares)
                 if mesh is not None:
-                    for _ in self._solved(there, operation, study, mesh, cycle=False):
-                        yield (done - 0.3) / len(shares)
+                    rod = self._moving.prepared(study, mesh).under_prescribed()
+                    result = solve_speed(rod, operation.rpm)
+                    yield (done - 0.3) / len(shares)
+                    self._anchor(there, operation, rod, result)
             yield done / len(shares)
 
     def cross(self, design: Design, operation: Operation) -> Iterator[float]:
         """Solve what every two of the dimensions that were touched here change together; see `touch`."""
         design = self._full(design)
-        star = self._anchors.star(self._scaled(design))
+        star = self._star(design)
         if star is None or star.changed(self._scaled(design)).size:
             return
         pairs = list(combinations(star.lines, 2))
@@ -144,19 +155,29 @@ class LiveRod:
                 mesh = self._moved(study)
                 yield done / len(pairs)
                 if mesh is not None:
-                    for _ in self._solved(there, operation, study, mesh, cycle=False):
-                        yield done / len(pairs)
+                    rod = self._moving.prepared(study, mesh).under_prescribed()
+                    result = solve_speed(rod, operation.rpm)
+                    yield done / len(pairs)
+                    self._anchor(there, operation, rod, result)
                     break
 
     def frame(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Frame:
-        """Return what is interpolated; no figures beyond the anchors or in another elasticity."""
+        """Return what is interpolated; no figures beyond the anchors or in another elasticity.
+
+        It is interpolated under a prescribed pressure; where the pins are in contact, factors are corrected
+        by what contact changed in the design that was solved last.
+        """
         design = self._full(design)
         frame = self._frame(design, operation, Label.INTERPOLATED, fields)
-        between = self._anchors.at(self._scaled(design), self._loaded(operation))
-        if between is None or between.worst_gap > VAGUE:
+        x, loaded = self._scaled(design), self._loaded(operation)
+        between = None if self._anchors is None else self._anchors.at(x, loaded)
+        unknown = self._in_contact and self._correction is None
+        if between is None or unknown or between.worst_gap > VAGUE:
             return frame
-        points, values = between.drawn(fields)
-        return replace(frame, figures=between.figures, points=points, values=values)
+        shown, (points, values) = between.figures, between.drawn(fields)
+        if self._correction is not None:
+            shown = self._correction.of(shown, x, loaded.key)
+        return replace(frame, figures=shown, points=points, values=values, corrected=self._in_contact)
 
     def exact(self, design: Design, operation: Operation, fields: str = LARGEST_OF_CASES) -> Iterator[Frame]:
         """Solve a design, then its fatigue. Raises `InvalidValue`, `GeometryError`, `MeshError`."""
@@ -168,8 +189,39 @@ class LiveRod:
             self._meshed(design, operation)
             mesh = self._mesh
         frame = replace(self._frame(design, operation, Label.EXACT, fields), new_mesh=new)
-        for rod, result in self._solved(design, operation, study, mesh, cycle=study.engine is not None):
-            yield solved(frame, rod, result, self.surface)
+        first = self._solved_first
+        if first is not None and first[0] == study:
+            _, rod, result = first
+        else:
+            rod = self._moving.prepared(study, mesh)
+            result = solve_speed(rod, operation.rpm)
+        yield solved(frame, rod, result, self.surface)
+        final = result
+        if study.engine is not None:
+            final = with_cycle(rod, result)
+            yield solved(frame, rod, final, self.surface)
+        if not self._in_contact:
+            self._anchor(design, operation, rod, result)
+        else:
+            pressed = rod.under_prescribed()
+            self._anchor(design, operation, pressed, solve_speed(pressed, operation.rpm))
+            self._correct(design, operation, figures(rod, final))
+
+    def _correct(self, design: Design, operation: Operation, known: Figures) -> None:
+        """Take from a design that was solved what contact changes in the factors that are interpolated."""
+        x, loaded = self._scaled(design), self._loaded(operation)
+        between = self._anchored.at(x, loaded)
+        if between is not None:
+            self._correction = Correction.between(between.figures, known, x, loaded.key)
+
+    @property
+    def _anchored(self) -> Anchors:
+        if self._anchors is None:
+            raise ValueError("no rod was solved yet")
+        return self._anchors
+
+    def _star(self, design: Design) -> Star | None:
+        return None if self._anchors is None else self._anchors.star(self._scaled(design))
 
     def _full(self, design: Design) -> dict[str, float]:
         return {**self.base_design, **design}
@@ -192,7 +244,7 @@ class LiveRod:
     def _lined(self, name: str, design: dict[str, float]) -> bool:
         """Whether so many anchors lie on the line of a dimension that they tell how it is curved."""
         number, x = list(design).index(name), self._scaled(design)
-        on_line = [one.x[number] for one in self._anchors.every if not np.delete(one.x - x, number).any()]
+        on_line = [one.x[number] for one in self._anchored.every if not np.delete(one.x - x, number).any()]
         return len(on_line) > 2 and float(np.diff(np.sort(on_line)).min()) > _DISTINCT
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
@@ -236,27 +288,32 @@ class LiveRod:
         self._unreached.clear()
         rod, result = adapted.rod, adapted.at(operation.rpm)
         self._moving = MovingRod(rod.mesh, rod)
-        self._followed = Followed(rod, result, self.surface)
-        loaded = self._loaded(operation)
-        self._anchors = Anchors(self._followed, loaded.elastic)
-        self._anchors.add(self._followed.anchor(self._scaled(self._full(design)), loaded, rod, result))
+        self._solved_first, self._anchors, self._correction = (study, rod, result), None, None
+        self._pins = rod.structure.pressure  # where contact is not possible, a prescribed pressure
+        self._in_contact = rod.prescribed is not rod.pins
+        if not self._in_contact:
+            self._anchor(self._full(design), operation, rod, result)
 
-    def _solved(
-        self, design: Design, operation: Operation, study: Study, mesh: MeshedRod, *, cycle: bool
-    ) -> Iterator[tuple[PreparedRod, SpeedResult]]:
-        rod = self._moving.prepared(study, mesh)
-        result = solve_speed(rod, operation.rpm)
-        yield rod, result
-        if cycle:
-            yield rod, with_cycle(rod, result)
+    def _anchor(self, design: Design, operation: Operation, rod: PreparedRod, result: SpeedResult) -> None:
+        """Keep a design that is solved under a prescribed pressure."""
         loaded = self._loaded(operation)
+        if self._anchors is None:
+            self._anchors = Anchors(Followed(rod, result, self.surface), loaded.elastic)
         if loaded.elastic != self._anchors.elastic:
-            self._anchors = Anchors(self._followed, loaded.elastic)
-        self._anchors.add(self._followed.anchor(self._scaled(design), loaded, rod, result))
+            self._anchors = Anchors(self._anchors.followed, loaded.elastic)
+        x = self._scaled(design)
+        self._anchors.add(self._anchors.followed.anchor(x, loaded, rod, result))
 
     def _frame(self, design: Design, operation: Operation, label: Label, shown: str) -> Frame:
-        pins = live_study(self.study).analysis.pin_load
-        return Frame(design=design, operation=operation, label=label, base=self.base, shown=shown, pins=pins)
+        return Frame(
+            design=design,
+            operation=operation,
+            label=label,
+            base=self.base,
+            shown=shown,
+            pins=self._pins,
+            one_piece=self.study.assembly is not None,
+        )
 
 
 def fresh(study: Study) -> Frame:

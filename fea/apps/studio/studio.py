@@ -224,7 +224,7 @@ class Studio:
         header = {} if self._last is None else self._last.header
         if header.get("state") != state or header["figures"] is None or header["label"] not in KNOWN:
             return None
-        return {key: header[key] for key in ("label", "pins", "figures")}
+        return {key: header[key] for key in ("label", "pins", "one_piece", "figures")}
 
     async def _refuse(self, asked: Asked, error: Exception) -> None:
         text = " ".join(str(error).split()) or type(error).__name__

@@ -25,9 +25,10 @@ pytestmark = pytest.mark.usefixtures("coarse_bores")
 WEB = "web_thickness_mm"
 
 
-def coarse(name="leon-2001", size=24.0, **dimensions):
+def coarse(name="leon-2001", size=24.0, pressure="cosine-180", **dimensions):
     study = load_study(name).with_rod(**dimensions)
-    return replace(study, mesh=replace(study.mesh, size_mm=size))
+    analysis = replace(study.analysis, pressure=pressure)
+    return replace(study, mesh=replace(study.mesh, size_mm=size), analysis=analysis)
 
 
 def plain():
@@ -241,6 +242,43 @@ def test_a_new_mesh_is_that_of_a_run_with_its_pins(pressure):
     assert_those_of_a_run(frame, run_result(again, adapted, adapted.at(6000.0)).summary)
     assert frame.triangles.max() == len(frame.values) - 1
     assert np.isfinite(frame.values).all()
-    # What is solved while the hand moves prescribes the pressure where the study asks for contact.
-    live = live_study(study).analysis.pin_load
-    assert live == ("cosine-180" if pressure == "contact" else pressure)
+    assert live_study(study).analysis.pin_load == pressure
+
+
+def test_pins_in_contact_are_what_is_answered_first_and_what_is_interpolated_is_corrected():
+    rod = LiveRod(coarse(size=30.0, pressure="contact", shank_section="rectangular"))
+    operation = rod.operation
+    assert rod.frame({}, operation).figures is None  # nothing that contact would change is shown
+    first, resting = rod.exact({}, operation)
+    run = solve_speed(prepare(live_study(rod.study), mesh=rod._mesh), operation.rpm)
+    assert {first.pins, resting.pins} == {"contact"}
+    assert [case.factor for case in first.figures.cases] == pytest.approx(
+        [case.min_safety_factor for case in run.cases.values()], rel=1e-6
+    )
+    pressed = LiveRod(coarse(size=30.0, shank_section="rectangular"))
+    apart = next(pressed.exact({}, operation)).figures.yielding.factor / first.figures.yielding.factor
+    assert abs(apart - 1) > 0.02  # contact matters here
+    shown = rod.frame({}, operation)
+    assert shown.corrected
+    for one, other in zip(shown.figures.cases, resting.figures.cases, strict=True):
+        assert one.factor == pytest.approx(other.factor, rel=1e-6)
+        assert one.peak_MPa == pytest.approx(other.peak_MPa, rel=1e-6)
+        assert one.bar_percent >= other.bar_percent - 1e-6
+    assert shown.figures.yielding.factor == pytest.approx(resting.figures.yielding.factor, rel=1e-6)
+    assert shown.figures.fatigue.factor == pytest.approx(resting.figures.fatigue.factor, rel=1e-6)
+    width = "shank_width_mm"
+    list(rod.touch(width, {}, operation))
+    design = {width: 1.08 * rod.base_design[width]}
+    moved_on = rod.frame(design, operation).figures
+    *_, solved = rod.exact(design, operation)
+    for mode in ("yielding", "fatigue"):
+        one, other = getattr(moved_on, mode), getattr(solved.figures, mode)
+        assert one.low <= other.factor <= one.high
+        assert one.gap_percent > 0
+
+
+def test_a_rod_of_parts_says_that_it_is_answered_in_one_piece():
+    study = load_study("leon-2001-bolted")
+    rod = LiveRod(replace(study, mesh=replace(study.mesh, size_mm=30.0)))
+    frame = next(rod.exact({}, rod.operation))
+    assert (frame.one_piece, frame.pins, frame.figures.bolts) == (True, "contact", None)

@@ -3,8 +3,11 @@
 const MODES = [["yielding", "Yielding"], ["fatigue", "Fatigue"], ["buckling", "Buckling"], ["bolts", "Bolts and joint"]];
 const KNOWN = { interpolated: "Interpolated", "exact on a moved mesh": "Exact on a moved mesh", converged: "Converged" };
 const PINS = { contact: "pins in contact", bonded: "pins bonded", "oil-film": "crank pin in oil" };
-// What loads the bores.
-const loading = (pins) => PINS[pins] ?? `prescribed pressure ${pins}`;
+// What is solved: whether in one piece, and what loads the bores.
+const loading = ({ pins, one_piece: onePiece, corrected }) =>
+  `${onePiece ? "in one piece, " : ""}${PINS[pins] ?? `prescribed pressure ${pins}`}${corrected ? ", corrected from a prescribed pressure" : ""}`;
+// Answers are compared where the same is solved.
+const alike = ({ pins, one_piece: onePiece }) => `${pins} ${Boolean(onePiece)}`;
 const two = (value) => (value >= 100 ? "> 100" : value.toFixed(2));
 
 // A factor and how far it may be off: the bar is of the stress behind it.
@@ -33,6 +36,7 @@ class AnswerPanel {
 
   show(header, design) {
     const { figures } = header;
+    this.onePiece = header.one_piece;
     if (header.label !== "interpolated") this.solving = NaN;
     this.now = JSON.stringify(header.state);
     this.label.textContent = this.labelled(header);
@@ -40,8 +44,8 @@ class AnswerPanel {
     // The figures of the last design stay, with that design, until there are others.
     if (!figures) return;
     this.of.textContent = design;
-    if (this.since?.state === JSON.stringify(header.state)) this.since.figures[header.pins] = figures;
-    const before = this.since?.figures[header.pins] ?? {};
+    if (this.since?.state === JSON.stringify(header.state)) this.since.figures[alike(header)] = figures;
+    const before = this.since?.figures[alike(header)] ?? {};
     this.root.replaceChildren(this.mass(figures, before),
       ...MODES.filter(([mode]) => mode !== "bolts" || figures.bolts).map(([mode, name]) => this.card(name, figures[mode], before[mode], figures.governs === mode)));
     const worst = figures[figures.governs], peak = figures.cases.find(({ name }) => name === figures.governing);
@@ -54,14 +58,21 @@ class AnswerPanel {
       ...there.map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}`)].join(" · ");
     if (header.label === "interpolated") return;
     const factors = there
-      .map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}, ${verdict(bounds(figures[mode]), this.required)[1]}`);
+      .map(([mode, name]) => `${name.toLowerCase()} ${two(figures[mode].factor)}, ${this.verdict(bounds(figures[mode]))[1]}`);
     this.said.textContent = `${this.label.textContent}: mass ${(1000 * figures.mass_kg).toFixed(0)} grams; ${factors.join("; ")}.`;
   }
 
   // How exact the answer is, and what loads the bores; while rods around a design are solved, how many are.
-  labelled({ label, pins, new_mesh: anew, figures }) {
+  labelled(header) {
+    const { label, new_mesh: anew, figures } = header;
     if (!figures) return this.solving < 1 ? `Solving around this design: ${Math.round(100 * this.solving)} %` : "Not solved here";
-    return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · ${loading(pins)}`;
+    return `${KNOWN[label]}${anew && label !== "converged" ? ", new mesh" : ""} · ${loading(header)}`;
+  }
+
+  // In words whether a factor suffices; a rod of parts that is solved in one piece says nothing of its joint.
+  verdict(factor) {
+    const [kind, words] = verdict(factor, this.required);
+    return this.onePiece && kind === "holds" ? ["open", "met in one piece"] : [kind, words];
   }
 
   mass({ mass_kg: mass }, before) {
@@ -81,7 +92,7 @@ class AnswerPanel {
     if (governs) head.append(element("span", { class: "badge" }, "governs"));
     if (!factor) return element("div", { class: "card none" }, head, element("p", { class: "big" }, "…"),
       element("p", { class: "change" }, name === "Fatigue" ? "computed when the slider stops" : "no load case compresses the rod"));
-    const own = bounds(factor), [kind, words] = verdict(own, this.required);
+    const own = bounds(factor), [kind, words] = this.verdict(own);
     const bar = factor.interval && ` ${factor.interval}`;
     return element("div", { class: `card ${kind}`, title: factor.where },
       head, element("p", { class: "big" }, two(own.factor), element("small", {}, bar)),

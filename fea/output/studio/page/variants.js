@@ -14,7 +14,7 @@ class Variants {
     }
     const head = element("tr", {}, element("th", { scope: "col" }, ""), ...columns.map(([name]) => this.heading(name)));
     const rows = [...this.inputs(columns, items), ...this.answers(columns)];
-    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? `${KNOWN[answer.label]}, ${loading(answer.pins)}` : "not solved yet")));
+    const labels = this.row("Answer", columns.map(([, { answer }]) => (answer ? `${KNOWN[answer.label]}, ${loading(answer)}` : "not solved yet")));
     const table = element("table", {}, element("caption", { class: "sr-only" }, "Variants with what differs, and the difference to the present design"),
       element("thead", {}, head), element("tbody", {}, ...rows, labels));
     this.root.replaceChildren(table);
@@ -50,7 +50,7 @@ class Variants {
   answers(columns) {
     const found = columns.map(([, { answer }]) => answer?.figures);
     // Factors are compared only where the same pins load the rod.
-    const like = columns.map(([, { answer }]) => answer?.pins === columns[0][1].answer?.pins);
+    const like = columns.map(([, { answer }]) => answer && columns[0][1].answer && alike(answer) === alike(columns[0][1].answer));
     const rows = [this.compared("Mass, g", found.map((figures) => figures && 1000 * figures.mass_kg), 1)];
     for (const [mode, name] of MODES) {
       if (found.some((figures) => figures?.[mode])) rows.push(this.compared(`${name}, factor`, found.map((figures) => figures?.[mode]?.factor), 2, like));

@@ -1,0 +1,125 @@
+"""Do the estimates that `fea limits` prints first of rods in parts hold, once the limits are solved?
+
+    python tests/benchmarks/limit_estimates.py [--rods 60] [--first 0] [--keep FILE.jsonl] [--report FILE.md]
+
+Random rods with cap bolts in random engines, fits, preloads and temperatures, on coarse meshes. Each has up
+to three limits: the speed at full load, the peak pressure at its speed, and the speed with closed throttle.
+An estimate holds if the limit that is solved lies within its error bar, both on the same mesh.
+"""
+
+import json
+import math
+import statistics
+import time
+from pathlib import Path
+from typing import Any
+
+from assembly_campaign import drawn
+from scripts import campaign, command, publish, reporting, table
+
+from fea.analysis.adapt import adapt_mesh
+from fea.apps.limits.describe import ends_of
+from fea.apps.limits.explore import RodLimits, explore
+from fea.machine.clock import Clock
+from fea.solid.errors import ContactError
+from geometry.errors import GeometryError, InvalidValue
+from mesh.tetmesh import MeshError
+
+PATIENCE = 900.0  # seconds for a rod
+LINES = ("speed", "pressure", "closed")
+Row = dict[str, Any]
+
+
+def outcome(seed: int) -> Row | None:
+    """Estimate and solve the limits of a rod; None where no rod in parts was drawn."""
+    study = drawn(seed)
+    if study is None or isinstance(study, InvalidValue):
+        return None
+    start, estimated = time.perf_counter(), list[tuple[float, RodLimits]]()
+    try:
+        rpm = study.speed.speeds()[0]
+        adapted = adapt_mesh(study, [rpm], Clock())
+        found = explore(
+            adapted,
+            rpm,
+            answered=lambda first: estimated.append((time.perf_counter() - start, first)),
+            mapped=False,
+        )
+    except (InvalidValue, GeometryError, MeshError, ContactError) as error:
+        return {"seed": seed, "refused": f"{type(error).__name__}: {error}"}
+    after, first = estimated[0]
+    row: Row = {"seed": seed, "estimated_s": after, "solved_s": time.perf_counter() - start}
+    for line, own, other in zip(LINES, ends_of(first), ends_of(found), strict=True):
+        told = {} if own is None else {"estimate": own.value, "bar": own.bar, "mode": own.mode}
+        solved = {} if other is None else {"solved": other.value, "solved_mode": other.mode}
+        row[line] = told | solved
+    return row
+
+
+def limits_of(rows: list[Row]) -> list[Row]:
+    """Limits that were estimated, each with its error and its bar over the value that is solved."""
+    return [
+        {"seed": row["seed"], "line": line, **row[line]}
+        for row in rows
+        for line in LINES
+        if "estimate" in row.get(line, {})
+    ]
+
+
+def report_text(rows: list[Row]) -> str:
+    """The report."""
+    solved = [row for row in rows if "refused" not in row]
+    told = [row for row in solved if any("estimate" in row[line] for line in LINES)]
+    limits = limits_of(solved)
+    barred = [one for one in limits if one.get("bar") is not None]
+    held = [one for one in barred if abs(one.get("solved", math.inf) - one["estimate"]) <= one["bar"]]
+    bars = [100 * one["bar"] / one["estimate"] for one in barred]
+    errors = [100 * abs(one["estimate"] / one["solved"] - 1) for one in limits if "solved" in one]
+    waited = [row["estimated_s"] / row["solved_s"] for row in told]
+    facts = [
+        ("rods whose limits were sought", f"{len(rows)}"),
+        ("of these refused by name", f"{len(rows) - len(solved)}"),
+        ("rods with an estimate", f"{len(told)} of {len(solved)}"),
+        ("estimates of limits; with a bar", f"{len(limits)}; {len(barred)}"),
+        ("the solved limit lies within the bar", f"{len(held)} of {len(barred)}"),
+        ("bar, median, %", f"{statistics.median(bars):.2g}" if bars else "–"),
+        ("error of the estimate, median and largest, %",
+         f"{statistics.median(errors):.2g}, {max(errors):.2g}" if errors else "–"),
+        ("time to the estimate over that to the solution, median",
+         f"{statistics.median(waited):.2f}" if waited else "–"),
+    ]  # fmt: skip
+    missed = [
+        (f"{one['seed']}", one["line"], one["mode"], f"{one['estimate']:.4g}", f"{one['bar']:.2g}",
+         f"{one.get('solved', math.nan):.4g}", one.get("solved_mode", "none"))
+        for one in barred if one not in held
+    ]  # fmt: skip
+    head = ("seed", "limit", "ended by", "estimate", "±", "solved", "ended by")
+    lines = ["# Estimated limits of rods in parts", "", f"Made by `{command()}`.", ""]
+    lines += table(("what", "found"), facts)
+    if missed:
+        lines += ["", "## Outside their bars", "", *table(head, missed)]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Seek the limits of all rods and print the report."""
+    parser = reporting(__doc__)
+    parser.add_argument("--rods", type=int, default=60)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--keep", type=Path, help="JSON lines of the rods; those of it are not solved again")
+    asked = parser.parse_args()
+    kept = asked.keep.read_text().splitlines() if asked.keep and asked.keep.exists() else []
+    rows = [json.loads(line) for line in kept]
+    begin = max((row["seed"] + 1 for row in rows), default=asked.first)
+    more = asked.rods - len(rows)
+    if more > 0:
+        found, endless = campaign(outcome, range(begin, begin + 100 * more), more, asked.processes, PATIENCE)
+        rows += [*found, *({"seed": seed, "refused": "takes too long"} for seed in endless)]
+    if asked.keep:
+        asked.keep.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
+    publish(report_text(rows), asked.report)
+
+
+if __name__ == "__main__":
+    main()
