@@ -169,7 +169,7 @@ class MaterialTable(Table, table="material"):
             youngs_modulus=modulus,
             poissons_ratio=nu,
             density=_needed(table, "density_kg_m3") * KG_M3,
-            yield_strength=_needed(table, "yield_MPa", self.preset),
+            yield_strength=_needed(table, "yield_MPa"),
             ultimate_strength=table.ultimate_MPa,
             endurance_limit=None if endurance is None else marin.load * factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
@@ -235,12 +235,9 @@ class MaterialTable(Table, table="material"):
         return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed, not steel)
 
 
-def _needed(table: MaterialTable, key: str, preset: str | None = None) -> float:
+def _needed(table: MaterialTable, key: str) -> float:
     value = getattr(table, key)
-    remedy = "Give it or a preset in [material]."
-    if preset is not None:
-        remedy = f"Give it: `fea materials {preset}` says why the library has none."
-    require(value is not None, f"material.{key}", None, "is missing", remedy)
+    require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
     return float(value)
 
 

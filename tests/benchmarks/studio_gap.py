@@ -22,6 +22,7 @@ import sys
 import tempfile
 import time
 from collections import deque
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -130,7 +131,7 @@ def contact(names, count, size, seed):
         for key in (touched := [key for key in TOUCHED if key in own][:DIMENSIONS]):
             deque(rod.touch(key, {}, operation), maxlen=0)
         deque(rod.cross({}, operation), maxlen=0)
-        anchors, correction = list(rod._anchors.every), rod._correction
+        anchors, correction = copy(rod._anchors), rod._correction
         while len(rows) < count:
             some = random.choice(touched, random.integers(1, len(touched) + 1), replace=False)
             design = {key: own[key] * random.uniform(1 - WITHIN, 1 + WITHIN) for key in some}
@@ -139,8 +140,11 @@ def contact(names, count, size, seed):
             *_, solved = rod.exact(design, operation)
             if solved.new_mesh:
                 break
-            rod._correction = correction  # that of the first design
-            rod._anchors.every = list(anchors)
+            rod._anchors, rod._correction = (
+                copy(anchors),
+                correction,
+            )  # held out, and that of the first design
+            rod._anchors._known = {}
             for mode in ("yielding", "fatigue"):
                 one, other = getattr(shown, mode), getattr(solved.figures, mode)
                 if one is not None and other is not None:

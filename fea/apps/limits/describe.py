@@ -191,7 +191,7 @@ def _of_linings(found: RodLimits) -> Iterator[str]:
     held = np.flatnonzero(factors.get(Mode.LINING, np.full(1, np.inf)) >= 1)
     if held.size and held[-1] + 1 < len(factors.get(Mode.LINING, ())):
         low = peaks[held[-1]] / BAR
-        yield f"At {rpm:.0f} rpm {ENDS[Mode.LINING.value]}, from about {low:.0f} bar peak on: the rod holds."
+        yield f"At {rpm:.0f} rpm {ENDS[Mode.LINING.value]}, from about {low:.0f} bar peak on. That does not end the rod."
 
 
 def _of_life(found: RodLimits, load: str) -> Iterator[str]:

@@ -288,8 +288,8 @@ def linings(summary: Summary, below: float = inf) -> list[str]:
         for name, (f, load, case) in worst.items()
         if f < below
     ]
-    settled = "What yields there settles, and does not end the rod"
-    return [f"Linings, against yielding: {'; '.join(said)}. {settled}."] if said else []
+    meaning = "A lining beds in where it yields, which does not end the rod"
+    return [f"Linings, against yielding: {'; '.join(said)}. {meaning}."] if said else []
 
 
 def buckling(found: BucklingFigures) -> list[str]:
