@@ -401,6 +401,10 @@ class SurvivalFigures(Figures):
     #: cases, which over the cycle is that or less, and its place in words
     fatigue_at_most: WhereKnown[SafetyFactor] = None
     fatigue_where: WhereKnown[str] = None
+    #: Where it survives: the operation for which it does, in words, and the multiple of all its loads at
+    #: which the assured factor is the required one
+    stands_on: WhereKnown[str] = None
+    ends_at_load: WhereKnown[float] = None
 
 
 class PassFigures(Figures):

@@ -46,7 +46,7 @@ from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material
 from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
-from fea.base.units import DEG, KG_M2
+from fea.base.units import BAR, DEG, KG_M2, KN
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import crossland_factors, fatigue_factor
@@ -228,6 +228,7 @@ def summary_of(
             fatigue_at_most=fatigue,
             by_duty=rod.duty is not None,
             unanalysed=next((_CARRIES for note in shown if note.topic == OTHER_RODS), None),
+            stands_on=_operation(rod, rpm, loads, assembly),
         ),
         rod=figures(
             RodFigures,
@@ -434,6 +435,23 @@ def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
     """Return the quality of a mesh."""
     repaired = {"repairs": tuple(repair.causes), "repaired_size_mm": repair.size}
     return figures(QualityFigures, quality, straightened_elements=quality.straightened, **repaired)
+
+
+def _operation(
+    rod: PreparedRod, rpm: float | None, loads: Mapping[str, LoadFigures], assembly: AssemblyFigures | None
+) -> str:
+    """What the rod is judged for, in words."""
+    said = ["the given forces"]
+    if isinstance(rod.loading, EngineLoading) and rpm is not None:
+        said = [f"{rpm:.0f} rpm"]
+        pressed = max((load.gas_N or 0.0 for load in loads.values()), default=0.0)
+        if pressed:
+            peak = pressed / rod.loading.engine.piston_area + rod.loading.table.atmosphere
+            said.append(f"a mean peak of {peak / BAR:.0f} bar")
+        said.append("pins supplied with oil")
+    if assembly is not None:
+        said.insert(-1, f"bolts at {assembly.bolts.preload_N / KN:.1f} kN")
+    return f"{', '.join(said[:-1])} and {said[-1]}" if len(said) > 1 else said[0]
 
 
 def _model(rod: PreparedRod) -> ModelFigures:

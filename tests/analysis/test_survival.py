@@ -87,7 +87,22 @@ SOUND = fatigue(9.0)
             "survives",
             "meets the required safety factor of 1.5: 1.99 ± 0.04 (tension)",
         ),
-        ([tension(1.0, 0.0), SOUND], None, "survives", "survives, safety factor 1.00 (tension)"),
+        (
+            [tension(1.0, 0.0), SOUND],
+            None,
+            "survives",
+            "survives, without reserve against 10 % over-rev; safety factor 1.00 (tension)",
+        ),
+        (
+            [SafetyFactor.of_stress(1.16, 2.0, instant="gas"), SOUND],
+            None,
+            "survives",
+            (
+                "survives, without reserve against single cycles of 15 % more pressure; "
+                "safety factor 1.16 ± 0.02 (gas)"
+            ),
+        ),
+        ([buckles(1.18), SOUND], None, "survives", "survives, safety factor 1.18 against buckling"),
         ([tension(0.00331, 3.0), SOUND], None, "fails", "yields, safety factor 0.0033 ± 0.0001 (tension)"),
         ([buckles(1.5), SOUND], None, "survives", "survives, safety factor 1.50 against buckling"),
         ([tension(inf), SOUND], None, "survives", "survives, safety factor 9.00 against fatigue"),
@@ -97,6 +112,15 @@ def test_verdict_in_a_line(found, required, answer, text):
     verdict = survival(found, required)
     assert verdict.answer == answer
     assert verdict.text == text
+
+
+def test_what_survives_says_what_it_stands_on_and_what_ends_it():
+    verdict = survival([tension(1.5), fatigue(1.3)], stands_on="6000 rpm")
+    assert (verdict.stands_on, verdict.ends_at_load) == ("6000 rpm", 1.3)
+    assert survival([tension(1.5), fatigue(1.3)], 1.25).ends_at_load == pytest.approx(1.04)
+    for others in ([tension(1.5)], [tension(0.5), fatigue(1.3)]):
+        verdict = survival(others, stands_on="6000 rpm")
+        assert (verdict.stands_on, verdict.ends_at_load) == (None, None)
 
 
 def test_a_bound_that_fails_decides_and_stands_first():

@@ -122,7 +122,7 @@ def gap(names, count, size, seed):
 
 
 def contact(names, count, size, seed):
-    """Print how far corrected factors are from those with the pins in contact, and whether bars hold."""
+    """Print how far corrected factors are from those with the pins in contact, and whether gaps hold."""
     every = []
     for name in names:
         rod, random = LiveRod(study(name, size, "contact")), np.random.default_rng(seed)
@@ -137,9 +137,9 @@ def contact(names, count, size, seed):
             design = {key: own[key] * random.uniform(1 - WITHIN, 1 + WITHIN) for key in some}
             if fault(rod.study, design) or (shown := rod.frame(design, operation).figures) is None:
                 continue
+            if rod._moved(rod.study_at(design, operation)) is None:
+                continue
             *_, solved = rod.exact(design, operation)
-            if solved.new_mesh:
-                break
             rod._anchors, rod._correction = (
                 copy(anchors),
                 correction,
@@ -149,18 +149,18 @@ def contact(names, count, size, seed):
                 one, other = getattr(shown, mode), getattr(solved.figures, mode)
                 if one is not None and other is not None:
                     error = 100 * abs(one.factor / other.factor - 1)
-                    rows.append((error, one.bar_percent, one.low <= other.factor <= one.high))
-        error, bar, held = np.array(rows).T
+                    rows.append((error, one.gap_percent, error <= one.gap_percent))
+        error, gaps, held = np.array(rows).T
         print(
             f"{name}: {len(rows)} factors, error median {np.median(error):.2f} %, largest "
-            f"{error.max():.1f} %; bar median {np.median(bar):.1f} %, holds {100 * held.mean():.0f} %",
+            f"{error.max():.1f} %; gap median {np.median(gaps):.1f} %, holds {100 * held.mean():.0f} %",
             flush=True,
         )
         every += rows
-    error, bar, held = np.array(every).T
+    error, gaps, held = np.array(every).T
     print(
-        f"all {len(every)}: error median {np.median(error):.2f} %, largest {error.max():.1f} %; bar median "
-        f"{np.median(bar):.1f} %, holds {100 * held.mean():.1f} %"
+        f"all {len(every)}: error median {np.median(error):.2f} %, largest {error.max():.1f} %; gap median "
+        f"{np.median(gaps):.1f} %, holds {100 * held.mean():.1f} %"
     )
 
 

@@ -115,9 +115,10 @@ def _largest(reached: Reached | None, bars: Bars, operation: Operation) -> Large
     limit, of_speed = reached.limit, math.isnan(reached.rpm)
     unit, percent = 1.0 if of_speed else BAR, bars.percent(limit)
     value = (limit.rpm if of_speed else limit.peak) / unit
+    share = abs(limit.slope) * (percent or 0.0) / 100 + limit.spread
     return Largest(
         **vars(_limit(limit, bars, operation))
-        | {"bar": None if percent is None else value * abs(limit.slope) * percent / 100},
+        | {"bar": value * share if percent is not None or limit.spread else None},
         value=value,
         place=bars.place(limit),
         boost_bar=operation.boost(limit.scale),
@@ -155,7 +156,7 @@ def _sentences(found: RodLimits) -> Iterator[str]:
     if closed is not None:
         yield f"With the throttle closed: {with_bar(closed.value, closed.bar, 'rpm')}; there {ends(closed)}."
     if found.estimated:
-        yield "This is estimated; what is solved follows."
+        yield "These are estimates; what is solved follows."
     yield from _of_life(found, load)
     if all(material.endurance_limit is None for material in found.rod.materials):
         yield "Fatigue is not judged: the material has no endurance limit (material.endurance_MPa)."
@@ -191,7 +192,8 @@ def _of_linings(found: RodLimits) -> Iterator[str]:
     held = np.flatnonzero(factors.get(Mode.LINING, np.full(1, np.inf)) >= 1)
     if held.size and held[-1] + 1 < len(factors.get(Mode.LINING, ())):
         low = peaks[held[-1]] / BAR
-        yield f"At {rpm:.0f} rpm {ENDS[Mode.LINING.value]}, from about {low:.0f} bar peak on. That does not end the rod."
+        begins = f"from about {low:.0f} bar peak on"
+        yield f"At {rpm:.0f} rpm {ENDS[Mode.LINING.value]}, {begins}. That does not end the rod."
 
 
 def _of_life(found: RodLimits, load: str) -> Iterator[str]:

@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import ALMOST, STEPS, WITHIN, root
+from fea.apps.limits.root import ALMOST, STEPS, WITHIN, Root, root
 from fea.apps.limits.states import ONSETS, Mode, State, States, Worst
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
@@ -48,6 +48,9 @@ _POINTS = 240
 # Relative distance of a costly state from a limit of its ray at which no other one is solved, and that
 # at which a limit counts as interpolated.
 _NEAR, _SOLVED = 0.04, 5e-3
+# An estimated edge is solved, and estimated again with what that tells, at most so often, or until the factor
+# there is the required one to within this share.
+_CHECKS, _CLOSE = 3, 0.02
 # Relative distance within which an edge that was found is that of another map, too.
 _SAME = 0.03
 # Just below the largest pressure of any engine, MPa: the highest that is looked at.
@@ -68,6 +71,7 @@ class Limit:
     worst: Worst
     slope: float  #: d ln x/d ln f of the coordinate x along which it was found
     interpolated: bool = False  #: between states that were solved
+    spread: float = 0.0  #: relative uncertainty of the coordinate where it is estimated
 
 
 @dataclass(frozen=True)
@@ -192,9 +196,12 @@ class Explorer:
 
     def state(self, point: Point, operation: Operation) -> State:
         """Return the factors at a point; none where no state of contact carries the load."""
-        key = (operation, point, self.certain)
+        return self._found(point, operation, certain=self.certain)
+
+    def _found(self, point: Point, operation: Operation, *, certain: bool) -> State:
+        key = (operation, point, certain)
         if key not in self._known:
-            find = self._states.at if self.certain else self._states.estimate
+            find = self._states.at if certain else self._states.estimate
             self._known[key] = self._tried(find, operation, point)
         return self._known[key]
 
@@ -376,6 +383,10 @@ class Explorer:
             edge = root(level, [start], slope, line.ends, self._within)
             if edge is None:
                 return line.ends[(level(start) > 0) is (slope < 0)], None
+            if not self.certain:
+                x, limit = self._checked(line, edge, level)
+                self._edges.insert(0, (line.name, x, limit, False))
+                return x, limit
             point = line.point(edge.x)
             if self._states.certify(line.operation.cycle(*point), self.state(point, line.operation)):
                 _, mode, worst = self._least(line, edge.x)
@@ -385,8 +396,25 @@ class Explorer:
             start, slope = edge.x, edge.slope
             self._known.clear()
 
+    def _checked(self, line: Line, edge: Root, level: Callable[[float], float]) -> tuple[float, Limit]:
+        """Solve an estimated edge, and estimate it anew from there: the history differs with the load."""
+        for _ in range(_CHECKS):
+            state = self._found(line.point(edge.x), line.operation, certain=True) or _WITHOUT
+            left, mode, worst = self._least_of(state)
+            x = min(max(edge.x * math.exp(-edge.slope * left), line.ends[0]), line.ends[1])
+            if abs(left) < _CLOSE:
+                break
+            self._known = {key: known for key, known in self._known.items() if key[2]}
+            edge = root(level, [x], edge.slope, line.ends, self._within) or edge._replace(x=x)
+        x, point = (edge.x, line.point(edge.x)) if abs(left) < self._within else (x, line.point(x))
+        spread = abs(edge.slope) * max(abs(left), self._within)
+        peak = line.operation.peak(*point)
+        return x, Limit(mode, *point, peak, worst, edge.slope, spread=spread)
+
     def _least(self, line: Line, at: float) -> tuple[float, Mode, Worst]:
-        state = self.state(line.point(at), line.operation) or _WITHOUT
+        return self._least_of(self.state(line.point(at), line.operation) or _WITHOUT)
+
+    def _least_of(self, state: State) -> tuple[float, Mode, Worst]:
         return min((self._level(worst), mode, worst) for mode, worst in ending(state).items())
 
     def fastest(self, of_rays: LimitMap, operation: Operation) -> Limit | None:

@@ -86,9 +86,9 @@ class Figures:
 
     @property
     def governs(self) -> str:
-        """The mode of failure with the smallest factor."""
+        """The mode of failure with the smallest factor, less its error bar, as in `fea run`."""
         modes = {mode: known for mode in MODES if (known := getattr(self, mode)) is not None}
-        return min(modes, key=lambda mode: float(modes[mode].factor))
+        return min(modes, key=lambda mode: modes[mode].low)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,7 +15,7 @@ from fea.output.report import tables as tabular
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.report.tables import Table, figure, named, shown
 from fea.output.stored_run import Run
-from fea.output.terminal.answer import assembly_lines, buckling, life, linings
+from fea.output.terminal.answer import assembly_lines, basis, buckling, life, linings
 from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
 from fea.output.units import scale, unit
 from fea.study.materials import LIBRARY
@@ -259,7 +259,9 @@ def sections(run: Run) -> Iterator[Section]:
     yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
     yield _loads(run)
     peaks = [tabular.case_table(summary), tabular.contact_table(summary)]
-    yield _tables("results", "Results", peaks, [*sharp_edge_lines(summary), *linings(summary)])
+    yield _tables(
+        "results", "Results", peaks, [*basis(summary), *sharp_edge_lines(summary), *linings(summary)]
+    )
     if (parts := summary.assembly) is not None:
         yield _tables(
             "assembly", "Bolts, joint and fits", tabular.assembly_tables(parts), [*assembly_lines(parts)]

@@ -1,7 +1,7 @@
 """The answer of a run in a few statements, the gravest first, each of a line or two."""
 
 from collections.abc import Iterable, Iterator
-from math import inf
+from math import inf, sqrt
 
 from fea.analysis.figures import (
     AssemblyFigures,
@@ -47,6 +47,7 @@ _REMEDIES = {
 def statements(summary: Summary) -> Iterator[str]:
     """Yield the statements by consequence: failed checks, what governs, doubts, remedies, the rest."""
     yield from failed_checks(summary)
+    yield from basis(summary)
     yield governs(summary)
     if summary.assembly is not None:
         yield from bolts_and_joint(summary.assembly)
@@ -78,6 +79,19 @@ def failed_checks(summary: Summary) -> list[str]:
         if not check.passed
     ]
     return [f"NOT TO BE TRUSTED: failed checks: {', '.join(failed)}."] if failed else []
+
+
+def basis(summary: Summary) -> list[str]:
+    """Return for which operation the rod survives, and which multiple of its loads ends that."""
+    found = summary.survival
+    if found.stands_on is None or found.ends_at_load is None:
+        return []
+    more, parts = f"{found.ends_at_load:.2f}", summary.assembly is not None
+    ends = f"it {'holds at least until' if parts else 'ends where'} all loads are {more} times as large"
+    if summary.rpm:
+        rpm = 10 * round(sqrt(found.ends_at_load) * summary.rpm / 10)
+        ends += f", as at {rpm} rpm with {more} times the pressure"
+    return [f"This stands on {found.stands_on}; {ends}."]
 
 
 def not_converged(summary: Summary) -> list[str]:

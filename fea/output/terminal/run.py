@@ -229,6 +229,7 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
             *answer.failed_checks(summary),
             *answer.not_converged(summary),
             *answer.singular(summary),
+            *answer.basis(summary),
             answer.governs(summary),
             *answer.levers(summary),
             *run_lines.sharp_edge_lines(summary),
