@@ -2,7 +2,7 @@
 
 python tests/benchmarks/sweep_campaign.py rate --rods 200 --size 14
 python tests/benchmarks/sweep_campaign.py kill --who parent --count 20
-python tests/benchmarks/sweep_campaign.py kill --who worker --count 20
+python tests/benchmarks/sweep_campaign.py kill --who rod --count 20
 python tests/benchmarks/sweep_campaign.py kill --who scheduler --count 20
 python tests/benchmarks/sweep_campaign.py kill --who rod --count 20
 python tests/benchmarks/sweep_campaign.py same --rods 12 --size 14
@@ -10,7 +10,7 @@ python tests/benchmarks/sweep_campaign.py scale --rods 3000
 python tests/benchmarks/sweep_campaign.py many --rods 20000
 
 `rate` computes the same rods with one worker and with two. `kill` ends the program, the scheduler of a
-cluster, a worker, or the process of a rod at random moments until the sweep is done. Its rods take a tenth of
+cluster, or the process of a rod at random moments until the sweep is done. Its rods take a tenth of
 a second, and a log tells which were computed twice; the exit code counts faults.
 `same` compares the tables of a local cluster and of a scheduler with two workers over TCP. `scale` tells how
 many rods a second the program can give out and enter, with rods that take no time. `many` does so with 1000
@@ -208,7 +208,7 @@ def main():
     parser.add_argument("what", choices=("rate", "kill", "same", "scale", "many"))
     parser.add_argument("--rods", type=int, default=200)
     parser.add_argument("--size", type=float, default=14.0)
-    parser.add_argument("--who", choices=("parent", "scheduler", "worker", "rod"), default="parent")
+    parser.add_argument("--who", choices=("parent", "scheduler", "rod"), default="parent")
     parser.add_argument("--count", type=int, default=20)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:

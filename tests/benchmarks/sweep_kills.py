@@ -1,4 +1,4 @@
-"""What kill -9 of a rod's process, a worker, the scheduler or the program does: see sweep_campaign.py."""
+"""What kill -9 of a rod's process, the scheduler or the program does: see sweep_campaign.py."""
 
 import os
 import random
@@ -68,7 +68,7 @@ def disturb(folder, who, count, started):
             await_rod(folder / "log", process)
         while process.poll() is None:
             try:
-                process.wait(generator.uniform(*((1, 3) if who in ("worker", "rod") else (0, 2.5))))
+                process.wait(generator.uniform(*((1, 3) if who == "rod" else (0, 2.5))))
             except subprocess.TimeoutExpired:
                 if len(seen.times) < count and end_one(who, process, scheduler, generator, mark):
                     seen.add(folder / "out" / "sweep.sqlite")
@@ -127,8 +127,7 @@ def end_one(who, process, scheduler, generator, mark):
             return False
         scheduler.own.kill()
     else:
-        name = {"worker": "spawn_main", "rod": "fea.machine.isolated"}[who]
-        found = [one for one in marked(mark) if name in " ".join(one.cmdline())]
+        found = [one for one in marked(mark) if "fea.machine.isolated" in " ".join(one.cmdline())]
         if not found:
             return False
         generator.choice(found).kill()

@@ -51,6 +51,9 @@ _NEAR, _SOLVED = 0.04, 5e-3
 # An estimated edge is solved, and estimated again with what that tells, at most so often, or until the factor
 # there is the required one to within this share.
 _CHECKS, _CLOSE = 3, 0.02
+# By which share of the coordinate the slope there is measured, and the least relative uncertainty of what is
+# estimated: another mode, place or instant may end the rod.
+_STEP, _LEAST_SPREAD = 0.03, 0.015
 # Relative distance within which an edge that was found is that of another map, too.
 _SAME = 0.03
 # Just below the largest pressure of any engine, MPa: the highest that is looked at.
@@ -401,15 +404,23 @@ class Explorer:
         for _ in range(_CHECKS):
             state = self._found(line.point(edge.x), line.operation, certain=True) or _WITHOUT
             left, mode, worst = self._least_of(state)
-            x = min(max(edge.x * math.exp(-edge.slope * left), line.ends[0]), line.ends[1])
+            slope = self._slope_at(level, edge)
+            x = min(max(edge.x * math.exp(-slope * left), line.ends[0]), line.ends[1])
             if abs(left) < _CLOSE:
                 break
             self._known = {key: known for key, known in self._known.items() if key[2]}
-            edge = root(level, [x], edge.slope, line.ends, self._within) or edge._replace(x=x)
+            edge = root(level, [x], slope, line.ends, self._within) or edge._replace(x=x)
         x, point = (edge.x, line.point(edge.x)) if abs(left) < self._within else (x, line.point(x))
-        spread = abs(edge.slope) * max(abs(left), self._within)
+        spread = max(abs(slope) * max(abs(left), self._within), _LEAST_SPREAD)
         peak = line.operation.peak(*point)
-        return x, Limit(mode, *point, peak, worst, edge.slope, spread=spread)
+        return x, Limit(mode, *point, peak, worst, slope, spread=spread)
+
+    @staticmethod
+    def _slope_at(level: Callable[[float], float], edge: Root) -> float:
+        """D ln x/d level at an edge; that by which it was found where the level passes another way."""
+        change = level(edge.x * (1 + _STEP)) - level(edge.x)
+        slope = math.log1p(_STEP) / change if change and math.isfinite(change) else 0.0
+        return slope if slope * edge.slope > 0 else edge.slope
 
     def _least(self, line: Line, at: float) -> tuple[float, Mode, Worst]:
         return self._least_of(self.state(line.point(at), line.operation) or _WITHOUT)
