@@ -33,7 +33,8 @@ def sweep(
     file
         The sweep: a study, what varies in it, and how the designs are chosen.
     workers
-        Number of processes on this machine; default: its physical cores.
+        Number of workers on this machine, each a process with one thread (or OMP_NUM_THREADS of them);
+        default: its physical cores.
     cluster
         Address of a Dask scheduler (tcp://host:8786), or a scheduler file, in place of this machine.
     out

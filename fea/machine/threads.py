@@ -28,17 +28,12 @@ def variables(threads: int | None) -> dict[str, str]:
     return {} if threads is None else dict.fromkeys(_VARIABLES, str(threads))
 
 
-def threads() -> int:
-    """Number of threads: from the environment, or one per processor."""
+def threads(default: int | None = None) -> int:
+    """Number of threads: from the environment, or the default, which is one per processor."""
     said = os.environ.get(_VARIABLES[0], "")
     if said.isdecimal() and int(said) >= 1:
         return int(said)
-    return usable_processors()
-
-
-def threads_of_each(processes: int) -> int | None:
-    """Number of threads of each of some processes side by side; None where the environment says it."""
-    return None if _VARIABLES[0] in os.environ else max(1, usable_processors() // processes)
+    return usable_processors() if default is None else default
 
 
 def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:

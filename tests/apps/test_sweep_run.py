@@ -38,7 +38,7 @@ def undisturbed(path, folder):
 
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        task = _task(sweep, journal, 1.0, None, journal.pending())
+        task = _task(sweep, journal, 1.0, journal.pending())
         journal.finish([attempt(task, rod, cheap_sweep.compute) for rod in task.rods])
         write_tables(folder, journal.entries())
     return (folder / "sweep.csv").read_bytes()

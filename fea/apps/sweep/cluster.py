@@ -40,24 +40,19 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     """
     import dask  # noqa: PLC0415 - comes with the extra
     import distributed  # noqa: F401, PLC0415 - likewise
+    import psutil  # noqa: PLC0415 - likewise
 
     rule = "cannot be combined with --cluster, which has workers of its own"
     require(workers is None or address is None, "--workers", workers, rule, "Leave it out.")
+    require(workers is None or workers >= 1, "--workers", workers, "must be at least 1")
     _quiet()
+    allowed = usable_processors()
+    cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
     with (
         dask.config.set(_SETTINGS),
-        _local(local_workers(workers)) if address is None else _remote(address) as client,
+        _local(workers or cores) if address is None else _remote(address) as client,
     ):
         yield client
-
-
-def local_workers(asked: int | None) -> int:
-    """Return the number of workers on this machine; default: its cores. `InvalidValue`: not positive."""
-    import psutil  # noqa: PLC0415 - comes with the extra
-
-    require(asked is None or asked >= 1, "--workers", asked, "must be at least 1")
-    allowed = usable_processors()
-    return asked or min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.analysis.figures import Figures
-from fea.apps.sweep.cluster import Engine, cluster, local_workers
+from fea.apps.sweep.cluster import Engine, cluster
 from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, Progress, State, failures, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.statistics import Statistics
@@ -15,7 +15,7 @@ from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
 from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
 from fea.base.version import __version__
 from fea.machine.clock import progress_line
-from fea.machine.threads import threads_of_each
+from fea.machine.threads import threads
 from fea.output.folder import REPORT, owned
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
@@ -74,8 +74,7 @@ def run_sweep(
             if progress.total:
                 first = "starting the workers"
                 with progress_line(first, silent=silent) as show, cluster(workers, address) as client:
-                    threads = None if address else threads_of_each(local_workers(workers))
-                    task = partial(_task, sweep, journal, minutes, threads)
+                    task = partial(_task, sweep, journal, minutes)
                     Engine(journal, client, task, compute).run(progress.shown_by(show))
         except BaseException:
             with suppress(StorageError):  # on a full disk the journal comes first
@@ -139,6 +138,7 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] 
     journal.enter(asked, wanted[len(known) :])
 
 
-def _task(sweep: Sweep, journal: Journal, minutes: float, threads: int | None, jobs: Sequence[str]) -> Task:
+def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
     rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
-    return Task(rods, sweep.base, sweep.extras, __version__, 60 * minutes, threads)
+    # The mesh of a rod depends on rounding, and that on the threads: the table must not on the workers.
+    return Task(rods, sweep.base, sweep.extras, __version__, 60 * minutes, threads(default=1))

@@ -42,7 +42,7 @@ class Task(NamedTuple):
     extras: Extras
     version: str
     seconds: float = 60 * DEFAULT_MINUTES  #: the most that each rod may take
-    threads: int | None = None  #: of the process that computes; None: as many as the worker's machine says
+    threads: int = 1  #: of the process that computes
 
 
 class VersionError(OSError):
@@ -86,9 +86,7 @@ def _worked(task: Task, rod: Rod, compute: Callable[..., Any] | None) -> Done:
     return Done(rod.job, {}, time.perf_counter() - start, reason)
 
 
-def in_own_process(
-    job: Callable[..., Done], *arguments: Any, seconds: float, threads: int | None = None
-) -> Done:
+def in_own_process(job: Callable[..., Done], *arguments: Any, seconds: float, threads: int = 1) -> Done:
     """Return a job's result from this thread's process. Raises `CrashError`, `OvertimeError`."""
     import cloudpickle  # noqa: PLC0415 - comes with the extra
 
