@@ -160,7 +160,8 @@ def test_contact_spans_a_duty_by_few_sums_with_the_life_of_all_unit_loads():
         counts.append(rod.cycle.units.count)
     few, every = lives
     assert counts[0] < 0.9 * counts[1]
-    assert few.at_mm == every.at_mm
+    # Places on either side of y = 0 are alike but for rounding.
+    assert np.abs(few.at_mm) == pytest.approx(np.abs(every.at_mm))
     assert few.hours == pytest.approx(every.hours, rel=1e-5)
     amplitudes = [[entry.reversed_amplitude_MPa for entry in life.duty] for life in lives]
     assert amplitudes[0] == pytest.approx(amplitudes[1], rel=1e-6)

@@ -48,8 +48,8 @@ _POINTS = 240
 # Relative distance of a costly state from a limit of its ray at which no other one is solved, and that
 # at which a limit counts as interpolated.
 _NEAR, _SOLVED = 0.04, 5e-3
-# An estimated edge is solved, and estimated again with what that tells, at most so often, or until the factor
-# there is the required one to within this share.
+# An estimated edge is solved and moved at most so often, or until the factor there is the required one to
+# within this share.
 _CHECKS, _CLOSE = 3, 0.02
 # By which share of the coordinate the slope there is measured, and the least relative uncertainty of what is
 # estimated: another mode, place or instant may end the rod.
@@ -400,27 +400,29 @@ class Explorer:
             self._known.clear()
 
     def _checked(self, line: Line, edge: Root, level: Callable[[float], float]) -> tuple[float, Limit]:
-        """Solve an estimated edge, and estimate it anew from there: the history differs with the load."""
+        """Solve an estimated edge, and move it by what that shows: the history differs with the load."""
+        x, slope = edge.x, edge.slope
         for _ in range(_CHECKS):
-            state = self._found(line.point(edge.x), line.operation, certain=True) or _WITHOUT
-            left, mode, worst = self._least_of(state)
-            slope = self._slope_at(level, edge)
-            x = min(max(edge.x * math.exp(-slope * left), line.ends[0]), line.ends[1])
+            solved = x
+            left, mode, worst = self._least_of(
+                self._found(line.point(x), line.operation, certain=True) or _WITHOUT
+            )
+            if abs(left) < self._within:
+                break
+            slope = self._slope_at(level, x, edge.slope)
+            x = min(max(x * math.exp(-slope * left), line.ends[0]), line.ends[1])
             if abs(left) < _CLOSE:
                 break
-            self._known = {key: known for key, known in self._known.items() if key[2]}
-            edge = root(level, [x], slope, line.ends, self._within) or edge._replace(x=x)
-        x, point = (edge.x, line.point(edge.x)) if abs(left) < self._within else (x, line.point(x))
-        spread = max(abs(slope) * max(abs(left), self._within), _LEAST_SPREAD)
-        peak = line.operation.peak(*point)
-        return x, Limit(mode, *point, peak, worst, slope, spread=spread)
+        spread = max(abs(math.log(x / solved)), abs(slope) * self._within, _LEAST_SPREAD)
+        point = line.point(x)
+        return x, Limit(mode, *point, line.operation.peak(*point), worst, slope, spread=spread)
 
     @staticmethod
-    def _slope_at(level: Callable[[float], float], edge: Root) -> float:
-        """D ln x/d level at an edge; that by which it was found where the level passes another way."""
-        change = level(edge.x * (1 + _STEP)) - level(edge.x)
+    def _slope_at(level: Callable[[float], float], x: float, otherwise: float) -> float:
+        """D ln x/d level at a place; that of the edge where the level passes another way."""
+        change = level(x * (1 + _STEP)) - level(x)
         slope = math.log1p(_STEP) / change if change and math.isfinite(change) else 0.0
-        return slope if slope * edge.slope > 0 else edge.slope
+        return slope if slope * otherwise > 0 else otherwise
 
     def _least(self, line: Line, at: float) -> tuple[float, Mode, Worst]:
         return self._least_of(self.state(line.point(at), line.operation) or _WITHOUT)
