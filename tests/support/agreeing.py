@@ -50,7 +50,7 @@ def random_asked(seed: int, size: float = 1.6) -> Study | None:
     `size`: of the elements, over the default.
     """
     draw = np.random.default_rng([seed, 57])
-    in_parts, cycle, film = draw.random() < 0.2, draw.random() < 0.5, draw.random() < 0.1
+    in_parts, cycle, film = draw.random() < 0.5, draw.random() < 0.5, draw.random() < 0.1
     min_safety = float(draw.choice([1.0, 1.2, 2.0])) if draw.random() < 0.4 else None
     study = assembled_study(seed) if in_parts else random_study(seed)
     if study is None or isinstance(study, InvalidValue):
