@@ -21,7 +21,7 @@ from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import Largest
 from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import root
+from fea.apps.limits.root import leap, root
 from fea.apps.limits.states import Mode, States, Worst
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
@@ -246,6 +246,12 @@ def test_a_bolt_yields_where_its_diagram_says():
     [of_ray] = explorer.map().limits[Mode.BOLT_YIELD]
     assert of_ray.rpm == pytest.approx(expected, rel=1e-2)
     assert states.points <= 7
+
+
+def test_a_leap_towards_an_edge_is_short_where_the_level_is_flat():
+    assert leap(100.0, -0.5, 0.1) == pytest.approx(100 * math.exp(0.05))
+    assert leap(100.0, -1e9, 0.1) == pytest.approx(100 * math.exp(0.5))
+    assert leap(100.0, 1e9, 0.1) == pytest.approx(100 * math.exp(-0.5))
 
 
 def test_what_was_estimated_first_is_solved_in_the_end():

@@ -19,7 +19,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import ALMOST, STEPS, WITHIN, Root, root
+from fea.apps.limits.root import ALMOST, STEPS, WITHIN, Root, leap, root
 from fea.apps.limits.states import ONSETS, Mode, State, States, Worst
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
@@ -410,7 +410,7 @@ class Explorer:
             if abs(left) < self._within:
                 break
             slope = self._slope_at(level, x, edge.slope)
-            x = min(max(x * math.exp(-slope * left), line.ends[0]), line.ends[1])
+            x = min(max(leap(x, slope, left), line.ends[0]), line.ends[1])
             if abs(left) < _CLOSE:
                 break
         spread = max(abs(math.log(x / solved)), abs(slope) * self._within, _LEAST_SPREAD)

@@ -45,7 +45,7 @@ def root(
             slope = slope if slope * before > 0 else before
             if x == ends[upwards] or not math.isfinite(values[x]):
                 return None
-        step = x * math.exp(min(max(-slope * values[x], -_LEAP), _LEAP))
+        step = leap(x, slope, values[x])
         step = min(max(step, ends[0]), ends[1])
         if between:
             near = min(((p, q) for p in above for q in below), key=lambda pair: abs(pair[0] - pair[1]))
@@ -59,6 +59,11 @@ def root(
     x = min(values, key=lambda at: abs(values[at]))
     passed = abs(values[x]) < max(ALMOST, within) or len({value > 0 for value in values.values()}) > 1
     return Root(x, _slope(values, x, before), abs(values[x])) if passed else None
+
+
+def leap(x: float, slope: float, level: float) -> float:
+    """Return where a level would pass 0 by its slope d ln x/d level, not too far away."""
+    return x * math.exp(min(max(-slope * level, -_LEAP), _LEAP))
 
 
 def _slope(values: Mapping[float, float], x: float, otherwise: float) -> float:
