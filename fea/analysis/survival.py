@@ -130,10 +130,9 @@ def _no_reserve(governing: SafetyFactor, least: float) -> str:
     needed = SINGLE_CYCLE if by_gas else OVER_REV**2
     if governing.low >= needed * least:
         return ""
-    what = (
-        f"single cycles of {SINGLE_CYCLE - 1:.0%} more pressure" if by_gas else f"{OVER_REV - 1:.0%} over-rev"
-    )
-    return f"without reserve against {what.replace('%', ' %')}"
+    more = f"{100 * ((SINGLE_CYCLE if by_gas else OVER_REV) - 1):.0f} %"
+    what = f"single cycles of {more} more pressure" if by_gas else f"{more} over-rev"
+    return f"without reserve against {what}"
 
 
 def _most(bound: SafetyFactor | None) -> str:

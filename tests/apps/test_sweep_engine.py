@@ -24,8 +24,6 @@ class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
 class Client:
     """Ends each rod after some seconds, as its fate says: a value, an error, or "cancelled"."""
 
-    cluster = None
-
     def __init__(self, fates, seconds=0.0):
         self.seconds = seconds
         self.fates, self.status, self.out, self.most = dict(fates), "running", 0, 0

@@ -5,9 +5,9 @@ import pytest
 from fea.apps.sweep.cluster import ClusterError, Workers
 
 
-def client(threads, processes=None):
+def client(threads):
     """Of Dask, with as many threads as a list says, one look after another."""
-    return SimpleNamespace(nthreads=lambda: {"one": threads.pop(0)}, cluster=processes)
+    return SimpleNamespace(nthreads=lambda: {"one": threads.pop(0)})
 
 
 def test_those_of_a_scheduler_are_waited_for():
@@ -25,4 +25,4 @@ def test_a_scheduler_that_is_gone():
         raise OSError("Timed out")
 
     with pytest.raises(ClusterError, match=r"lost \(Timed out\)"):
-        Workers(SimpleNamespace(nthreads=gone, cluster=None)).threads()
+        Workers(SimpleNamespace(nthreads=gone)).threads()

@@ -73,10 +73,10 @@ def random_asked(seed: int, size: float = 1.6) -> Study | None:
     )
 
 
-def disagreements(study: Study, folder: Path, *, also: bool = True) -> list[str] | None:
+def disagreements(study: Study, folder: Path) -> list[str] | None:
     """Run a study as the command line does, and say what disagrees; None where it is refused.
 
-    `also`: whether the studio and the limits of a rod of one piece are asked, where the whole cycle is known.
+    Where the whole cycle is known the studio is asked, too, and the limits of a rod of one piece.
     """
     path = folder / "asked.toml"
     path.write_text(study.text(), encoding="utf-8")
@@ -95,7 +95,7 @@ def disagreements(study: Study, folder: Path, *, also: bool = True) -> list[str]
         *_report(summary, page),
         *_exit_code(summary, code, study.analysis.min_safety),
     ]
-    if also and study.analysis.cycle and not study.analysis.film:
+    if study.analysis.cycle and not study.analysis.film:
         wrong += _studio(summary, study)
         if study.assembly is None:
             wrong += _limits(summary, study)
@@ -144,7 +144,7 @@ def _verdict(summary: dict) -> list[str]:
     judged = any(one.mode == "fatigue" for one in every)
     answer = "fails" if failing else "undecided" if open_ else "survives" if judged else "does not yield"
     worst = min(failing or open_ or every, key=lambda one: one.low)
-    own = SafetyFactor(verdict["safety_factor"], verdict["safety_factor_low"], verdict["safety_factor_high"])
+    [own] = _known(verdict, "safety_factor", verdict["mode"])
     if verdict["mode"] in BOLTS[2:]:  # slip and separation are known of by their reserve alone
         return []
     wrong = []
@@ -161,9 +161,7 @@ def _headline(summary: dict, text: str) -> list[str]:
     verdict = summary["survival"]
     words = verdict["text"]
     wrong = [] if words in text else [f"the terminal does not say: {words}"]
-    known = SafetyFactor(
-        verdict["safety_factor"], verdict["safety_factor_low"], verdict["safety_factor_high"]
-    )
+    [known] = _known(verdict, "safety_factor", verdict["mode"])
     bar = interval(known)
     number = f"{printed(known)} {bar[:-1] if bar.startswith('(') else bar}".strip()
     if "could be as low as" not in words and number not in words:

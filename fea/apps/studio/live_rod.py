@@ -23,7 +23,7 @@ from fea.output.report.surface import NumberedSurface
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.assembly_table import BOLT
 from fea.study.option_tables import OutputTable
-from fea.study.pin_models import FILM
+from fea.study.pin_models import FILM, PRESCRIBED
 from fea.study.rod_table import RodTable
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -128,8 +128,7 @@ class LiveRod:
                 mesh = self._moved(study)
                 yield (done - 0.8) / len(shares)
                 if mesh is not None:
-                    rod = self._moving.prepared(study, mesh).under_prescribed()
-                    result = solve_speed(rod, operation.rpm)
+                    rod, result = self._pressed(study, mesh, operation)
                     yield (done - 0.3) / len(shares)
                     self._anchor(there, operation, rod, result)
             yield done / len(shares)
@@ -155,8 +154,7 @@ class LiveRod:
                 mesh = self._moved(study)
                 yield done / len(pairs)
                 if mesh is not None:
-                    rod = self._moving.prepared(study, mesh).under_prescribed()
-                    result = solve_speed(rod, operation.rpm)
+                    rod, result = self._pressed(study, mesh, operation)
                     yield done / len(pairs)
                     self._anchor(there, operation, rod, result)
                     break
@@ -206,6 +204,15 @@ class LiveRod:
             pressed = rod.under_prescribed()
             self._anchor(design, operation, pressed, solve_speed(pressed, operation.rpm))
             self._correct(design, operation, figures(rod, final))
+
+    def _pressed(
+        self, study: Study, mesh: MeshedRod, operation: Operation
+    ) -> tuple[PreparedRod, SpeedResult]:
+        """Solve a study on a moved mesh under a prescribed pressure, also where its pins are in contact."""
+        if self._in_contact:
+            study = replace(study, analysis=replace(study.analysis, pressure=PRESCRIBED))
+        rod = self._moving.prepared(study, mesh)
+        return rod, solve_speed(rod, operation.rpm)
 
     def _correct(self, design: Design, operation: Operation, known: Figures) -> None:
         """Take from a design that was solved what contact changes in the factors that are interpolated."""

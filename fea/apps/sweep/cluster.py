@@ -17,12 +17,6 @@ from fea.base.version import __version__
 from geometry.errors import InvalidValue, require
 from geometry.system import usable_processors
 
-# Settings of Dask that a sweep changes; results/sweep.md tells of the trials. Work stealing stays on: a rod
-# that lost its worker and waits behind another moves on. So does the limit for workers that are silent.
-_SETTINGS = {
-    # A crash of a rod ends no worker. If one ends, neither its rod nor one that waits there is to blame.
-    "distributed.scheduler.allowed-failures": 10
-}
 _CONNECT_SECONDS = 10
 
 
@@ -38,8 +32,7 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     `InvalidValue`: both are given, the number is not positive, or it is neither an address nor a scheduler
     file; `ClusterError`: no scheduler answers.
     """
-    import dask  # noqa: PLC0415 - comes with the extra
-    import distributed  # noqa: F401, PLC0415 - likewise
+    import distributed  # noqa: F401, PLC0415 - comes with the extra
     import psutil  # noqa: PLC0415 - likewise
 
     rule = "cannot be combined with --cluster, which has workers of its own"
@@ -48,10 +41,7 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Any]:
     _quiet()
     allowed = usable_processors()
     cores = min(psutil.cpu_count(logical=False) or allowed, allowed)  # without their second threads
-    with (
-        dask.config.set(_SETTINGS),
-        _local(workers or cores) if address is None else _remote(address) as client,
-    ):
+    with _local(workers or cores) if address is None else _remote(address) as client:
         yield client
 
 
