@@ -1,4 +1,4 @@
-"""What acts on the rod at instants: a load case, the peaks of a cycle, or a whole cycle."""
+"""What acts on the rod at instants: load cases, of a rod at rest too, or a whole cycle."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import Floats, Ints, Mask
+from geometry.errors import require, require_number
 
 Names = npt.NDArray[np.str_]
 _ZERO, _UNKNOWN = cast("tuple[Floats, Floats]", (np.float64(0.0), np.float64(math.nan)))
@@ -140,3 +141,24 @@ def in_motion(
         angular_velocity=np.array(angular_velocity),
         angular_acceleration=np.array(angular_acceleration),
     )
+
+
+# Nothing but bolts and fits.
+ASSEMBLY = "assembly"
+
+
+def assembled() -> Instants:
+    """Return the case of an assembled rod at rest: nothing acts on it but its bolts and fits."""
+    return Instants(names=np.array(ASSEMBLY), pin=np.zeros(2), crank=np.zeros(2))
+
+
+def given(pin_axial: float, pin_transverse: float = 0.0) -> Instants:
+    """Return the case of a given pin force, N, on a rod at rest, which the crank end reacts.
+
+    The axial part is balanced at the crank end; a transverse part is not (its moment needs a clamped big
+    end). Raises `InvalidValue`: a force is not a finite number, or there is none.
+    """
+    force = [require_number("forces.pin_N", pin_axial), require_number("forces.pin_N", pin_transverse)]
+    rule, remedy = "at least one component must not be zero", "Give [axial, transverse] in newtons."
+    require(any(force), "forces.pin_N", force, rule, remedy)
+    return Instants(names=np.array("given"), pin=np.array(force), crank=-np.array(force))

@@ -33,8 +33,7 @@ from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
 from geometry.surfaces import Surface
-from loads.cases import ASSEMBLY
-from loads.instants import Instants
+from loads.instants import ASSEMBLY, Instants
 
 States = Mapping[str, AssemblyState]  #: by load case, `ASSEMBLY` among them
 # Unknowns of the contact problem above which a dozen further states cost more than the rest of a run.

@@ -18,7 +18,6 @@ from fea.base.checks import LIMITS
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note, assumption
-from fea.base.units import RPM
 from fea.judge.case_error import CaseErrors
 from fea.judge.life_line import require_lines
 from fea.judge.sharp_places import SharpPlaces
@@ -407,7 +406,7 @@ def _structure(
         largest_pin_forces=lambda: _pulled_and_pushed(
             joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])
         ),
-        crank_cycle=lambda speed: _engine(loading).crank_cycle(body.properties, speed / RPM),
+        crank_cycle=lambda speed: _engine(loading).cycle_at(body.properties, speed),
         assembly=None if assembling is None else assembling.specification(study, mesh),
         clock=clock,
     )

@@ -42,9 +42,8 @@ from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
 from geometry.holes import Axis
 from geometry.surfaces import Surface
-from loads.cases import assembled, peak_cases
 from loads.crank_cycle import CrankCycle
-from loads.instants import Instants, joined
+from loads.instants import Instants, assembled, joined
 from mesh.tetmesh import TetMesh
 
 # Distance of the forces of the pins, over their size, within which the state of another instant, also solved
@@ -307,7 +306,7 @@ class AssemblyUnits(ContactUnits):
         self._unfolding = self.contact.problem.unfolding
         self._sticking = self._assembled.sticking_loads(), self._assembled.sticking_start[:, None]
         over_cycles = [pins.states(cycle.degrees, cycle) for cycle in cycles]
-        of_cases = [pins.states(peak_cases(own).cases) for own in cycles]
+        of_cases = [pins.states(own.peaks.cases) for own in cycles]
         rests = [self._rest(own) for own in over_cycles] + [_OF_CASES * self._rest(own) for own in of_cases]
         largest = np.max([np.abs(state.values) for states in over_cycles for state in states], axis=0)
         parts = self._unfolding.parts(np.hstack(rests))

@@ -30,7 +30,6 @@ from fea.study.pin_models import pin_model
 from geometry.arrays import Floats
 from geometry.errors import require
 from geometry.surfaces import Surface
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.gas import CYCLE
 from loads.instants import Instants
@@ -335,7 +334,7 @@ class Films:
 
     def openings(self, cycle: CrankCycle) -> dict[str, float]:
         """That of the load cases of a cycle in which the joint opens; none of a rod of one piece."""
-        cases = peak_cases(cycle).cases
+        cases = cycle.peaks.cases
         states = () if self.parts is None else self.parts.states(cases)
         opened = {case.name: self.opened(state) for case, state in zip(cases, states, strict=False)}
         return {name: share for name, share in opened.items() if share}

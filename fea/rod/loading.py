@@ -1,6 +1,6 @@
 """What loads the rod, and its load cases at one speed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fea.base.note import TRACE, Note, assumption, doubt, omission, warning
 from fea.base.units import RPM
@@ -8,11 +8,10 @@ from fea.study.engine_table import EngineTable, engine_notes
 from fea.study.option_tables import DutyTable
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
-from loads.cases import given, peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.engine import Engine
 from loads.gas import GasModel
-from loads.instants import Instants
+from loads.instants import Instants, given
 from loads.trace import absorbed
 
 
@@ -33,6 +32,7 @@ class EngineLoading:
     engine: Engine
     gas: GasModel
     table: EngineTable  #: what the study says of them
+    _cycles: dict[tuple[MassProperties, float], CrankCycle] = field(default_factory=dict, compare=False)
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":
@@ -49,7 +49,7 @@ class EngineLoading:
         """Find the peak cases of the cycle. Raises `InvalidValue`: nothing loads the rod, or no speed."""
         if rpm is None:
             raise InvalidValue("speed.rpm", None, "is missing: an engine needs a speed", "Give one.")
-        peaks = peak_cases(self.crank_cycle(rod, rpm))
+        peaks = self.crank_cycle(rod, rpm).peaks
         if not len(peaks.cases):
             rule, remedy = "applies no load to the rod", "Choose a speed above 0, or an engine with gas."
             raise InvalidValue("speed.rpm", rpm, rule, remedy)
@@ -73,8 +73,12 @@ class EngineLoading:
         )
 
     def crank_cycle(self, rod: MassProperties, rpm: float) -> CrankCycle:
-        """Return the crank cycle at a speed."""
-        return CrankCycle(self.engine, rod, self.gas, rpm * RPM)
+        """Return the crank cycle at a speed, rpm."""
+        return self.cycle_at(rod, rpm * RPM)
+
+    def cycle_at(self, rod: MassProperties, speed: float) -> CrankCycle:
+        """Return the crank cycle at a speed, rad/s: the same object each time, with what it has computed."""
+        return self._cycles.setdefault((rod, speed), CrankCycle(self.engine, rod, self.gas, speed))
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,8 @@ from fea.output.terminal.answer import assembly_lines, linings
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
-from loads.cases import ASSEMBLY
-from loads.cases import given as pulled
+from loads.instants import ASSEMBLY
+from loads.instants import given as pulled
 from mesh.tetmesh import FACET_TURN
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")

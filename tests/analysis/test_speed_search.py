@@ -21,7 +21,6 @@ from fea.pins.contact import PressurePatterns
 from fea.pins.model import UnitLoads
 from fea.study.flags import Flags
 from geometry.surfaces import Surface
-from loads.cases import peak_cases
 from loads.gas import NoGas
 from loads.slider_crank import cycle_angles
 
@@ -43,7 +42,7 @@ def search(rod):
 def _everywhere(rod, rpm):
     """Extremes of every node and image over the same instants, and the largest stress of each case."""
     cycle = rod.cycle
-    cases = peak_cases(rod.crank_cycle(rpm)).cases
+    cases = rod.crank_cycle(rpm).peaks.cases
     degrees, of_cases = (
         cycle.weights(rod.crank_cycle(rpm), cycle_angles()),
         cycle.basis.weights(cases),

@@ -9,7 +9,7 @@ from fea.analysis.buckling import column_figures
 from fea.analysis.prepare import prepare
 from fea.study.study import parse_study
 from geometry.session import session
-from loads.cases import given
+from loads.instants import given
 
 STUDY = """
 [rod]

@@ -20,7 +20,7 @@ from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from loads.cases import given
+from loads.instants import given
 from mesh.generate import mesh_body
 from mesh.tetmesh import TetMesh
 

@@ -6,10 +6,10 @@ from engines import DEG, LEON, LEON_ROD, RPM, rod_of
 
 from fea.study.traces import shipped_trace
 from geometry.errors import InvalidValue
-from loads.cases import given, peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.dynamics import cycle
 from loads.gas import NoGas
+from loads.instants import given
 from loads.trace import Trace
 
 FINE = np.arange(0, 720, 0.02) * DEG
@@ -19,7 +19,7 @@ FINE = np.arange(0, 720, 0.02) * DEG
 def test_no_crank_angle_is_worse_than_its_peak_case(rpm):
     gas = shipped_trace("leon-2001")
     c = cycle(LEON, LEON_ROD, gas, rpm * RPM, FINE)
-    cases = {case.name: case for case in peak_cases(CrankCycle(LEON, LEON_ROD, gas, rpm * RPM)).cases}
+    cases = {case.name: case for case in CrankCycle(LEON, LEON_ROD, gas, rpm * RPM).peaks.cases}
     found = {
         "tension": max(cases["tension"].pin_axial, cases["tension"].crank_axial),
         "compression": -min(cases["compression"].pin_axial, cases["compression"].crank_axial),
@@ -39,7 +39,7 @@ def test_no_crank_angle_is_worse_than_its_peak_case(rpm):
 
 
 def test_each_case_balances_with_the_rods_own_inertia():
-    for case in peak_cases(CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM)).cases:
+    for case in CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM).peaks.cases:
         if not case.in_cycle:
             assert case.crank_axial == case.pin_axial
             continue
@@ -55,10 +55,10 @@ def test_each_case_balances_with_the_rods_own_inertia():
 
 
 def test_cases_that_do_not_occur_are_left_out_with_a_reason():
-    at_rest = peak_cases(CrankCycle(LEON, LEON_ROD, NoGas(), 0.0))
+    at_rest = CrankCycle(LEON, LEON_ROD, NoGas(), 0.0).peaks
     assert len(at_rest.cases) == 0
     assert [name for name, _ in at_rest.left_out] == ["tension", "compression", "side", "bending", "gas"]
-    inertia_alone = peak_cases(CrankCycle(LEON, LEON_ROD, NoGas(), 300.0))
+    inertia_alone = CrankCycle(LEON, LEON_ROD, NoGas(), 300.0).peaks
     assert [name for name, _ in inertia_alone.left_out] == ["gas"]
 
 
@@ -67,7 +67,7 @@ def test_gas_alone_at_standstill_never_pulls():
         def pressure(self, crank_angle, speed):
             return np.ones(np.broadcast_shapes(crank_angle.shape, speed.shape))
 
-    peaks = peak_cases(CrankCycle(LEON, LEON_ROD, Hydraulic(), 0.0))
+    peaks = CrankCycle(LEON, LEON_ROD, Hydraulic(), 0.0).peaks
     assert ("tension", "the rod is in compression throughout the cycle") in peaks.left_out
 
 
@@ -75,7 +75,7 @@ def test_of_equal_peaks_of_bending_the_one_with_most_thrust_is_taken():
     # The transverse force does not feel the gas, so ±72° of either TDC tie; combustion breaks the tie.
     bending = next(
         c
-        for c in peak_cases(CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM)).cases
+        for c in CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 6000 * RPM).peaks.cases
         if c.name == "bending"
     )
     assert bending.crank_angle == pytest.approx(math.radians(431.57), abs=1e-3)
@@ -105,7 +105,7 @@ def test_a_weightless_rod_carries_axial_force_only():
 
 def test_a_rod_at_rest_is_not_bent():
     # Pin and crank force of a rod without inertia are equal and opposite, but for rounding.
-    peaks = peak_cases(CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 0.0))
+    peaks = CrankCycle(LEON, LEON_ROD, shipped_trace("leon-2001"), 0.0).peaks
     assert {case.name for case in peaks.cases} == {"compression", "side", "gas"}
     assert dict(peaks.left_out)["bending"] == "there is no transverse force on the crank end"
 
@@ -116,7 +116,7 @@ def test_a_spike_of_the_pressure_narrower_than_the_search_is_found():
     bar = 60 * np.exp(-(((degrees - 370) / 40) ** 2))
     bar[3723] += 60
     gas = Trace(degrees * DEG, 0.1 * bar, np.array([]))
-    cases = {case.name: case for case in peak_cases(CrankCycle(LEON, LEON_ROD, gas, 2000 * RPM)).cases}
+    cases = {case.name: case for case in CrankCycle(LEON, LEON_ROD, gas, 2000 * RPM).peaks.cases}
     highest = 0.1 * bar.max() * LEON.piston_area
     assert cases["gas"].gas == pytest.approx(highest, rel=1e-9)
     for name in ("gas", "compression", "side"):

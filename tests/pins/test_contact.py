@@ -32,8 +32,7 @@ from fea.study.pin_models import PRESCRIBED
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
-from loads.cases import given
-from loads.instants import joined
+from loads.instants import given, joined
 from mesh.sizing import PER_TOUCHED_BORE
 from mesh.tetmesh import FACET_EDGES
 

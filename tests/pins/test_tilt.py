@@ -11,7 +11,7 @@ from fea.solid.inertia import Tilt, inertia, resultants
 from fea.solvers.static import Model
 from fea.verify.body import STEEL
 from geometry.surfaces import Surface
-from loads.cases import given
+from loads.instants import given
 from mesh.mirror import reflect, unmirrored
 
 RHO = 7.7e-9

@@ -26,7 +26,6 @@ from fea.judge.history import deviator_norm
 from fea.pins.model import SMOOTH, Contacts, Fields, JointBounds, UnitLoads, Weights
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
@@ -240,7 +239,7 @@ class SmallBasis(Basis):
         return self.units.count > count
 
     def _states(self, cycle: CrankCycle) -> _States:
-        cases = peak_cases(cycle).cases
+        cases = cycle.peaks.cases
         degrees, peaks = self.loads.weights(cycle.degrees, cycle), self.loads.weights(cases)
         more = [self.loads.weights(cases[cases.in_cycle], cycle)] if self.loads.path_dependent else []
         return _States(degrees, joined(degrees, peaks, *more), np.nan)

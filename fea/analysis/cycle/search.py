@@ -45,7 +45,6 @@ from fea.judge.verdict import CAP, safety_factor
 from fea.machine.threads import side_by_side
 from fea.pins.model import JointBounds, SampledWeights, Weights
 from geometry.arrays import Floats, Ints, Reals, vector
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 from loads.slider_crank import cycle_angles
@@ -246,7 +245,7 @@ class SpeedSearch:
 
     def _at_peaks(self, speeds: Sequence[float]) -> list[PeakStress]:
         """Superpose the peak cases of some speeds: many are hardly more work than those of one."""
-        cases = [peak_cases(self._cycles(rpm)).cases for rpm in speeds]
+        cases = [self._cycles(rpm).peaks.cases for rpm in speeds]
         weights = [self._analysis.basis.weights(of_speed) for of_speed in cases]
         found, stop = list[PeakStress](), 0
         stress = [part.measured(joined(*weights), stress_measures) for part in self._parts]

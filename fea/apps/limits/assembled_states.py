@@ -44,7 +44,6 @@ from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
@@ -138,7 +137,7 @@ class AssembledStates(States):
         return self._worst(first, angles) | {Mode.BUCKLING: self.buckling(cycle)}
 
     def _at_decided(self, cycle: CrankCycle) -> tuple[_Solved, Floats]:
-        peaks = peak_cases(cycle).cases
+        peaks = cycle.peaks.cases
         angles = np.union1d(self._decided, peaks.crank_angle[peaks.in_cycle])
         return self._solved(cycle.at(angles)), angles
 

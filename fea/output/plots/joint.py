@@ -17,7 +17,7 @@ from fea.output.plots.figure import label_axes, new_figure, save
 from fea.output.units import in_heading, in_text, scale, unit
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from loads.cases import ASSEMBLY
+from loads.instants import ASSEMBLY
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # Share of the big end's size as which the largest gap is drawn, and the most by which it is exaggerated.

@@ -22,7 +22,7 @@ from fea.judge.case_error import SHARP_EDGE
 from fea.judge.safety_factor import Answer
 from fea.judge.verdict import Verdict
 from fea.output.terminal.run_lines import SIDES, factor, fillet, film_lines, hours_text, number, place
-from loads.cases import ASSEMBLY
+from loads.instants import ASSEMBLY
 
 # Multiple of the required safety factor up to which buckling is worth a line where it does not govern.
 _NEAR = 1.5

@@ -16,7 +16,6 @@ from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.printed import Column, PrintedFigure, Status, Table, misprinted, summarise
 from fea.verify.reproduce.published import PublishedStudy, Quantity
 from geometry.errors import require
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 
 if TYPE_CHECKING:
@@ -188,7 +187,7 @@ def _sensitivity() -> str:
     for rpm in leon.SPEEDS:
         for bore in _BORES:
             cycle = CrankCycle(leon.engine(bore), leon.ROD, shipped_trace(leon.SOURCE), rpm * RPM)
-            for case in peak_cases(cycle).cases:
+            for case in cycle.peaks.cases:
                 axial = max(float(case.pin_axial), float(case.crank_axial), key=abs)
                 force = float(case.wall) if case.name == "side" else axial
                 text = f"{_shown(round(force / 1e3, 2))} at {float(case.crank_angle) / DEG:.0f}°"

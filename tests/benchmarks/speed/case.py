@@ -23,7 +23,6 @@ from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints
 from fea.study.study import load_study
 from geometry.surfaces import Surface
-from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.tetmesh import EDGES, TetMesh
@@ -129,7 +128,7 @@ def nodal_forces(mesh: TetMesh, bores: Bores) -> Response:
     weights = inertia(mesh, study.material.material().density)
     assert study.engine is not None
     engine = study.engine.engine(study.rod.length)
-    peaks = peak_cases(CrankCycle(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM))
+    peaks = CrankCycle(engine, weights.properties, study.engine.gas_model(engine), SPEED * RPM).peaks
     chosen = next(case for case in peaks.cases if case.name == LOAD)
     return PressedPins(mesh, bores, weights, Support.INERTIA_RELIEF, study.analysis.pressure).respond(
         chosen[None]
