@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fea.analysis.prepare import PreparedRod
+    from fea.analysis.prepared_rod import PreparedRod
     from fea.apps.limits.run_limits import limits
     from fea.apps.result import Result, analyse, prepare
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
@@ -47,7 +47,7 @@ if os.environ.setdefault("OPENBLAS_NUM_THREADS", "1") == "1" and "numpy" in sys.
 # Where each public name is defined.
 _HOMES = {
     "__version__": "fea.base.version",
-    "PreparedRod": "fea.analysis.prepare",
+    "PreparedRod": "fea.analysis.prepared_rod",
     "Result": "fea.apps.result",
     "Study": "fea.study.study",
     "analyse": "fea.apps.result",

@@ -156,6 +156,6 @@ def test_every_public_name_is_there():
 
 def test_the_rooms_of_the_package_hide_no_public_name():
     program = (
-        "import fea, fea.analysis.prepare; from fea import run; assert callable(fea.run) and callable(run)"
+        "import fea, fea.analysis.pipeline; from fea import run; assert callable(fea.run) and callable(run)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)

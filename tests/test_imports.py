@@ -91,5 +91,5 @@ def test_an_import_inside_a_function_defers_a_package_of_others():
 
 def test_what_defers_nothing_is_found():
     assert foreign("fea.base.units") == set()
-    assert {"scipy.optimize", "skfem"} <= foreign("fea.analysis.prepare")
+    assert {"scipy.optimize", "skfem"} <= foreign("fea.analysis.pipeline")
     assert "gmsh" not in foreign("fea.study.rod_table")  # drawing is deferred

@@ -21,7 +21,7 @@ from fea.analysis.figures import (
     OvalityFigures,
     figures,
 )
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.note import Note, omission, remark, warning
 from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import FITS, AssemblyState

@@ -7,8 +7,8 @@ import numpy as np
 
 from fea.analysis.figures import BucklingFigures, BucklingModeFigures, ColumnFigures, PlaneFigures, figures
 from fea.analysis.modes import moves
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
 from fea.judge.column import Column, Plane, column

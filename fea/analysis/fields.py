@@ -9,17 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.base.choices import Support
 from fea.base.material import Material
 from fea.contact.assembly_state import SeatFields
 from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
-from fea.pins.model import Response
+from fea.pins.model import PinModel, Response, Structure
+from fea.rod.meshed_rod import MeshedRod
 from fea.solid.bore_motion import referred_to_bores
 from fea.solid.parity import Parity
 from fea.solid.recovery import PartRecovery
 from fea.solvers.static import Model, Solution
 from geometry.arrays import Floats
-from geometry.surfaces import Surface
+from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants
 from mesh.mirror import MirroredMesh
 
@@ -42,6 +44,17 @@ def equilibrium(responses: Sequence[Response], model: Model, instants: Instants)
     return Equilibrium(instants, tuple(responses), solution)
 
 
+# Surfaces of known traction.
+_SURFACES = (
+    Surface.FREE,
+    Surface.BIG_END_BORE,
+    Surface.SMALL_END_BORE,
+    *(side for sides in INTERFACES for side in sides),
+    Surface.BOLT_HEAD,
+    Surface.BOLT_THREAD,
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class FieldRecovery:
     """Carries solutions to the whole rod and recovers their stress."""
@@ -51,6 +64,22 @@ class FieldRecovery:
     recovery: PartRecovery  #: nodal stress of each part on the cell
     errors: CaseErrors  #: of that stress
     clamped: bool  #: whether a clamp holds the rod; otherwise displacement is referred to the bores
+
+    @classmethod
+    def of(
+        cls, structure: Structure, mesh: MeshedRod, pins: PinModel, *, known_traction: bool = True
+    ) -> "FieldRecovery":
+        """Prepare the recovery for a rod and what loads its bores; see `fea.analysis.pipeline.prepare`."""
+        held = (Surface.BIG_END_BORE,) if structure.support is Support.CLAMPED else ()
+        known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
+        with structure.clock("stress"):
+            return cls(
+                mirrored=mesh.mirrored,
+                materials=structure.materials,
+                recovery=PartRecovery(mesh.cell, known),
+                errors=CaseErrors(mesh, structure.materials, held or pins.singular_surfaces),
+                clamped=bool(held),
+            )
 
     def displaced(self, solved: Equilibrium) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm, with its thermal expansion."""

@@ -10,8 +10,8 @@ from fea.analysis.assembly_report import MOST_UNKNOWNS
 from fea.analysis.buckling import column_figures
 from fea.analysis.cycle.search import SpeedSearch, Worst
 from fea.analysis.figures import BucklingFigures, CycleFigures, PassFigures, Summary
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import endurance_figures, load_figures, summary_of
 from fea.base.note import omission
 from fea.base.units import DEG

@@ -15,7 +15,7 @@ import numpy as np
 
 from fea.analysis.cycle.screened import product
 from fea.analysis.cycle.unit_solutions import PartStress
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviator_norm, deviatoric
 from fea.pins.model import Fields, Weights
 from fea.solid.parity import Parity, Split

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.adapt import Adapted
 from fea.analysis.buckling import BucklingReport, buckling_report
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import EnvelopeFigures, Summary
@@ -16,8 +15,9 @@ from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
 from fea.analysis.life import Life
 from fea.analysis.motion import Known, Motion, agreeing, motion
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.pipeline import RefinedRod
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import speed_summary
 from fea.base.checks import Check
 from fea.base.material import Material
@@ -187,7 +187,7 @@ class RunResult:
         return drawn_bores(self.mesh, self.summary.rod.length_mm)
 
 
-def run_result(study: Study, adapted: Adapted, result: SpeedResult) -> RunResult:
+def run_result(study: Study, adapted: RefinedRod, result: SpeedResult) -> RunResult:
     """Gather all that is found at one speed that was solved on the adapted mesh of a study."""
     buckling = buckling_report(adapted.rod, result)
     summary = speed_summary(adapted, result, buckling)

@@ -9,7 +9,6 @@ from string import ascii_uppercase
 
 import numpy as np
 
-from fea.analysis.adapt import Adapted, usage
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.buckling import BucklingReport
 from fea.analysis.cycle.superposition import CycleResult
@@ -39,8 +38,10 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.pipeline import RefinedRod
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.refinement import usage
+from fea.analysis.speed_result import SpeedResult
 from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
@@ -131,7 +132,7 @@ _PACKAGES = ("gmsh", "scikit-fem", "numpy", "scipy", "pyvista", "vtk")
 _versions = cache(lambda: {name: version(name) for name in _PACKAGES})
 
 
-def speed_summary(adapted: Adapted, result: SpeedResult, buckling: BucklingReport) -> Summary:
+def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingReport) -> Summary:
     """Return the figures of one speed."""
     rod, passes = adapted.rod, adapted.passes
     cases = tuple(result.cases.values())

@@ -15,7 +15,8 @@ from fea.analysis.figures import EnvelopeFigures, FilmFigures
 from fea.analysis.film import films_at
 from fea.analysis.forces import drawn_solid
 from fea.analysis.motion import Known, agreeing, motion
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.pipeline import prepare
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG

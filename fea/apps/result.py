@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.prepare import prepare as prepared
+from fea.analysis.pipeline import prepare as prepared
+from fea.analysis.pipeline import refined_rod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.result import RunResult, run_result
 from fea.machine.clock import Clock
 from fea.output.folder import run_folder
@@ -133,7 +133,7 @@ def analyse(study: str | Path | Study = DEFAULT_STUDY, **flags: Any) -> Result:
     speeds = asked.speeds()
     rule = f"has {len(speeds)} speeds, and a result is of one"
     require(len(speeds) == 1, "STUDY", asked.name, rule, "Choose one: analyse(study, rpm=6000).")
-    adapted = adapt_mesh(asked, speeds, Clock())
+    adapted = refined_rod(asked, speeds, Clock())
     run = run_result(asked, adapted, adapted.at(speeds[0]))
     return Result(**{field.name: getattr(run, field.name) for field in fields(run)})
 

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
+from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import RunResult, gathered_result, run_result
-from fea.analysis.speed import SpeedResult
+from fea.analysis.speed_result import SpeedResult
 from fea.apps.run_places import Place, target_of
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
@@ -40,7 +40,7 @@ def write_runs(
     study: Study, mesh: MeshedRod, places: Sequence[Place], clock: Clock, listener: Listener | None = None
 ) -> list[WrittenRun]:
     """Solve a study and write each speed's run into its place; see `fea.apps.run_study.run_study`."""
-    prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
+    prepared = refined_rod(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         (rpm, _, film) = places[0]
         found = run_result(study, prepared, prepared.at(rpm))
@@ -57,7 +57,7 @@ def write_runs(
     return [dataclasses.replace(report, folder=place.folder) for report, place in both]
 
 
-def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
+def _write_all(study: Study, prepared: RefinedRod, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
     shown = bool(study.output.screenshot) or study.analysis.buckling or any(place.film for place in places)
     sweep, speeds = None, [place.rpm for place in places if place.rpm is not None]
     if study.analysis.cycle:
@@ -80,7 +80,7 @@ def _write_all(study: Study, prepared: Adapted, places: Sequence[Place], clock: 
 
 
 def _write_worst(
-    study: Study, prepared: Adapted, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
+    study: Study, prepared: RefinedRod, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
 ) -> list[WrittenRun]:
     full = {
         place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
@@ -103,7 +103,11 @@ def _write_worst(
 
 
 def _write_one(
-    study: Study, prepared: Adapted, critical: Mapping[str, float | None] | None, place: Place, clock: Clock
+    study: Study,
+    prepared: RefinedRod,
+    critical: Mapping[str, float | None] | None,
+    place: Place,
+    clock: Clock,
 ) -> tuple[WrittenRun, SpeedResult]:
     solved = prepared.at(place.rpm)
     found = run_result(study, prepared, solved)
@@ -115,7 +119,7 @@ def _write_one(
 
 def _write(
     found: RunResult,
-    prepared: Adapted,
+    prepared: RefinedRod,
     place: Place,
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from fea.analysis import adapt
-from fea.analysis.adapt import adapt_mesh, amplitude
 from fea.analysis.meshing import mesh_study
-from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import edge_length, predicted_elements, size_ratio, wanted_sizes
+from fea.analysis.pipeline import refined_rod, solve_speed
+from fea.analysis.refinement import amplitude, edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
 from fea.judge.case_result import FILE_SHARE, LEAST_OF_FILE, REFINED_SHARE, bore_ends
 from fea.judge.governing import Governing
@@ -34,7 +33,7 @@ def study(tolerance, size=None, **options):
 @pytest.fixture(scope="module")
 def within_six():
     said = []
-    return adapt_mesh(study(6.0, all_cases=True), (6000.0,), Clock(), said.append), said
+    return refined_rod(study(6.0, all_cases=True), (6000.0,), Clock(), said.append), said
 
 
 def test_it_refines_until_every_peak_is_within_the_tolerance(within_six):
@@ -73,7 +72,7 @@ def test_the_smallest_factor_decides_and_cases_that_cannot_govern_say_so(two_spe
 
 def test_a_draft_ends_with_the_first_mesh_and_its_bars():
     said = []
-    adapted = adapt_mesh(study(None, draft=True), (6000.0,), Clock(), said.append)
+    adapted = refined_rod(study(None, draft=True), (6000.0,), Clock(), said.append)
     assert len(adapted.passes) == 1
     assert "this is a draft" in adapted.shortfall.text
     with pytest.raises(InvalidValue, match="draft"):
@@ -94,7 +93,7 @@ def test_it_refines_where_the_peaks_are(within_six):
 def test_a_leap_to_many_elements_is_approached_by_a_mesh_between(within_six, monkeypatch):
     monkeypatch.setattr(adapt, "_MANY", 0)
     monkeypatch.setattr(adapt, "_LEAP", 1.0)
-    between = adapt_mesh(study(6.0, all_cases=True), (6000.0,), Clock()).passes
+    between = refined_rod(study(6.0, all_cases=True), (6000.0,), Clock()).passes
     at_once = within_six[0].passes
     assert at_once[0].elements == between[0].elements < between[1].elements < at_once[1].elements
     assert between[-1].error_percent < 6
@@ -112,14 +111,14 @@ def test_each_pass_is_told(within_six):
 
 @pytest.fixture(scope="module")
 def two_speeds():
-    return adapt_mesh(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+    return refined_rod(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
 
 
 def test_what_the_last_pass_solved_is_not_solved_again(two_speeds, monkeypatch):
     assert all(two_speeds.at(rpm) is two_speeds.at(rpm) for rpm in (3000.0, 6000.0))
     assert two_speeds.at(3000.0).rpm == 3000.0
     monkeypatch.setattr(adapt, "MAX_KEPT_NODES", 1)
-    few = adapt_mesh(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
+    few = refined_rod(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
     assert list(few.results) == [3000.0]
     again, kept = (found.at(6000.0).cases["tension"] for found in (few, two_speeds))
     assert again.max_von_mises == pytest.approx(kept.max_von_mises, rel=1e-9)
@@ -165,7 +164,7 @@ def test_a_place_whose_stress_may_rise_to_the_peak_is_refined(two_speeds):
 
 def test_a_tolerance_out_of_reach_is_said(monkeypatch):
     monkeypatch.setattr(adapt, "MAX_PASSES", 1)
-    adapted = adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock())
+    adapted = refined_rod(study(0.01, size=14.0), (6000.0,), Clock())
     assert len(adapted.passes) == 1
     note = str(adapted.at(6000.0).notes[-1])
     assert re.search(
@@ -179,15 +178,15 @@ def test_a_tolerance_out_of_reach_is_said(monkeypatch):
     first = mesh_study(study(0.01, size=14.0))
     with monkeypatch.context() as patched:
         patched.setattr(adapt, "adaptive_mesh", fails)
-        kept = adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock(), mesh=first)
+        kept = refined_rod(study(0.01, size=14.0), (6000.0,), Clock(), mesh=first)
     assert len(kept.passes) == len(kept.results) == 1
     assert "no finer mesh could be made. overlapping facets" in kept.shortfall.text
     monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
-    assert "the limit is 1000" in adapt_mesh(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
+    assert "the limit is 1000" in refined_rod(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
 
 
 def test_without_a_tolerance_there_is_one_mesh_and_no_passes():
-    adapted = adapt_mesh(study(None, size=14.0), (6000.0,), Clock())
+    adapted = refined_rod(study(None, size=14.0), (6000.0,), Clock())
     assert adapted.passes == ()
     assert adapted.at(6000.0).cases
 
@@ -212,7 +211,7 @@ def test_of_many_speeds_a_few_decide_on_the_mesh(monkeypatch):
     monkeypatch.setattr(
         adapt, "solve_speed", lambda rod, rpm, **_: solved.append(rpm) or solve_speed(rod, rpm)
     )
-    adapt_mesh(study(50.0, size=14.0), [3000.0 + 100 * n for n in range(12)], Clock())
+    refined_rod(study(50.0, size=14.0), [3000.0 + 100 * n for n in range(12)], Clock())
     assert len(solved) == adapt.MOST_SPEEDS
     assert {3000.0, 4100.0} < set(solved)
 

@@ -17,11 +17,10 @@ from vtkmodules.vtkFiltersCore import vtkArrayCalculator
 from written_figures import buckling, result, summary
 
 from fea import analyse, prepare
-from fea.analysis.adapt import Adapted
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, LiningFigures, OnsetFigures
+from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.result import run_result
-from fea.analysis.speed import solve_speed
 from fea.analysis.survival import factors, factors_of_assembly, survival
 from fea.apps.export_run import prepared_again
 from fea.apps.studio.frame import figures as shown_figures
@@ -305,7 +304,7 @@ def test_bushing_and_shells_have_a_line_of_their_own():
 
 def test_the_studio_counts_bolts_and_joint_as_a_run_does(rod):
     result = solve_speed(rod, None)
-    run, shown = run_result(rod.study, Adapted(rod), result).summary, shown_figures(rod, result)
+    run, shown = run_result(rod.study, RefinedRod(rod), result).summary, shown_figures(rod, result)
     worst = min(factors_of_assembly(run.assembly), key=lambda one: one.low)
     assert (shown.bolts.factor, shown.bolts.where) == (worst, worst.mode)
     every = factors(run.results, run.buckling, run.envelope, run.assembly)

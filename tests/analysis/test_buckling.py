@@ -7,8 +7,7 @@ import pytest
 from studies import plain_study
 
 from fea.analysis.buckling import buckling_report
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Support, Symmetry
 from fea.output.terminal import answer
 from fea.solid.assembly import GeometricStiffness

@@ -10,7 +10,7 @@ from cycles import SPEEDS, analysis, superposition_errors
 
 from fea.analysis.cycle.envelope import NOT_JUDGED
 from fea.analysis.cycle.unit_solutions import distinct
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import solve_speed, with_cycle
 from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
 from fea.pins.pressure import TOLERANCE, series

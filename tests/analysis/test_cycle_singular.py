@@ -4,8 +4,7 @@ import gmsh
 import pytest
 
 from fea.analysis.cycle.search import SpeedSearch
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.analysis.summary import envelope_figures
 from fea.study.study import parse_study
 from geometry.session import session

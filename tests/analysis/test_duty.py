@@ -10,8 +10,7 @@ from fea import load_study
 from fea.analysis import adapt
 from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
 from fea.judge.fatigue import reversed_amplitude
 from fea.judge.life_line import LifeLine
@@ -147,7 +146,7 @@ def test_the_mesh_is_refined_for_the_speeds_of_the_duty(monkeypatch):
     refined = study(duty=DUTY)
     refined = replace(refined, analysis=replace(refined.analysis, tolerance_percent=5.0))
     with pytest.raises(Met) as met:
-        adapt.adapt_mesh(refined, (1000.0, 6000.0), Clock(), mesh=object())
+        adapt.refined_rod(refined, (1000.0, 6000.0), Clock(), mesh=object())
     assert set(met.value.args) == {1000.0, *SPEEDS}
 
 

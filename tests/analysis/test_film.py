@@ -15,7 +15,7 @@ from browser import browser, missing
 from fea import analyse
 from fea.__main__ import call
 from fea.analysis.film import FilmResult, Regime, extreme_error, film_error
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.checks import LIMITS
 from fea.film.grid import FilmGrid
 from fea.output.text import read_columns

@@ -6,8 +6,7 @@ import numpy as np
 
 from fea import load_study
 from fea.analysis.meshing import mesh_study
-from fea.analysis.moving import MovingRod
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import MovingRod, prepare
 
 
 def test_a_rod_that_goes_on_with_the_solver_of_the_last_is_solved_the_same():

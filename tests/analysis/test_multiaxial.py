@@ -5,8 +5,7 @@ import pytest
 from cycles import analysis
 
 from fea.analysis.cycle import envelope as envelopes
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import Symmetry
 from fea.judge.fatigue import crossland_factors
 from fea.judge.history import deviatoric

@@ -10,8 +10,7 @@ from rod_studies import random_study
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.search import EstimatedCycle, SpeedSearch, judged
 from fea.analysis.many_speeds import SpeedSweep
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CONTACT, Fatigue, Region, Symmetry
 from fea.base.material import Marin, SurfaceFinish
 from fea.judge.fatigue import fatigue_factor

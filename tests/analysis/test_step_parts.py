@@ -6,7 +6,7 @@ import gmsh
 import pytest
 
 from fea.analysis.buckling import column_figures
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.study.study import parse_study
 from geometry.session import session
 from loads.instants import given

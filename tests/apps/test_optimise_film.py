@@ -8,7 +8,7 @@ import pytest
 
 from fea.__main__ import call
 from fea.analysis.film import film_at
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.apps.optimise.designs import Designs
 from fea.apps.optimise.limits import FILM, Thinnest, required
 from fea.apps.optimise.run_optimise import search_study

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import calculix
 from assembled_rods import EVERY, study
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.solid.parity import Parity
 from fea.solid.recovery import PartRecovery
 from fea.solid.stress import von_mises

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from assembled_studies import assembled_study
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from geometry.errors import GeometryError, InvalidValue

@@ -33,8 +33,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from assembled_rods import study
 
     from fea.analysis.meshing import mesh_loaded
-    from fea.analysis.prepare import prepare
-    from fea.analysis.speed import solve_speed, with_cycle
+    from fea.analysis.pipeline import prepare, solve_speed, with_cycle
     from fea.machine.clock import Clock
     from fea.pins.assembly import AssemblyPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable

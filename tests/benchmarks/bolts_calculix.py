@@ -24,7 +24,7 @@ from assemblies import BOLTED
 from assembly_calculix import axial, supports
 from scripts import command, publish, reporting
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.material import Material
 from fea.contact.assembly_state import BoltBeam
 from fea.pins.assembly import AssemblyPins

@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.choices import CONTACT, PinBody
 from fea.contact.active_set import MOST_CHANGES
 from fea.pins.contact import ContactPins

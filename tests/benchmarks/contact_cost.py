@@ -37,8 +37,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.analysis.film import film_at, films_at
     from fea.analysis.many_speeds import SpeedSweep
     from fea.analysis.meshing import mesh_loaded
-    from fea.analysis.prepare import prepare
-    from fea.analysis.speed import solve_speed, with_cycle
+    from fea.analysis.pipeline import prepare, solve_speed, with_cycle
     from fea.base.choices import CONTACT
     from fea.machine.clock import Clock
     from fea.pins.contact import ContactPins  # loaded before the clock starts

@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from rod_studies import random_study
 
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import CONTACT
 from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
 from fea.study.option_tables import ContactTable, MeshTable, SpeedTable

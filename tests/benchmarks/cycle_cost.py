@@ -21,7 +21,8 @@ from cycles import SPEEDS, direct, on_bores
 
 import fea.pins.pressure as pressure_loads_module
 import fea.pins.pressure as series_module
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.pipeline import prepare
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Symmetry
 from fea.output.inp import write_inp
 from fea.solid.parity import Parity

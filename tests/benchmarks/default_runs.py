@@ -36,12 +36,10 @@ from error_bar_table import decided
 from hot_spots import hot_ratio
 from rod_studies import random_study
 
-from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.meshing import adaptive_mesh
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
+from fea.analysis.refinement import predicted_elements, wanted_sizes
 from fea.analysis.result import run_result
-from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import predicted_elements, wanted_sizes
 from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.solid.errors import ContactError
@@ -76,10 +74,10 @@ def tighter(study: Study) -> Peaks:
     """Peaks with a small tolerance."""
     options = dataclasses.replace(study.analysis, tolerance_percent=REFERENCE_TOLERANCE)
     strict = dataclasses.replace(study, analysis=options)
-    return peaks_of(adapt_mesh(strict, strict.speeds(), Clock()).at(strict.speeds()[0]).cases)
+    return peaks_of(refined_rod(strict, strict.speeds(), Clock()).at(strict.speeds()[0]).cases)
 
 
-def on_finer_mesh(adapted: Adapted, rpm: float | None, most: int) -> Peaks:
+def on_finer_mesh(adapted: RefinedRod, rpm: float | None, most: int) -> Peaks:
     """Peaks on the finest reference that is predicted to have at most so many elements."""
     study, mesh = adapted.rod.study, adapted.rod.mesh
     cases, growth = tuple(adapted.at(rpm).cases.values()), Sizing(mesh.meshing.size).growth
@@ -97,7 +95,7 @@ def outcome(rod: str, *, compared: bool, engine: str, elements: int) -> Row | No
         if study is None:
             return None
         rpm = study.speeds()[0]
-        adapted = adapt_mesh(study, (rpm,), Clock())
+        adapted = refined_rod(study, (rpm,), Clock())
         result = run_result(study, adapted, adapted.at(rpm))
         row: Row = {"outcome": "trusted" if result.trusted else "marked"}
         row["failed_checks"] = [name for name, check in result.checks.items() if not check.passed]

@@ -27,10 +27,8 @@ from hot_spots import hot_ratio, solved_finely
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
 from rod_studies import random_study
 
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import predicted_elements, wanted_sizes
+from fea.analysis.pipeline import prepare, refined_rod, solve_speed
+from fea.analysis.refinement import predicted_elements, wanted_sizes
 from fea.base.choices import Element
 from fea.judge.case_result import CaseResult
 from fea.judge.verdict import peak
@@ -112,7 +110,7 @@ def rod_rows(name: str, study: Study) -> Rows:
     def refined(tolerance: float | None) -> Iterable[CaseResult]:
         options = dataclasses.replace(study.analysis, tolerance_percent=tolerance)
         asked = dataclasses.replace(study, analysis=options)
-        return adapt_mesh(asked, (rpm,), Clock()).at(rpm).cases.values()
+        return refined_rod(asked, (rpm,), Clock()).at(rpm).cases.values()
 
     return [
         *rows("without flags", refined(None)),

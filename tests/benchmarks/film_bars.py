@@ -19,7 +19,7 @@ from random_studies import keep
 from scripts import command, publish, reporting, table
 
 from fea.analysis.film import FilmResult, film_at
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.units import UM
 from fea.film.cycle import FilmCycle
 from fea.pins import lubrication

@@ -25,7 +25,8 @@ from random_studies import keep
 from rod_studies import random_study
 
 from fea.analysis.film import film_at
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.pipeline import prepare
+from fea.analysis.prepared_rod import PreparedRod
 from fea.pins import lubrication
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError

@@ -18,8 +18,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from fea.analysis.adapt import adapt_mesh
 from fea.analysis.engine_study import engine_study
+from fea.analysis.pipeline import refined_rod
 from fea.apps.limits.describe import words
 from fea.apps.limits.explore import explore
 from fea.apps.result import analyse
@@ -129,7 +129,7 @@ def answer(study):
     study = replace(study, analysis=analysis, mesh=replace(study.mesh, size_mm=SIZE))
     rpm = max(study.speeds())
     with contextlib.redirect_stderr(io.StringIO()):
-        return rpm, words(explore(adapt_mesh(study, [rpm], Clock()), rpm, mapped=False))
+        return rpm, words(explore(refined_rod(study, [rpm], Clock()), rpm, mapped=False))
 
 
 def limits():

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from assembled_studies import assembled_study
 
-from fea.analysis.adapt import adapt_mesh
+from fea.analysis.pipeline import refined_rod
 from fea.apps.limits.describe import ends_of
 from fea.apps.limits.explore import RodLimits, explore
 from fea.machine.clock import Clock
@@ -47,7 +47,7 @@ def outcome(seed: int) -> Row | None:
     start, estimated = time.perf_counter(), list[tuple[float, RodLimits]]()
     try:
         rpm = study.speed.speeds()[0]
-        adapted = adapt_mesh(study, [rpm], Clock())
+        adapted = refined_rod(study, [rpm], Clock())
         found = explore(
             adapted,
             rpm,

@@ -18,12 +18,11 @@ from typing import Any
 import numpy as np
 from scripts import reporting
 
-from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.buckling import buckling_report
 from fea.analysis.cycle.rows import counting
 from fea.analysis.engine_study import engine_study
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed, with_cycle
+from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary import speed_summary
 from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import RodLimits, explore
@@ -84,9 +83,9 @@ def study_of(name: str, pins: str, size: float | None = None) -> Study:
     return dataclasses.replace(study, analysis=options, mesh=mesh)
 
 
-def meshed(study: Study) -> Adapted:
+def meshed(study: Study) -> RefinedRod:
     """Refine the mesh as `fea limits` does."""
-    return adapt_mesh(study, [max(rpm for rpm in study.speeds() if rpm)], Clock())
+    return refined_rod(study, [max(rpm for rpm in study.speeds() if rpm)], Clock())
 
 
 def direct(found: RodLimits, limit: Limit) -> float:
@@ -134,7 +133,9 @@ def in_parts(found: RodLimits, limit: Limit) -> float:
     # The gas force without inertia is a load case of the run, but of no instant of a turning engine.
     cases = {name: case for name, case in solved.cases.items() if name != "gas"}
     result = with_cycle(rod, dataclasses.replace(solved, cases=cases))
-    summary = speed_summary(Adapted(rod, results={limit.rpm: result}), result, buckling_report(rod, result))
+    summary = speed_summary(
+        RefinedRod(rod, results={limit.rpm: result}), result, buckling_report(rod, result)
+    )
     envelope, bolts = summary.envelope, summary.assembly.bolts
     return {
         Mode.YIELD: envelope.min_safety_factor,
@@ -209,7 +210,7 @@ def cost(names: list[str], size: float | None) -> Iterator[str]:
         begun = time.perf_counter(), time.process_time()
         rod, result = solved()
         explore(
-            Adapted(rod, results={rpm: result}),
+            RefinedRod(rod, results={rpm: result}),
             rpm,
             None,
             _quiet,

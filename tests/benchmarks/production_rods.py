@@ -17,9 +17,10 @@ from typing import NamedTuple
 from scripts import publish, reporting
 
 from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.pipeline import prepare, solve_speed
+from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.rod_report import fitted
-from fea.analysis.speed import SpeedResult, solve_speed
+from fea.analysis.speed_result import SpeedResult
 from fea.base.choices import CONTACT, Finish
 from fea.study.material_table import MaterialTable
 from fea.study.option_tables import MeshTable

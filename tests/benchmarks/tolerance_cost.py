@@ -23,10 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from hot_spots import hot_ratio, solved_finely
 from rod_studies import random_study
 
-from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
-from fea.analysis.wanted_size import wanted_sizes
+from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
+from fea.analysis.refinement import wanted_sizes
 from fea.machine.clock import Clock
 from fea.study.option_tables import MeshTable, SpeedTable
 from fea.study.study import Study, load_study
@@ -86,11 +84,11 @@ def true_peaks(study: Study) -> Peaks:
     return {case.load.name: [case.peak.value, case.peak.error_percent] for case in fine}
 
 
-def brought_within(study: Study, tolerance: float) -> tuple[Adapted, float]:
+def brought_within(study: Study, tolerance: float) -> tuple[RefinedRod, float]:
     """Run to the tolerance; return the seconds as well."""
     options = dataclasses.replace(study.analysis, tolerance_percent=tolerance)
     start = time.perf_counter()
-    found = adapt_mesh(dataclasses.replace(study, analysis=options), study.speed.speeds(), Clock())
+    found = refined_rod(dataclasses.replace(study, analysis=options), study.speed.speeds(), Clock())
     return found, time.perf_counter() - start
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.judge.column import Plane, column
 from fea.study.flags import Flags
 from fea.study.study import load_study

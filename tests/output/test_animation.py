@@ -13,7 +13,7 @@ from PIL import Image
 from program import fea
 from studies import PLAIN, PRESSED
 
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import solve_speed
 from fea.base.choices import Symmetry
 from fea.base.units import DEG
 from fea.machine.remedies import system_remedy

@@ -9,8 +9,7 @@ from assemblies import SIMPLE
 
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.life import life_of
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed, with_cycle
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.apps.limits.assembled_states import AssembledStates
 from fea.apps.limits.states import Mode
 from fea.pins import assembly

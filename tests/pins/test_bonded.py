@@ -11,8 +11,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 from studies import plain_study
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.apps.result import analyse
 from fea.base.choices import Element, Support, Symmetry
 from fea.pins.bonded import BondedBore, BondedPins

@@ -16,8 +16,7 @@ from fea import analyse
 from fea.analysis.cycle import basis as bases
 from fea.analysis.cycle.basis import ACCURACY
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import _pins, prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import chosen_pins, prepare, solve_speed
 from fea.base.choices import CONTACT, Support
 from fea.contact.elastic_pin import Pin
 from fea.output.json_file import read_summary
@@ -431,6 +430,6 @@ class CountedPins:
     ("support", "model"), [(Support.CLAMPED, PRESCRIBED), (Support.INERTIA_RELIEF, CONTACT)]
 )
 def test_one_pin_model_is_built_where_the_study_itself_excludes_contact(support, model):
-    structure, pins, notes = _pins(CountedPins(), AnalysisTable(support=support))
+    structure, pins, notes = chosen_pins(CountedPins(), AnalysisTable(support=support))
     assert pins.built == [structure.pressure] == [model]
     assert any("clamped" in note.text for note in notes) == (support is Support.CLAMPED)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fea.analysis.film import films_at
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, bending
 from fea.film.cycle import JournalLoads, integrate
 from fea.film.functions import BoreFunctions

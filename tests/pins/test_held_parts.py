@@ -10,7 +10,7 @@ from assemblies import SIMPLE
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.pins import lubrication
 from fea.pins.held_parts import HeldParts
 from fea.pins.lubrication import Films

@@ -8,7 +8,7 @@ import pytest
 from cycles import superposition_errors
 from studies import plain_study
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.choices import Symmetry
 from fea.pins.lubrication import Hole
 from fea.pins.pressure import SKEWED, _skewness

@@ -8,8 +8,7 @@ from energy_errors import effectivity, manufactured_effectivity, rod, rod_effect
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
 from nested import nest, nested
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Symmetry
 from fea.judge.verdict import peak
 from fea.solid.element import gauss_block, tabulate

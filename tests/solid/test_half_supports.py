@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from cad_files import drawn_study
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.solid.parity import Parity
 from fea.solid.supports import determinate_restraints, free_motions, plane_conditions
 from geometry.surfaces import Mirror

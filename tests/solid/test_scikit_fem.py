@@ -14,8 +14,7 @@ from strap_load import tilted_load
 from studies import plain_study
 
 import fea
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, Materials
 from fea.solid import forms

@@ -9,8 +9,7 @@ import pytest
 
 from fea import run
 from fea.analysis import prepare as prepared
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.checks import LIMITS
 from fea.solid.section_balance import SectionBalance
 from fea.study.study import load_study

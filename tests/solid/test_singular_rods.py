@@ -6,8 +6,7 @@ import pytest
 from rods import random_rod
 
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.analysis.summary import case_figures
 from fea.judge.verdict import peak
 from fea.solid.error_estimate import ErrorEstimator

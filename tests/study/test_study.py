@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from studies import LEON
 
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.choices import Element, Support
 from fea.study.documents import template
 from fea.study.flags import Flags, python_flags

@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 from studies import plain_study
 
-from fea.analysis.prepare import PreparedRod, prepare
+from fea.analysis.pipeline import prepare
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Symmetry
 from fea.solid.stress import von_mises
 from fea.study.flags import Flags

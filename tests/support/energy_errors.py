@@ -4,8 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.material import Material
 from fea.solid.element import gauss_block, tabulate
 from fea.solid.error_estimate import ErrorEstimator

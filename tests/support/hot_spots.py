@@ -6,8 +6,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
 from fea.judge.case_result import CaseResult
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study

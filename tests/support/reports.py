@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 from studies import plain_study
 
-from fea.analysis.adapt import adapt_mesh
+from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
 from fea.apps.result import Result
 from fea.machine.clock import Clock
@@ -22,7 +22,7 @@ def reported_rod():
     """The prepared rod, its result, 20 angles of the cycle in degrees, and what is solved for at each."""
     study = replace(plain_study(), name=HOSTILE)
     study = Flags(rpm="6000", size=SIZE, cycle=True, report=True).applied(study)
-    adapted = adapt_mesh(study, [RPM], Clock())
+    adapted = refined_rod(study, [RPM], Clock())
     run = run_result(study, adapted, adapted.at(RPM))
     result = Result(**{field.name: getattr(run, field.name) for field in fields(run)})
     degrees = np.sort(np.random.default_rng(20).integers(0, 721, 20))

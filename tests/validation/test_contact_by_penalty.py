@@ -16,7 +16,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from studies import plain_study
 
 from fea import to_skfem
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import prepare
 from fea.base.choices import CONTACT
 from fea.solid.parity import Parity
 from fea.study.flags import Flags

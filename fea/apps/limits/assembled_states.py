@@ -19,7 +19,7 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.cycle.basis import FullBasis
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.unit_solutions import UnitSolutions
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.states import (
     EVERY_PLACE,
     Histories,

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fea.analysis.adapt import Adapted
+from fea.analysis.pipeline import RefinedRod
 from fea.apps.limits.explore import LEAST_CHARGE, Reached, RodLimits
 from fea.apps.limits.figures import ENDS, Largest, LimitFigures, LimitsFigures, ends, with_bar
 from fea.apps.limits.limit_map import MOST_PEAK, Limit, ending, least_of
@@ -63,7 +63,7 @@ def ends_of(found: RodLimits) -> tuple[Largest | None, Largest | None, Largest |
     return speed, pressure, last
 
 
-def figures_of(study: Study, found: RodLimits, adapted: Adapted, clock: Clock) -> LimitsFigures:
+def figures_of(study: Study, found: RodLimits, adapted: RefinedRod, clock: Clock) -> LimitsFigures:
     """Return the figures of what was found."""
     operation = found.operation
     bars, (speed, pressure, closed) = Bars(found), ends_of(found)

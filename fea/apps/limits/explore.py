@@ -6,9 +6,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from fea.analysis.adapt import Adapted
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult, solve_speed
+from fea.analysis.pipeline import RefinedRod, solve_speed
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.apps.limits.assembled_states import AssembledStates
 from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
 from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending
@@ -72,7 +72,7 @@ def limited_speeds(study: Study) -> list[float]:
 
 
 def explore(
-    adapted: Adapted,
+    adapted: RefinedRod,
     rpm: float,
     at_rpm: float | None = None,
     show: Callable[[str], None] = lambda _stage: None,

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.analysis.life import CYCLES_PER_HOUR
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.limit_map import Limit, LimitMap, Point, furthest
 from fea.apps.limits.operation import Operation
 from fea.apps.limits.root import root

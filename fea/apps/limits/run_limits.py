@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from fea.analysis.adapt import adapt_mesh
+from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
 from fea.apps.limits.describe import figures_of, words
 from fea.apps.limits.drawn_map import DrawnMap
@@ -66,7 +66,7 @@ def limits(
     clock = Clock(listener)
     lasting = speeds if duty or study.duty is not None else []
     asked, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
-    adapted = adapt_mesh(study, [speeds[-1]], clock)
+    adapted = refined_rod(study, [speeds[-1]], clock)
     tell = listener or (lambda _text: None)
 
     def answered(first: RodLimits) -> None:

@@ -24,7 +24,7 @@ from fea.analysis.buckling import columns, compression
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.fatigue import criterion_strength, reversed_amplitude

@@ -7,11 +7,10 @@ from itertools import count
 
 import numpy as np
 
-from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.film import film_at
-from fea.analysis.moving import MovingRod
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.pipeline import MovingRod, RefinedRod, refined_rod
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.apps.optimise.limits import FILM, Limit, Thinnest, limits, required
 from fea.apps.optimise.record import Record
 from fea.apps.optimise.variables import Variables
@@ -137,7 +136,7 @@ class Designs:
         """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
         return self.variables.nearest_feasible(x, sound)
 
-    def _rod(self, x: Floats) -> tuple[Adapted, int, bool]:
+    def _rod(self, x: Floats) -> tuple[RefinedRod, int, bool]:
         """The rod on the nearest mesh moved, else its own; the mesh's number, and whether it is its own."""
         study = self.variables.study_at(x)
         base = min(self._made, key=lambda made: float(np.linalg.norm(made.x - x)))
@@ -148,26 +147,34 @@ class Designs:
                 other.moving.forget()
         mesh = base.moving.mesh(study)
         if mesh is not None:
-            return Adapted(base.moving.prepared(study, mesh)), base.number, False
+            return RefinedRod(base.moving.prepared(study, mesh)), base.number, False
         return *self._meshed(x), True
 
-    def _meshed(self, x: Floats) -> tuple[Adapted, int]:
+    def _meshed(self, x: Floats) -> tuple[RefinedRod, int]:
         adapted = self._adapted(x, self._coarsest)
         self._meshes += 1
         self._made.append(_Made(x, self._meshes, self._coarsest, MovingRod(adapted.rod.mesh)))
         self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
         return adapted, self._meshes
 
-    def _adapted(self, x: Floats, coarsest: float) -> Adapted:
+    def _adapted(self, x: Floats, coarsest: float) -> RefinedRod:
         study = self.variables.study_at(x)
         tolerance = study.tolerance_percent
         if tolerance is not None:
             tolerance = max(tolerance, coarsest)
             study = replace(study, analysis=replace(study.analysis, tolerance_percent=tolerance))
-        return adapt_mesh(study, study.speeds(), Clock(), movable=True)
+        return refined_rod(study, study.speeds(), Clock(), movable=True)
 
     def _computed(
-        self, kind: str, adapted: Adapted, x: Floats, asked: Floats, *, mesh: int, remeshed: bool, before: int
+        self,
+        kind: str,
+        adapted: RefinedRod,
+        x: Floats,
+        asked: Floats,
+        *,
+        mesh: int,
+        remeshed: bool,
+        before: int,
     ) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
         made = next(made for made in self._made if made.number == mesh)

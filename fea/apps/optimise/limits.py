@@ -8,8 +8,8 @@ import numpy as np
 
 from fea.analysis.buckling import buckling_report
 from fea.analysis.film import FilmResult
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.base.units import UM
 from fea.solid.errors import FilmError
 from fea.study.option_tables import OptimiseTable

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.analysis.adapt import adapt_mesh
+from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import RunResult, run_result
 from fea.apps.optimise.designs import Design, Designs
 from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
@@ -213,7 +213,7 @@ def checked(free: Variables, x: Floats) -> Checked:
     tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
     mesh, analysis = replace(asked.mesh, size_mm=None), replace(options, tolerance_percent=tolerance)
     study = replace(asked, mesh=mesh, analysis=analysis)
-    adapted = adapt_mesh(study, study.speeds(), Clock())
+    adapted = refined_rod(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]
     outcomes = tuple(run_result(study, adapted, result) for result in results)
     asks = required(study)

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from fea.analysis.adapt import usage
 from fea.analysis.buckling import compression
 from fea.analysis.cycle.rows import PartRows
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.refinement import usage
+from fea.analysis.speed_result import SpeedResult
 from fea.apps.studio.frame import LARGEST_OF_CASES, CaseFigures, Factor, Figures, Singles
 from fea.apps.studio.stars import SAME, Mix, Star, stars
 from fea.base.material import Material

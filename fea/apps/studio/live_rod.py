@@ -8,10 +8,9 @@ from itertools import combinations, product
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.adapt import adapt_mesh
-from fea.analysis.moving import MovingRod
-from fea.analysis.prepare import PreparedRod
-from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
+from fea.analysis.pipeline import MovingRod, refined_rod, solve_speed, with_cycle
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.speed_result import SpeedResult
 from fea.apps.studio.anchors import UNIT, VAGUE, Anchors, Followed, Loaded
 from fea.apps.studio.correction import Correction
 from fea.apps.studio.frame import LARGEST_OF_CASES, Figures, Frame, Label, figures, solved, triangles
@@ -286,7 +285,7 @@ class LiveRod:
 
     def _meshed(self, design: Design, operation: Operation) -> None:
         study = self.study_at(design, operation)
-        adapted = adapt_mesh(study, (operation.rpm,), Clock(), movable=bool(self.dimensions))
+        adapted = refined_rod(study, (operation.rpm,), Clock(), movable=bool(self.dimensions))
         self._mesh = adapted.rod.mesh
         self._meshes = deque([(study.rod, self._mesh)], maxlen=_KEPT)
         self.surface = NumberedSurface.of(self._mesh.whole)
@@ -327,7 +326,7 @@ def fresh(study: Study) -> Frame:
     """Solve a study on a mesh of its own, refined and with pins as in `fea run --cycle`, with its errors."""
     operation = Operation.of(study)
     study = replace(study, analysis=replace(study.analysis, cycle=study.engine is not None))
-    adapted = adapt_mesh(study, (operation.rpm,), Clock())
+    adapted = refined_rod(study, (operation.rpm,), Clock())
     result = adapted.at(operation.rpm)
     surface = NumberedSurface.of(adapted.rod.mesh.whole)
     frame = Frame(

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from fea.analysis.adapt import Adapted, adapt_mesh
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.modes import modes_report
+from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import run_result
 from fea.analysis.survival import factors
 from fea.apps.limits.describe import ends_of
@@ -20,7 +20,7 @@ Figures = dict[str, Any]
 def evaluate(study: Study, extras: Extras) -> dict[float | None, Figures]:
     """Return the figures of a rod by speed, rpm (None: given forces). Errors as `fea.apps.result.analyse`."""
     speeds = study.speeds()
-    adapted = adapt_mesh(study, speeds, Clock())
+    adapted = refined_rod(study, speeds, Clock())
     shared = _critical(study, adapted)
     if extras.limits:
         shared |= _limits(adapted)
@@ -68,7 +68,7 @@ def figures(summary: Summary) -> Figures:
     return {name: value for name, value in table.items() if value is not None}
 
 
-def _limits(adapted: Adapted) -> Figures:
+def _limits(adapted: RefinedRod) -> Figures:
     found = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
     speed, pressure, _ = ends_of(found)
     table: Figures = {}
@@ -81,7 +81,7 @@ def _limits(adapted: Adapted) -> Figures:
     return table
 
 
-def _critical(study: Study, adapted: Adapted) -> Figures:
+def _critical(study: Study, adapted: RefinedRod) -> Figures:
     """Lowest speed from which each factor of the cycle is below 1; none where it is not within the speeds."""
     speeds = [rpm for rpm in study.speeds() if rpm is not None]
     if not study.analysis.cycle or len(speeds) == 1:

@@ -6,7 +6,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.result import InstantFields
 from fea.base.units import DEG
 from fea.machine.clock import Clock

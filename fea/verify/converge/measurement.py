@@ -11,11 +11,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fea.analysis.adapt import adapt_mesh
 from fea.analysis.meshing import mesh_study
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import SpeedResult, solve_speed
-from fea.analysis.wanted_size import wanted_sizes
+from fea.analysis.pipeline import prepare, refined_rod, solve_speed
+from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.refinement import wanted_sizes
+from fea.analysis.speed_result import SpeedResult
 from fea.base.choices import Element, Symmetry
 from fea.base.material import Material
 from fea.judge.case_result import CaseResult
@@ -147,7 +147,7 @@ def _rod(computation: Computation, study: Study) -> tuple[float, int, float, flo
     if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
         table = MeshTable(size_mm=computation.first_size)
-        found = adapt_mesh(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
+        found = refined_rod(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
         return found.rod.mesh.meshing.size, *_peak(found.at(speed))
     rod = prepare(_meshed(computation, study), clock, known_traction=computation.tool != "fea, mean")
     return computation.size, *_peak(solve_speed(rod, speed))

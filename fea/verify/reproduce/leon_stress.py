@@ -12,8 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from fea.analysis.prepare import prepare
-from fea.analysis.speed import SpeedResult, solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
+from fea.analysis.speed_result import SpeedResult
 from fea.judge.case_result import CaseResult
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.pin_models import PRESCRIBED

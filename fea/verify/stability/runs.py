@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.analysis.prepare import PreparedRod, prepare
-from fea.analysis.speed import solve_speed
+from fea.analysis.pipeline import prepare, solve_speed
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.units import BAR, KG, KG_M2, RPM
 from fea.judge.case_result import CaseResult
 from fea.rod.loading import EngineLoading

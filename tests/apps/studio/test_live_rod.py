@@ -8,10 +8,8 @@ import pytest
 from cad_files import cad_file
 
 from fea import load_study
-from fea.analysis.adapt import Adapted, adapt_mesh
-from fea.analysis.prepare import prepare
+from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
 from fea.analysis.result import run_result
-from fea.analysis.speed import solve_speed
 from fea.apps.studio.frame import Label, figures
 from fea.apps.studio.live_rod import LiveRod, fresh, live_study
 from fea.apps.studio.operation import Operation, applied
@@ -91,7 +89,7 @@ def test_resting_figures_are_those_of_a_run_on_the_same_mesh(touched):
     study = live_study(saved(touched.study, design, operation))
     study = replace(study, analysis=replace(study.analysis, cycle=True))
     rod = prepare(study, mesh=moved(touched._mesh, study.rod))
-    adapted = Adapted(rod)
+    adapted = RefinedRod(rod)
     assert_those_of_a_run(frame, run_result(study, adapted, adapted.at(5400.0)).summary)
     assert frame.values.max() == pytest.approx(
         max(case.von_mises.max() for case in adapted.at(5400.0).cases.values())
@@ -226,7 +224,7 @@ def test_a_rod_from_a_file_keeps_its_shape_and_follows_its_operation(tmp_path):
     assert shown.yielding.factor == pytest.approx(frame.figures.yielding.factor, rel=1e-3)
     again = saved(study, {}, operation)
     alone = replace(live_study(again), analysis=replace(live_study(again).analysis, cycle=True))
-    adapted = adapt_mesh(alone, (5000.0,), Clock())
+    adapted = refined_rod(alone, (5000.0,), Clock())
     assert_those_of_a_run(frame, run_result(alone, adapted, adapted.at(5000.0)).summary)
 
 
@@ -238,7 +236,7 @@ def test_a_new_mesh_is_that_of_a_run_with_its_pins(pressure):
     assert frame.label is Label.CONVERGED
     assert frame.pins == pressure
     again = saved(study, {}, Operation.of(study))
-    adapted = adapt_mesh(again, (6000.0,), Clock())
+    adapted = refined_rod(again, (6000.0,), Clock())
     assert_those_of_a_run(frame, run_result(again, adapted, adapted.at(6000.0)).summary)
     assert frame.triangles.max() == len(frame.values) - 1
     assert np.isfinite(frame.values).all()

@@ -1,6 +1,6 @@
-"""From a study to a meshed rod that is ready to be solved at any speed."""
+"""A meshed rod that can be solved at any speed, and what is worked out of it when it is first needed."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -13,57 +13,42 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import UnitSolutions, unit_solutions
 from fea.analysis.fields import Equilibrium, FieldRecovery, equilibrium
 from fea.analysis.life import Life, life_of
-from fea.analysis.meshing import mesh_loaded
-from fea.base.checks import LIMITS
 from fea.base.choices import CycleAccuracy, Support
 from fea.base.material import Material, Materials, of_parts
-from fea.base.note import Note, assumption
-from fea.judge.case_error import CaseErrors
-from fea.judge.life_line import require_lines
+from fea.base.note import Note
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
 from fea.pins.assembly import AssemblyPins
 from fea.pins.film_pins import FilmPartsPins, FilmPins
 from fea.pins.lubrication import Films
-from fea.pins.model import Fields, PinModel, Structure, UnitLoads, soft_parts
+from fea.pins.model import Fields, PinModel, Structure, UnitLoads
 from fea.pins.yielding import End
-from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
+from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
 from fea.solid.bore_motion import constrained_by_pins
-from fea.solid.inertia import Inertia, inertia
+from fea.solid.inertia import Inertia
 from fea.solid.parity import Split
-from fea.solid.recovery import PartRecovery
 from fea.solid.section_balance import SectionBalance
 from fea.solid.sharp_edges import SharpEdges
 from fea.solvers.buckling import Buckling
-from fea.solvers.mixed import MixedModel
-from fea.solvers.static import Model, Symbolic
+from fea.solvers.static import Model
 from fea.study.option_tables import AnalysisTable
-from fea.study.pin_models import PRESCRIBED, contact_excluded_because, pin_model
+from fea.study.pin_models import PRESCRIBED, pin_model
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
 from geometry.section import HeightField, Section, least_section
-from geometry.surfaces import INTERFACES, Surface
 from loads.crank_cycle import CrankCycle
-from loads.instants import Instants, joined
+from loads.instants import Instants
 from mesh import slices
 
-# Speeds whose cycles, with what opens and slips in them, the unit loads span.
-MOST_SPANNED = 5
+# Of many speeds this many, evenly spread, decide on the mesh and on what the unit loads of a cycle span:
+# between them the shape of the stress changes little.
+MOST_SPEEDS = 5
 # Sections of the shank from pin to pin.
 _STATIONS = 121
-# Surfaces of known traction.
-_SURFACES = (
-    Surface.FREE,
-    Surface.BIG_END_BORE,
-    Surface.SMALL_END_BORE,
-    *(side for sides in INTERFACES for side in sides),
-    Surface.BOLT_HEAD,
-    Surface.BOLT_THREAD,
-)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +108,7 @@ class PreparedRod:
     @property
     def engine(self) -> EngineLoading:
         """The engine that loads the rod. Raises `InvalidValue`: forces are given instead."""
-        return _engine(self.loading, self.study.name)
+        return require_engine(self.loading, self.study.name)
 
     def crank_cycle(self, rpm: float) -> CrankCycle:
         """Return the crank cycle at a speed; errors as of `engine`."""
@@ -164,7 +149,7 @@ class PreparedRod:
             study=replace(self.study, analysis=replace(self.options, pressure=PRESCRIBED)),
             structure=structure,
             pins=self.prescribed,
-            fields=_recovery(structure, self.mesh, self.prescribed, known_traction=True),
+            fields=FieldRecovery.of(structure, self.mesh, self.prescribed),
         )
 
     def case_forces(self, name: str, rpm: float | None = None) -> Split:
@@ -242,7 +227,7 @@ class PreparedRod:
         cycles: Sequence[CrankCycle] | None = None,
     ) -> CycleAnalysis:
         with self.clock("cycle"):
-            cycles = cycles or [self.crank_cycle(rpm) for rpm in _spread(self.study)]
+            cycles = cycles or [self.crank_cycle(rpm) for rpm in spanned_speeds(self.study)]
             basis = spanning(self.pins.span(cycles), cycles)
         return self.superposing(basis)
 
@@ -310,146 +295,24 @@ class PreparedRod:
         )
 
 
-def _spread(study: Study) -> list[float]:
-    of_duty = () if study.duty is None else study.duty.speeds
-    speeds = list(dict.fromkeys(rpm for rpm in (*study.speeds(), *of_duty) if rpm is not None))
-    some = np.linspace(0, len(speeds) - 1, min(len(speeds), MOST_SPANNED)).round().astype(int)
-    return [sorted(speeds)[number] for number in some]
-
-
-def prepare(
-    study: Study,
-    clock: Clock | None = None,
-    *,
-    mesh: MeshedRod | None = None,
-    known_traction: bool = True,
-    symbolic: Symbolic | None = None,
-) -> PreparedRod:
-    """Prepare the stiffness of a study's rod, its loads and the recovery of its stress.
-
-    `mesh`: of the study's rod; by default it is drawn and meshed; `known_traction`: whether the known
-    traction on the surface is used to recover stress there; averaging alone otherwise; `symbolic`: handed on
-    by a model of the mesh that was moved to this one. Raises `InvalidValue`: a value of the study breaks a
-    rule; `GeometryError`, `MeshError`: no solid or no usable mesh came out.
-    """
-    clock = clock or Clock()
-    mesh = mesh_loaded(study, clock) if mesh is None else mesh
-    materials = study.materials(mesh.parts)
-    duty: DutyLoads | None = None
-    if study.forces is not None:
-        loading: Loading = GivenForces(study.forces.pin())
-    else:
-        loading = EngineLoading.of(study.require_engine(), mesh.bores.rod_length)
-        if study.duty is not None:
-            duty = DutyLoads.of(study.duty, loading)
-            require_lines(materials)
-    assembling = Assembling.of(study, mesh)
-    structure = _structure(
-        study, mesh, materials, loading, assembling=assembling, clock=clock, symbolic=symbolic
-    )
-    structure, pins, of_pins = _pins(structure, options=study.analysis)
-    of_assembly = () if assembling is None else assembling.notes(study, tuple(mesh.parts))
-    return PreparedRod(
-        study=study,
-        mesh=mesh,
-        loading=loading,
-        duty=duty,
-        structure=structure,
-        pins=pins,
-        fields=_recovery(structure, mesh, pins, known_traction=known_traction),
-        assembling=assembling,
-        notes=(
-            *study.material_notes,
-            *study.rod.mass_notes(structure.inertia.properties),
-            *of_pins,
-            *of_assembly,
-        ),
-    )
-
-
-def _structure(
-    study: Study,
-    mesh: MeshedRod,
-    materials: tuple[Material, ...],
-    loading: Loading,
-    *,
-    assembling: Assembling | None,
-    clock: Clock,
-    symbolic: Symbolic | None,
-) -> Structure:
-    options, elastic, cell = study.analysis, of_parts(materials, mesh.cell.part), mesh.cell
-    support, solver, assembly = options.support, options.solver, options.matrix_assembly
-    soft = soft_parts(materials, cell)
-    if soft and options.buckling:
-        nu, most = max(m.poissons_ratio for m in materials), LIMITS["poissons_ratio_p2"]
-        rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
-        raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
-    with clock("loads"):
-        body = inertia(cell, elastic.density, assembly)
-    if soft:
-        model: Model = MixedModel(
-            cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly
-        )
-    else:
-        model = Model(cell, elastic, support, solver, clock, assembly=assembly, symbolic=symbolic)
-    return Structure(
-        model=model,
-        bores=mesh.bores,
-        drawn=study.rod.dimensions,
-        materials=materials,
-        inertia=body,
-        pressure=options.pin_load,
-        support=support,
-        contact=study.contact,
-        film=study.film,
-        pin_stiffness=study.pin_stiffness,
-        largest_pin_forces=lambda: _pulled_and_pushed(
-            joined([loading.at(body.properties, rpm).cases for rpm in _spread(study) or (None,)])
-        ),
-        crank_cycle=lambda speed: _engine(loading).cycle_at(body.properties, speed),
-        assembly=None if assembling is None else assembling.specification(study, mesh),
-        clock=clock,
-    )
-
-
-def _pulled_and_pushed(cases: Instants) -> tuple[float, float]:
-    """Largest force of the piston pin, N, away from the crank, and towards it."""
-    force = np.hypot(*cases.pin)
-    pull, push = (float(force[side].max(initial=0.0)) for side in (cases.pin[0] > 0, cases.pin[0] <= 0))
-    return pull, push
-
-
-def _engine(loading: Loading, name: str = "") -> EngineLoading:
+def require_engine(loading: Loading, name: str = "") -> EngineLoading:
+    """Return the engine that loads the rod of a study. Raises `InvalidValue`: forces are given instead."""
     if not isinstance(loading, EngineLoading):
         rule = "has no [engine], so there is no crank cycle"
         raise InvalidValue("STUDY", name, rule, "Add an [engine].")
     return loading
 
 
-def _pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
-    chosen = options.pressure is not None
-    why = "" if chosen else contact_excluded_because(options.support, options.solver)
-    if not why:
-        pins = structure.pins()
-        why = "" if chosen else pins.excluded_because
-        if not why:
-            return structure, pins, pins.notes
-    structure = replace(structure, pressure=PRESCRIBED)
-    pins = structure.pins()
-    instead = assumption(f"{PRESCRIBED} takes the place of contact, which {why}", "pins")
-    return structure, pins, (instead, *pins.notes)
+def evenly_spread(speeds: Iterable[float | None]) -> list[float | None]:
+    """Choose at most `MOST_SPEEDS` of the speeds, rpm, each once; of more, in rising order."""
+    every = list(dict.fromkeys(speeds))
+    if len(every) <= MOST_SPEEDS:
+        return every
+    rising = sorted(rpm or 0.0 for rpm in every)
+    return [rising[index] for index in np.linspace(0, len(rising) - 1, MOST_SPEEDS).round().astype(int)]
 
 
-def _recovery(
-    structure: Structure, mesh: MeshedRod, pins: PinModel, *, known_traction: bool
-) -> FieldRecovery:
-    held = (Surface.BIG_END_BORE,) if structure.support is Support.CLAMPED else ()
-    known = tuple(surface for surface in _SURFACES if surface not in held) if known_traction else ()
-    with structure.clock("stress"):
-        return FieldRecovery(
-            mirrored=mesh.mirrored,
-            materials=structure.materials,
-            recovery=PartRecovery(mesh.cell, known),
-            errors=CaseErrors(mesh, structure.materials, held or pins.singular_surfaces),
-            clamped=bool(held),
-        )
+def spanned_speeds(study: Study) -> list[float]:
+    """Choose speeds, rpm, of a study and its duty that stand for all of them; none where forces are given."""
+    of_duty = () if study.duty is None else study.duty.speeds
+    return sorted(rpm for rpm in evenly_spread((*study.speeds(), *of_duty)) if rpm is not None)

@@ -1,17 +1,17 @@
-"""A prepared rod at one speed: solve its load cases, judge the stresses, check everything."""
+"""What is found at one speed: results of the load cases, checks and notes."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.fields import Equilibrium
-from fea.analysis.film import FilmResult, films_at
-from fea.analysis.prepare import PreparedRod
+from fea.analysis.film import FilmResult
+from fea.analysis.prepared_rod import PreparedRod
 from fea.base.checks import LIMITS, Check, check
 from fea.base.note import SINGULAR, Note, omission, remark, warning
-from fea.judge.case_result import CaseResult, bore_ends, case_result
+from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import check_notes
 from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
@@ -19,7 +19,6 @@ from fea.solid.inertia import imbalance
 from fea.solid.parity import Parity
 from fea.solid.section_balance import SectionBalance
 from fea.solvers.static import Solution
-from loads.instants import joined
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -113,22 +112,13 @@ class SpeedResult:
         return self.films[0] if self.films else None
 
 
-def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
-    """Solve, judge and check the load cases of one speed, rpm; None for given forces.
-
-    Raises `InvalidValue`: nothing loads the rod; `UnderconstrainedError` and `SingularMatrixError` as
-    `Model.solve`.
-    """
-    with rod.clock("loads"):
-        loads = rod.loading.at(rod.mass, rpm)
-    loads = replace(loads, cases=joined([loads.cases, rod.pins.resting]))
-    solved = rod.equilibrium(loads.cases)
-    with rod.clock("stress"):
-        cases = judge(rod, solved)
-    checks = speed_checks(rod, solved, tuple(cases.values()))
-    notes = (
+def speed_notes(
+    rod: PreparedRod, loads: SpeedLoads, solution: Solution, checks: Mapping[str, Check]
+) -> tuple[Note, ...]:
+    """Return what a reader must know beside the figures, and what was left out."""
+    return (
         *rod.mesh.omissions,
-        *_omissions(rod, solved.solution),
+        *_omissions(rod, solution),
         *check_notes(checks),
         *rod.study.unusual_notes(rod.mesh.bores.lengths),
         *loads.notes,
@@ -136,46 +126,6 @@ def solve_speed(rod: PreparedRod, rpm: float | None) -> SpeedResult:
         *_model_notes(rod),
         *rod.notes,
     )
-    return SpeedResult(rpm=rpm, loads=loads, cases=cases, checks=checks, notes=notes)
-
-
-def with_cycle(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
-    """Work out the whole crank cycle at a speed whose load cases are solved."""
-    analysis, cycle = rod.cycle, rod.crank_cycle(static.rpm or 0.0)
-    with rod.clock("cycle"):
-        found = analysis.at(cycle, tuple(static.cases.values()))
-    checks, notes = {**static.checks, **found.checks()}, (*static.notes, *found.notes())
-    return replace(static, checks=checks, notes=notes, cycle=found)
-
-
-def with_film(rod: PreparedRod, static: SpeedResult) -> SpeedResult:
-    """Work out the oil films at a speed whose load cases are solved."""
-    films, without = films_at(rod, static.rpm or 0.0)
-    checks = dict(static.checks)
-    for name, each in (item for film in films for item in film.checks.items()):
-        checks[name] = max(checks.get(name, each), each, key=lambda found: found.value)
-    notes = (*static.notes, *(note for film in films for note in film.notes), *without)
-    return replace(static, checks=checks, notes=notes, films=films)
-
-
-def judge(rod: PreparedRod, solved: Equilibrium) -> dict[str, CaseResult]:
-    """Recover the stresses of load cases in equilibrium and judge them, by the name of the case."""
-    rims = bore_ends(rod.mesh.whole)
-    return {
-        case.name: case_result(
-            case,
-            rod.mesh.whole,
-            fields,
-            stresses,
-            materials=rod.materials,
-            rims=rims,
-            from_file=rod.study.rod.from_file,
-            refined=rod.mesh.meshing.refined,
-            bore_datum=rod.bore_datum,
-            sharp=rod.sharp_places,
-        )
-        for case, (fields, stresses) in zip(solved.instants, rod.fields(solved), strict=True)
-    }
 
 
 def _omissions(rod: PreparedRod, solution: Solution) -> Iterator[Note]:
