@@ -21,8 +21,8 @@ from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import Largest
 from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import leap, root
 from fea.apps.limits.states import Mode, States, Worst
+from fea.base.root import leap, root
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading

@@ -20,8 +20,8 @@ from fea.analysis.life import CYCLES_PER_HOUR
 from fea.analysis.prepare import PreparedRod
 from fea.apps.limits.limit_map import Limit, LimitMap, Point, furthest
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import root
 from fea.apps.limits.states import Mode, States, Worst
+from fea.base.root import root
 from fea.pins.lubrication import crank_angles
 from fea.solid.errors import ContactError, FilmError
 from geometry.arrays import Floats

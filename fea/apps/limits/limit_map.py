@@ -19,8 +19,8 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import ALMOST, STEPS, WITHIN, Root, leap, root
 from fea.apps.limits.states import ONSETS, Mode, State, States, Worst
+from fea.base.root import ALMOST, STEPS, WITHIN, Root, leap, root
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
