@@ -75,7 +75,7 @@ def limits(
 
 
 def _print(figures: "LimitsFigures", folder: Path, *, reached: bool) -> None:
-    from fea.apps.limits.drawn_map import TABLE_HEAD
+    from fea.apps.limits.figures import TABLE_HEAD
     from fea.output.target import near
     from fea.output.terminal.prose import print_lines, terminal
     from fea.output.units import in_heading, in_rows

@@ -17,12 +17,13 @@ import fea
 from fea.analysis.assembling import Assembling
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
+from fea.apps.limits.engine import ScaledEngine
+from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
 from fea.apps.limits.few_rays import with_film
-from fea.apps.limits.figures import Largest
-from fea.apps.limits.limit_map import Axes, Explorer, LimitMap, Line
-from fea.apps.limits.operation import Operation
-from fea.apps.limits.root import leap, root
-from fea.apps.limits.states import Mode, States, Worst
+from fea.apps.limits.figures import LargestValue
+from fea.apps.limits.limit_map import LimitMap, RayAxes
+from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.base.root import leap, root
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading
@@ -86,7 +87,7 @@ def test_hours_are_those_of_a_run_with_a_duty(folder):
     )
     table = np.array([float(row["hours"]) for row in rows]).reshape(len(rpm), len(peak))
     level = RegularGridInterpolator((rpm, peak), np.log(table))
-    own_peak = Operation(EngineLoading.of(own.engine, own.rod.length), None).peak(6000.0) / BAR
+    own_peak = ScaledEngine(EngineLoading.of(own.engine, own.rod.length), None).peak(6000.0) / BAR
     assert np.exp(level((6000.0, own_peak))) == pytest.approx(hours, rel=0.2)
     assert np.isinf(table[(rpm < 2000), :][:, peak < 40]).all()
 
@@ -160,7 +161,7 @@ def test_rods_that_never_fail_and_that_fail_at_idling_speed_are_told_so():
     assert strong.reaches(15000, None)
     assert "does not reach the required safety factor at any speed" in weak.text
     assert not weak.reaches(100, None)
-    slower = Largest(
+    slower = LargestValue(
         mode="yield",
         rpm=1000.0,
         peak_pressure_bar=100.0,
@@ -196,7 +197,7 @@ def test_a_column_buckles_at_its_critical_load(folder):
     assert gas - inertia / 1e3 == pytest.approx(critical, rel=1e-2)
 
 
-class Springs(States):
+class Springs(RodFactors):
     """A bolt and what it clamps as two springs: F_S = F_V + Φ F_A (VDI 2230-1:2015, R3)."""
 
     costly, share = True, 0.2
@@ -209,7 +210,7 @@ class Springs(States):
         forces = self._assembling.bolt.bolt.preload + self.share * np.atleast_1d(pull)
         states = [SimpleNamespace(bolts=(BoltState((0, 0, 0), one, 1, fibre=one / area),)) for one in forces]
         (bolt,) = judged_bolts(self._assembling, states)
-        return {Mode.BOLT_YIELD: Worst(bolt.working_safety)}
+        return {FailureMode.BOLT_YIELD: ModeFactor(bolt.working_safety)}
 
     @property
     def rest(self):
@@ -228,24 +229,24 @@ def test_a_bolt_yields_where_its_diagram_says():
     own = load_study("leon-2001-bolted")
     bolt = Assembling.of(own).bolt.bolt
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
-    operation = Operation(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
-    states = Springs(Assembling.of(own))
-    explorer = Explorer(states, operation, Axes(7000.0, 1.0), 1.1, lambda _text: None)
+    engine = ScaledEngine(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
+    model = Springs(Assembling.of(own))
+    search = LimitSearch(model, engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None)
     twisting = math.sqrt(bolt.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
     strongest = bolt.least_area * math.sqrt((bolt.strength.yield_strength / 1.1) ** 2 - twisting**2)
-    pull = (strongest - bolt.preload) / states.share
-    at_1000 = operation.cycle(1000.0, 1.0).degrees.crank_axial.max() / 2
+    pull = (strongest - bolt.preload) / model.share
+    at_1000 = engine.cycle(1000.0, 1.0).degrees.crank_axial.max() / 2
     expected = 1000 * math.sqrt(pull / at_1000)
-    survey = explorer.survey()
-    line = Line("load", operation, lambda rpm: (rpm, 0.0), (500.0, operation.fastest))
-    [(_, high, limit)] = explorer.safe(survey, line)
-    assert limit.mode is Mode.BOLT_YIELD
+    survey = search.survey()
+    line = OperatingLine("load", engine, lambda rpm: (rpm, 0.0), (500.0, engine.fastest))
+    [(_, high, limit)] = search.safe(survey, line)
+    assert limit.mode is FailureMode.BOLT_YIELD
     assert high == pytest.approx(expected, rel=1e-2)
     # Speed is the root of pull, and a bar of the stress is a wider one of the pull, beside the preload.
-    assert limit.slope == pytest.approx(-strongest / (states.share * pull) / 2, rel=0.1)
-    [of_ray] = explorer.map().limits[Mode.BOLT_YIELD]
+    assert limit.slope == pytest.approx(-strongest / (model.share * pull) / 2, rel=0.1)
+    [of_ray] = search.map().limits[FailureMode.BOLT_YIELD]
     assert of_ray.rpm == pytest.approx(expected, rel=1e-2)
-    assert states.points <= 7
+    assert model.points <= 7
 
 
 def test_a_leap_towards_an_edge_is_short_where_the_level_is_flat():
@@ -259,19 +260,19 @@ def test_what_was_estimated_first_is_solved_in_the_end():
 
     class Estimated(Springs):
         def estimate(self, cycle):
-            return {mode: Worst(1.03 * own.factor) for mode, own in self.at(cycle).items()}
+            return {mode: ModeFactor(1.03 * own.factor) for mode, own in self.at(cycle).items()}
 
     own = load_study("leon-2001-bolted")
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
-    operation = Operation(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
-    line, edges = Line("load", operation, lambda rpm: (rpm, 0.0), (500.0, operation.fastest)), []
+    engine = ScaledEngine(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
+    line, edges = OperatingLine("load", engine, lambda rpm: (rpm, 0.0), (500.0, engine.fastest)), []
     spreads = []
     for kind in (Estimated, Springs):
-        states = kind(Assembling.of(own))
-        explorer = Explorer(states, operation, Axes(7000.0, 1.0), 1.1, lambda _text: None)
-        survey = explorer.survey()
-        for explorer.certain in (False, True):
-            [(_, high, limit)] = explorer.safe(survey, line)
+        model = kind(Assembling.of(own))
+        search = LimitSearch(model, engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None)
+        survey = search.survey()
+        for search.certain in (False, True):
+            [(_, high, limit)] = search.safe(survey, line)
             edges.append(high)
             spreads.append(limit.spread)
     first, *solved = edges
@@ -297,7 +298,7 @@ def test_an_edge_is_found_where_the_factor_first_rises_before_it_falls(start, sl
 
 def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():
     """A film whose thickness over the roughness falls with speed, whatever the gas, to 1 at 5000 rpm."""
-    operation = Operation(
+    engine = ScaledEngine(
         EngineLoading.of(study().engine, 150.0), MassProperties(5e-4, (50.0, 0.0, 0.0), None)
     )
 
@@ -310,30 +311,31 @@ def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():
         films=SimpleNamespace(coarse=coarse, lubrication=SimpleNamespace(asperities=asperities))
     )
     angles = np.array([0.02, 0.1, 0.2, 0.3, 0.4])
-    before = LimitMap(Axes(4000.0, 1.0), angles, {Mode.YIELD: np.ones(5)}, {}, {Mode.YIELD: (None,) * 5})
-    after = with_film(rod, operation, before, lambda _stage: None)
-    line = after.limits[Mode.FILM]
-    assert after.limits.keys() == {Mode.YIELD, Mode.FILM}
+    before = LimitMap(
+        RayAxes(4000.0, 1.0), angles, {FailureMode.YIELD: np.ones(5)}, {}, {FailureMode.YIELD: (None,) * 5}
+    )
+    after = with_film(rod, engine, before, lambda _stage: None)
+    line = after.limits[FailureMode.FILM]
+    assert after.limits.keys() == {FailureMode.YIELD, FailureMode.FILM}
     assert [one.rpm for one in line] == pytest.approx([5000.0] * 5, rel=0.02)
     assert [one.interpolated for one in line] == [False, False, True, False, False]
     assert line[0].worst.crank_angle == pytest.approx(4 * np.pi / 3)  # the second of three steps
-    assert after.factors(np.array([4000.0]), np.array([0.0]))[Mode.FILM] > 1
+    assert after.factors(np.array([4000.0]), np.array([0.0]))[FailureMode.FILM] > 1
 
 
-def test_charge_scales_the_ideal_cycle_and_a_trace():
+def test_the_gas_load_factor_scales_the_ideal_cycle_and_a_trace():
     own = replace(study().engine, gas="otto", compression_ratio=10.0, peak_pressure_bar=60.0)
-    for engine in (own, study().engine):
-        loading = EngineLoading.of(engine, 150.0)
-        operation = Operation(loading, None)
-        peak = operation.peak(3000.0, 1.7)
-        assert operation.scale(3000.0, peak) == pytest.approx(1.7)
-        scaled = EngineLoading.of(replace(engine, gas_scale=1.7), 150.0)
-        assert Operation(scaled, None).peak(3000.0) == pytest.approx(peak)
-        # Boost is counted from the intake, whatever multiplies the charge: 1.7 atmospheres are 0.71 bar.
-        assert Operation(scaled, None).boost(1.0) == operation.boost(1.7) == pytest.approx(0.7 * 1.01325)
-        boosted = EngineLoading.of(replace(engine, boost_bar=0.7 * 1.01325), 150.0)
-        assert Operation(boosted, None).boost(1.0) == pytest.approx(0.7 * 1.01325)
-    assert Operation(EngineLoading.of(own, 150.0), None).boost(2.0) == pytest.approx(1.01325)
+    for given in (own, study().engine):
+        engine = ScaledEngine(EngineLoading.of(given, 150.0), None)
+        peak = engine.peak(3000.0, 1.7)
+        assert engine.scale(3000.0, peak) == pytest.approx(1.7)
+        scaled = EngineLoading.of(replace(given, gas_scale=1.7), 150.0)
+        assert ScaledEngine(scaled, None).peak(3000.0) == pytest.approx(peak)
+        # Boost is counted from the intake, whatever multiplies the gas load: 1.7 atmospheres are 0.71 bar.
+        assert ScaledEngine(scaled, None).boost(1.0) == engine.boost(1.7) == pytest.approx(0.7 * 1.01325)
+        boosted = EngineLoading.of(replace(given, boost_bar=0.7 * 1.01325), 150.0)
+        assert ScaledEngine(boosted, None).boost(1.0) == pytest.approx(0.7 * 1.01325)
+    assert ScaledEngine(EngineLoading.of(own, 150.0), None).boost(2.0) == pytest.approx(1.01325)
 
 
 def test_full_load_is_read_and_refused(tmp_path):
@@ -356,11 +358,11 @@ def test_given_forces_have_no_speed():
 
 
 def test_ray_estimates_are_exact_where_loads_are_proportional():
-    axes, angles = Axes(4000.0, 2.0), np.linspace(0.1, 1.4, 4)
+    axes, angles = RayAxes(4000.0, 2.0), np.linspace(0.1, 1.4, 4)
     loads = 1 / (np.cos(angles) + np.sin(angles))  # a straight limit: along + up = 1
-    of_rays = LimitMap(axes, angles, {Mode.YIELD: loads}, {Mode.YIELD: 0.4})
+    of_rays = LimitMap(axes, angles, {FailureMode.YIELD: loads}, {FailureMode.YIELD: 0.4})
     for angle in (angles[1], 0.7):  # on a ray, and between two
-        rpm, charge = axes.point(float(angle), 0.25)
-        factor = of_rays.factors(np.array([rpm]), np.array([charge]))[Mode.YIELD]
+        rpm, scale = axes.point(float(angle), 0.25)
+        factor = of_rays.factors(np.array([rpm]), np.array([scale]))[FailureMode.YIELD]
         usage = 0.25 * (math.cos(angle) + math.sin(angle))
         assert 1 / factor[0] == pytest.approx(0.4 + 0.6 * usage)  # preload uses 40 % at rest

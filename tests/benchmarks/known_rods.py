@@ -20,8 +20,8 @@ from typing import NamedTuple
 
 from fea.analysis.engine_study import engine_study
 from fea.analysis.pipeline import refined_rod
-from fea.apps.limits.describe import words
 from fea.apps.limits.explore import explore
+from fea.apps.limits.figures import words
 from fea.apps.result import analyse
 from fea.machine.clock import Clock
 from fea.study.rod_kinds import rod_of_kind

@@ -23,8 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from assembled_studies import assembled_study
 
 from fea.analysis.pipeline import refined_rod
-from fea.apps.limits.describe import ends_of
 from fea.apps.limits.explore import RodLimits, explore
+from fea.apps.limits.figures import largest_values
 from fea.machine.clock import Clock
 from fea.solid.errors import ContactError
 from fea.study.option_tables import MeshTable
@@ -58,7 +58,7 @@ def outcome(seed: int) -> Row | None:
         return {"seed": seed, "refused": f"{type(error).__name__}: {error}"}
     after, first = estimated[0]
     row: Row = {"seed": seed, "estimated_s": after, "solved_s": time.perf_counter() - start}
-    for line, own, other in zip(LINES, ends_of(first), ends_of(found), strict=True):
+    for line, own, other in zip(LINES, largest_values(first), largest_values(found), strict=True):
         told = {} if own is None else {"estimate": own.value, "bar": own.bar, "mode": own.mode}
         solved = {} if other is None else {"solved": other.value, "solved_mode": other.mode}
         row[line] = told | solved

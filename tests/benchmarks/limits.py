@@ -24,11 +24,10 @@ from fea.analysis.engine_study import engine_study
 from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed, with_cycle
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.summary import speed_summary
-from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import RodLimits, explore
-from fea.apps.limits.limit_map import Limit
+from fea.apps.limits.factors import FailureMode
+from fea.apps.limits.limit_map import LimitPoint
 from fea.apps.limits.run_limits import limits
-from fea.apps.limits.states import Mode
 from fea.base.units import BAR, DEG
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, signed_equivalent
@@ -88,9 +87,9 @@ def meshed(study: Study) -> RefinedRod:
     return refined_rod(study, [max(rpm for rpm in study.speeds() if rpm)], Clock())
 
 
-def direct(found: RodLimits, limit: Limit) -> float:
+def direct(found: RodLimits, limit: LimitPoint) -> float:
     """The factor at a limit, from instants that are solved without unit loads."""
-    rod, cycle = found.rod, found.operation.cycle(limit.rpm, limit.scale)
+    rod, cycle = found.rod, found.engine.cycle(limit.rpm, limit.scale)
     angles = np.arange(0, 720, EVERY)
     if limit.worst.crank_angle is not None:
         at = round(limit.worst.crank_angle / DEG)
@@ -110,7 +109,7 @@ def direct(found: RodLimits, limit: Limit) -> float:
         for start in range(0, len(nodes), BLOCK):
             some = nodes[start : start + BLOCK]
             history = deviatoric(stress[some])
-            if limit.mode is Mode.YIELD:
+            if limit.mode is FailureMode.YIELD:
                 factors = material.yield_strength / deviator_norm(history).max(axis=1)
             else:
                 signed = signed_equivalent(history)
@@ -123,7 +122,7 @@ def direct(found: RodLimits, limit: Limit) -> float:
     return least
 
 
-def in_parts(found: RodLimits, limit: Limit) -> float:
+def in_parts(found: RodLimits, limit: LimitPoint) -> float:
     """The factor at a limit of a rod in parts: over the cycle, as `fea run` finds it, on the same mesh."""
     study, mesh = found.rod.study, found.rod.mesh
     engine = study.require_engine()
@@ -138,10 +137,10 @@ def in_parts(found: RodLimits, limit: Limit) -> float:
     )
     envelope, bolts = summary.envelope, summary.assembly.bolts
     return {
-        Mode.YIELD: envelope.min_safety_factor,
-        Mode.FATIGUE: envelope.min_fatigue_safety_factor,
-        Mode.BOLT_YIELD: bolts.yield_safety_factor,
-        Mode.BOLT_FATIGUE: bolts.bending_fatigue_safety_factor,
+        FailureMode.YIELD: envelope.min_safety_factor,
+        FailureMode.FATIGUE: envelope.min_fatigue_safety_factor,
+        FailureMode.BOLT_YIELD: bolts.yield_safety_factor,
+        FailureMode.BOLT_FATIGUE: bolts.bending_fatigue_safety_factor,
     }[limit.mode]
 
 
@@ -157,18 +156,21 @@ def points(names: list[str], size: float | None) -> Iterator[str]:
         adapted = meshed(study_of(name, pins, size))
         found = explore(adapted, max(rpm for rpm in adapted.rod.study.speeds() if rpm), None, _quiet)
         parts = found.rod.assembly_contact is not None
-        modes = (Mode.YIELD, Mode.FATIGUE, *((Mode.BOLT_YIELD, Mode.BOLT_FATIGUE) if parts else ()))
+        modes = (
+            FailureMode.YIELD,
+            FailureMode.FATIGUE,
+            *((FailureMode.BOLT_YIELD, FailureMode.BOLT_FATIGUE) if parts else ()),
+        )
         every = [limit for mode in modes for limit in found.of_rays.limits.get(mode, ()) if limit is not None]
         if parts:
             solved = (own and own.limit for own in (found.speed, found.pressure))
             every = [limit for limit in (*solved, *every) if limit is not None and limit.mode in modes]
-        bars = Bars(found)
         for number in random.choice(len(every), min(share, len(every)), replace=False):
             limit = every[number]
             factor = in_parts(found, limit) if parts else direct(found, limit)
             apart = 100 * (factor / (found.rod.options.min_safety or 1.0) - 1)
             worst = max(worst, abs(apart))
-            bar = bars.percent(limit) or math.nan
+            bar = found.bar_percent(limit) or math.nan
             yield (
                 f"{name:<18}{pins:<12}{limit.mode.value:<9}{limit.rpm:7.0f}{limit.peak / BAR:8.1f}"
                 f"{limit.worst.factor:12.4f}{factor:9.4f}{apart:9.2f}{bar:7.1f}"

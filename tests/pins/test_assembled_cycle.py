@@ -10,8 +10,8 @@ from assemblies import SIMPLE
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.life import life_of
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
-from fea.apps.limits.assembled_states import AssembledStates
-from fea.apps.limits.states import Mode
+from fea.apps.limits.assembled_factors import AssembledFactors
+from fea.apps.limits.factors import FailureMode
 from fea.pins import assembly
 from fea.pins.assembly import _principal
 from fea.rod.loading import DutyLoads
@@ -120,7 +120,7 @@ def test_bolts_reach_over_the_cycle_what_they_reach_in_the_load_cases(result):
 @pytest.fixture(scope="module")
 def point(rod):
     """The states of `fea limits`, of which one is gone through, once for all tests."""
-    states, cycle = AssembledStates(rod, rod.pins), rod.crank_cycle(SPEED)
+    states, cycle = AssembledFactors(rod, rod.pins), rod.crank_cycle(SPEED)
     gone_through = states._over(cycle)
     states._over = lambda asked: (
         gone_through if asked.speed == cycle.speed else states.__class__._over(states, asked)
@@ -136,20 +136,20 @@ def test_factors_of_a_point_are_those_of_its_whole_cycle(rod, exact, point):
     _, found = point
     bolts = judged_bolts(rod.assembling, exact.states)
     expected = {
-        Mode.YIELD: np.nanmin(exact.envelope.safety_factor[exact.counts]),
-        Mode.FATIGUE: np.nanmin(exact.envelope.fatigue_factor[exact.counts]),
-        Mode.BOLT_YIELD: min(one.working_safety for one in bolts),
-        Mode.BOLT_FATIGUE: min(one.bending_fatigue_safety for one in bolts),
+        FailureMode.YIELD: np.nanmin(exact.envelope.safety_factor[exact.counts]),
+        FailureMode.FATIGUE: np.nanmin(exact.envelope.fatigue_factor[exact.counts]),
+        FailureMode.BOLT_YIELD: min(one.working_safety for one in bolts),
+        FailureMode.BOLT_FATIGUE: min(one.bending_fatigue_safety for one in bolts),
     }
     whole, materials = rod.mesh.whole, np.array([material.lining for material in rod.materials])
     alone = np.setdiff1d(*(whole.tets[materials[whole.part] == lines] for lines in (True, False)))
     lining = next(material for material in rod.materials if material.lining)
     stress = np.where(exact.counts, exact.envelope.von_mises, 0.0)[alone]
-    expected[Mode.LINING] = lining.yield_strength / stress.max()
+    expected[FailureMode.LINING] = lining.yield_strength / stress.max()
     assert (exact.envelope.usage[alone] == 0).all()
-    assert Mode.SLIP not in found  # the bolts fit their holes, and bear what friction does not
+    assert FailureMode.SLIP not in found  # the bolts fit their holes, and bear what friction does not
     for mode, factor in expected.items():
-        within = 1e-2 if mode is Mode.BOLT_FATIGUE else 5e-3
+        within = 1e-2 if mode is FailureMode.BOLT_FATIGUE else 5e-3
         assert found[mode].factor == pytest.approx(factor, rel=within), mode
 
 
@@ -160,13 +160,15 @@ def test_estimates_are_exact_where_the_cycle_was_gone_through_and_near_elsewhere
     """
     states, found = point
     for mode, own in states.estimate(rod.crank_cycle(SPEED)).items():
-        if mode is not Mode.SLIP:
+        if mode is not FailureMode.SLIP:
             assert own.factor == pytest.approx(found[mode].factor, rel=1e-9), mode
     estimated = states.estimate(rod.crank_cycle(0.8 * SPEED))
-    known = AssembledStates(rod, rod.pins).at(rod.crank_cycle(0.8 * SPEED))
-    for mode in (Mode.YIELD, Mode.FATIGUE, Mode.BOLT_YIELD):
+    known = AssembledFactors(rod, rod.pins).at(rod.crank_cycle(0.8 * SPEED))
+    for mode in (FailureMode.YIELD, FailureMode.FATIGUE, FailureMode.BOLT_YIELD):
         assert estimated[mode].factor == pytest.approx(known[mode].factor, rel=0.03), mode
-    assert estimated[Mode.BOLT_FATIGUE].factor == pytest.approx(known[Mode.BOLT_FATIGUE].factor, rel=0.05)
+    assert estimated[FailureMode.BOLT_FATIGUE].factor == pytest.approx(
+        known[FailureMode.BOLT_FATIGUE].factor, rel=0.05
+    )
 
 
 def test_crank_cycles_to_failure_are_those_of_a_duty(rod, point):
@@ -175,5 +177,5 @@ def test_crank_cycles_to_failure_are_those_of_a_duty(rod, point):
     duty = DutyLoads.of(DutyTable(rpm=(SPEED,), hours=(1.0,)), rod.engine)
     damage = life_of(rod.full_cycle, rod.mass, duty).figures.damage_per_hour
     expected = 30 * SPEED / damage
-    assert states.lasting(rod.crank_cycle(SPEED)) == pytest.approx(expected, rel=0.05)
-    assert states.lasting(rod.crank_cycle(SPEED), estimated=True) == pytest.approx(expected, rel=0.2)
+    assert states.life(rod.crank_cycle(SPEED)) == pytest.approx(expected, rel=0.05)
+    assert states.life(rod.crank_cycle(SPEED), estimated=True) == pytest.approx(expected, rel=0.2)

@@ -1,19 +1,17 @@
-"""The map of limits: a picture, and a page that tells the factors under the pointer, and where on the rod."""
+"""The map of limits: a picture, and a page that shows the factors under the pointer, and where on the rod."""
 
 import base64
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fea.apps.limits.describe import Bars
 from fea.apps.limits.explore import RodLimits
-from fea.apps.limits.figures import LimitsFigures
-from fea.apps.limits.limit_map import ELASTIC, Limit, ending, least_of
-from fea.apps.limits.states import ONSETS, Mode
+from fea.apps.limits.factors import ONSETS, FailureMode
+from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
+from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
 from fea.output.html import html_page, page_file
 from fea.output.plots.figure import label_axes, new_figure, save
@@ -26,7 +24,6 @@ from fea.output.units import in_heading, in_rows, in_unit, scale, unit
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK
 
-TABLE_HEAD = ("rpm", "safe peak pressure, bar", "ended by")
 _COLUMNS, _LINES = 160, 140  # of the map
 # Larger factors are written as this one: such a mode does not limit the rod.
 _MOST = 20.0
@@ -34,76 +31,46 @@ _MOST = 20.0
 _EVERY = 4
 
 
-@dataclass(frozen=True)
 class DrawnMap:
-    """What is known of a rod on a grid of speeds and peak pressures."""
+    """The limits of a rod on a grid of speeds (n,), rpm, and peak pressures (m,), bar.
 
-    found: RodLimits
-    figures: LimitsFigures
-    speeds: Sequence[float]  #: of the study, rpm
-    rpm: Floats  #: (n,) of the columns
-    peak: Floats  #: (m,) of the rows, bar
-    factors: Mapping[Mode, Floats]  #: (m, n) over that required
-    yielding: Floats  #: (m, n) the largest of the loads over that at yield: beyond `ELASTIC` nothing is known
-    #: (m, n) of life: infinite without an end, NaN where it is not known; None if it was not asked for
-    hours: Floats | None
+    `speeds`: of the study, rpm. Attributes: `hours` (m, n) of life: infinite if unlimited, NaN where it is
+    not known; None if it was not asked for.
+    """
 
-    @classmethod
-    def of(cls, found: RodLimits, figures: LimitsFigures, speeds: Sequence[float]) -> "DrawnMap":
-        """Evaluate the limits that were found over a grid that shows all of them."""
-        operation, of_rays = found.operation, found.of_rays
-        every = [limit for line in of_rays.limits.values() for limit in line if limit is not None]
-        rpm = np.linspace(0.0, 1.08 * max([*(limit.rpm for limit in every), *speeds]), _COLUMNS)[1:]
-        top = 1.15 * max([*(limit.peak for limit in every), *(operation.peak(each) for each in speeds)])
-        peak = np.linspace(0.0, min(top, LARGEST_PEAK), _LINES)
-        charge = np.stack(
-            [operation.scale(each, peak) if operation.burns else 0 * peak for each in rpm], axis=1
-        )
-        at = np.broadcast_to(rpm, charge.shape), np.maximum(charge, 0.0)
-        factors = of_rays.factors(*at)
-        yielding = figures.required_safety_factor / factors.get(Mode.YIELD, np.full_like(charge, np.inf))
-        hours = None if found.life is None else np.where(yielding > ELASTIC, np.nan, found.life.hours(*at))
-        return cls(found, figures, speeds, rpm, peak / BAR, factors, yielding, hours)
-
-    @property
-    def title(self) -> str:
-        """What is shown."""
-        return f"{self.figures.study}: limits with a safety factor of {self.figures.required_safety_factor:g}"
-
-    @property
-    def load(self) -> str:
-        """Name of the line of full load."""
-        return "the study's load" if self.found.operation.full_load is None else "full load"
+    def __init__(self, found: RodLimits, figures: LimitsFigures, speeds: Sequence[float]) -> None:
+        self._found, self._figures, self._speeds = found, figures, speeds
+        engine, of_rays = found.engine, found.of_rays
+        rpm = max([*(limit.rpm for limit in of_rays.points), *speeds])
+        peak = max([*(limit.peak for limit in of_rays.points), *(engine.peak(each) for each in speeds)])
+        self.rpm = np.linspace(0.0, 1.08 * rpm, _COLUMNS)[1:]
+        peaks = np.linspace(0.0, min(1.15 * peak, LARGEST_PEAK), _LINES)
+        self.peak = peaks / BAR
+        gas = [engine.scale(each, peaks) if engine.burns else 0 * peaks for each in self.rpm]
+        points = np.broadcast_to(self.rpm, (_LINES, len(gas))), np.maximum(np.stack(gas, axis=1), 0.0)
+        self._factors = of_rays.factors(*points)  # over that required
+        yielding = self._factors.get(FailureMode.YIELD, np.full(points[1].shape, np.inf))
+        # The largest of the loads over that at yield: beyond `ELASTIC` nothing is known.
+        self._yielding = figures.required_safety_factor / yielding
+        known = self._yielding <= ELASTIC
+        self.hours = None if found.life is None else np.where(known, found.life.hours(*points), np.nan)
+        required = figures.required_safety_factor
+        self._title = f"{figures.study}: limits with a safety factor of {required:g}"
+        self._load = "the study's load" if engine.full_load is None else "full load"
 
     def draw(self, path: Path) -> tuple[float, ...]:
         """Draw the map; return the ends of its axes: left, right, top, bottom, in shares from the top left.
 
         Raises `PictureError`: the file could not be written.
         """
-        figure, bars = new_figure(9, 6.6), Bars(self.found)
+        figure = new_figure(9, 6.6)
         axes = figure.subplots()
-        least = least_of(ending(self.factors), self.yielding)
+        least = least_of(ending(self._factors), self._yielding)
         axes.contourf(self.rpm, self.peak, least, levels=[1.0, np.inf], colors=["#d9efd9"])
-        beyond = np.where(self.yielding > ELASTIC, 1.0, 0.0)
+        beyond = np.where(self._yielding > ELASTIC, 1.0, 0.0)
         axes.contourf(self.rpm, self.peak, beyond, levels=[0.5, 1.5], colors=["0.85"])
-        for number, (mode, line) in enumerate(self.found.of_rays.limits.items()):
-            color, name = f"C{number}", f"{mode.value}{', λ = 1' if mode is Mode.FILM else ''}"
-            rpm, peak, bar = np.array([_point(limit, bars) for limit in line]).T
-            axes.plot(rpm, peak, "-", color=color, lw=1.6, label=name, zorder=3)
-            wide = np.isfinite(bar) & np.isfinite(rpm)
-            if wide.any():  # along a ray speed squared and pressure grow alike
-                ends = np.concatenate([1 - bar[wide], (1 + bar[wide])[::-1]])
-                rpm, peak = (np.concatenate([of[wide], of[wide][::-1]]) for of in (rpm, peak))
-                axes.fill(rpm * np.sqrt(ends), peak * ends, color=color, alpha=0.18, lw=0, zorder=2)
-        full, closed = self.rpm[self.rpm >= self.found.operation.idle], self.figures.closed_throttle
-        axes.plot(
-            full, [*map(self._today, full.tolist())], "--", color="0.25", lw=1.3, label=self.load, zorder=3
-        )
-        today = [*map(self._today, self.speeds)]
-        axes.plot(self.speeds, today, "o", color="0.1", ms=6, label="operating points", zorder=4)
-        if closed is not None:
-            at, label = (closed.value, closed.peak_pressure_bar), "limit, throttle closed"
-            axes.plot(*at, "v", color="0.1", mfc="w", ms=8, label=label, zorder=4)
+        self._draw_limits(axes)
+        self._draw_operation(axes)
         if self.hours is not None:
             known = np.log10(np.where(np.isfinite(self.hours), self.hours, np.nan))
             style: dict[str, Any] = {"levels": [0, 1, 2, 3], "colors": "0.35", "linewidths": 0.8}
@@ -112,7 +79,7 @@ class DrawnMap:
         axes.set_xlim(self.rpm[0], self.rpm[-1])
         axes.set_ylim(0, self.peak[-1])
         label_axes(axes, "engine speed, rpm", "peak pressure (absolute), bar")
-        axes.set_title(self.title, fontsize=11)
+        axes.set_title(self._title, fontsize=11)
         axes.grid(alpha=0.3)
         if boosts := self._boosts():
             right = axes.twinx()
@@ -124,28 +91,57 @@ class DrawnMap:
         box = axes.get_position()
         return tuple(round(float(end), 5) for end in (box.x0, box.x1, 1 - box.y1, 1 - box.y0))
 
-    def _today(self, rpm: float) -> float:
-        """Peak pressure of full load at a speed, bar."""
-        operation = self.found.operation
-        return operation.peak(rpm, operation.today(rpm)) / BAR
+    def _draw_limits(self, axes: Any) -> None:
+        """Draw a line for each mode, with its error bar."""
+        for number, (mode, line) in enumerate(self._found.of_rays.limits.items()):
+            color, name = f"C{number}", f"{mode.value}{', λ = 1' if mode is FailureMode.FILM else ''}"
+            rpm, peak, bar = np.array([self._point(limit) for limit in line]).T
+            axes.plot(rpm, peak, "-", color=color, lw=1.6, label=name, zorder=3)
+            wide = np.isfinite(bar) & np.isfinite(rpm)
+            if wide.any():  # along a ray speed squared and pressure grow alike
+                ends = np.concatenate([1 - bar[wide], (1 + bar[wide])[::-1]])
+                rpm, peak = (np.concatenate([of[wide], of[wide][::-1]]) for of in (rpm, peak))
+                axes.fill(rpm * np.sqrt(ends), peak * ends, color=color, alpha=0.18, lw=0, zorder=2)
+
+    def _point(self, limit: LimitPoint | None) -> tuple[float, float, float]:
+        """Speed, peak pressure, bar, and relative error bar of the load; NaN interrupts a line."""
+        if limit is None:
+            return math.nan, math.nan, math.nan
+        return limit.rpm, limit.peak / BAR, (self._found.bar_percent(limit) or math.nan) / 100
+
+    def _draw_operation(self, axes: Any) -> None:
+        """Draw full load, the operating points and the limit with the throttle closed."""
+        engine, closed = self._found.engine, self._figures.closed_throttle
+
+        def peaks(speeds: Sequence[float]) -> list[float]:
+            return [engine.peak(rpm, engine.full_load_scale(rpm)) / BAR for rpm in speeds]
+
+        full = self.rpm[self.rpm >= engine.idle].tolist()
+        axes.plot(full, peaks(full), "--", color="0.25", lw=1.3, label=self._load, zorder=3)
+        axes.plot(
+            self._speeds, peaks(self._speeds), "o", color="0.1", ms=6, label="operating points", zorder=4
+        )
+        if closed is not None:
+            at, label = (closed.value, closed.peak_pressure_bar), "limit, throttle closed"
+            axes.plot(*at, "v", color="0.1", mfc="w", ms=8, label=label, zorder=4)
 
     def _boosts(self) -> dict[float, float]:
         """Peak pressures at the study's speed by round pressures of boost, bar."""
-        operation, ticks = self.found.operation, dict[float, float]()
-        if operation.burns:
-            none, one = operation.boost(0.0), operation.boost(1.0)
+        engine, ticks = self._found.engine, dict[float, float]()
+        if engine.burns:
+            none, one = engine.boost(0.0), engine.boost(1.0)
             for boost in np.arange(math.ceil(2 * none) / 2, 100, 0.5).tolist():
-                ticks[boost] = operation.peak(self.found.rpm, (boost - none) / (one - none)) / BAR
-        some = [boost for boost, peak in ticks.items() if 0 <= peak <= self.peak[-1]]
-        return {boost: ticks[boost] for boost in some[:: max(1, len(some) // 8)]}
+                ticks[boost] = engine.peak(self._found.rpm, (boost - none) / (one - none)) / BAR
+        shown = [boost for boost, peak in ticks.items() if 0 <= peak <= self.peak[-1]]
+        return {boost: ticks[boost] for boost in shown[:: max(1, len(shown) // 8)]}
 
     def write_page(self, path: Path, run: Run, picture: bytes, box: Sequence[float]) -> None:
         """Write the page, which shows the load cases of a run, and the map with the ends of its axes.
 
         Raises `StorageError`: the file could not be written.
         """
-        bar, bars = scale("bar"), Bars(self.found)
-        rows, columns = ([*range(0, len(own), _EVERY), len(own) - 1] for own in (self.peak, self.rpm))
+        bar = scale("bar")
+        rows, columns = ([*range(0, len(axis), _EVERY), len(axis) - 1] for axis in (self.peak, self.rpm))
         some = np.ix_(rows, columns)
         data: dict[str, Any] = {
             "box": box,
@@ -154,12 +150,12 @@ class DrawnMap:
             "unit": unit("bar"),
             "onsets": sorted(ONSETS),
             "factors": {
-                mode.value: [*map(_rounded, np.minimum(own[some], _MOST))]
-                for mode, own in self.factors.items()
+                mode.value: [*map(_rounded, np.minimum(factors[some], _MOST))]
+                for mode, factors in self._factors.items()
             },
             "lines": {
-                mode.value: [_told(limit, bars, bar) for limit in line if limit is not None]
-                for mode, line in self.found.of_rays.limits.items()
+                mode.value: [self._json(limit, bar) for limit in line if limit is not None]
+                for mode, line in self._found.of_rays.limits.items()
             },
         }
         if self.hours is not None:
@@ -172,31 +168,23 @@ class DrawnMap:
             page_file("report", "report.css") + page_file("report", "limits_map.css"),
             script,
             **of_rod,
-            title=self.title,
+            title=self._title,
             rpm=run.summary.rpm,
-            text=self.figures.text,
+            text=self._figures.text,
             head=[in_heading(each) for each in TABLE_HEAD],
-            table=list(in_rows(TABLE_HEAD, self.figures.table)),
-            notes=[str(note) for note in (*self.figures.notes, *self.figures.left_out)],
-            load=self.load,
+            table=list(in_rows(TABLE_HEAD, self._figures.table)),
+            notes=[str(note) for note in (*self._figures.notes, *self._figures.left_out)],
+            load=self._load,
             picture=base64.b64encode(picture).decode(),
             data=embedded_json(data),
         )
         write_text(path, page)
 
-
-def _point(limit: Limit | None, bars: Bars) -> tuple[float, float, float]:
-    """Speed, peak pressure, bar, and relative error bar of the load; NaN interrupts a line."""
-    if limit is None:
-        return math.nan, math.nan, math.nan
-    return limit.rpm, limit.peak / BAR, (bars.percent(limit) or math.nan) / 100
-
-
-def _told(limit: Limit, bars: Bars, bar: float) -> dict[str, Any]:
-    """A limit with its place, mm, and crank angle, °; `bar` converts pressures."""
-    angle = limit.worst.crank_angle
-    of_rod = {"name": bars.place(limit), "at": limit.worst.at, "angle": angle and angle / DEG}
-    return {"rpm": limit.rpm, "peak": bar * (limit.peak / BAR), **of_rod}
+    def _json(self, limit: LimitPoint, bar: float) -> dict[str, Any]:
+        """A limit with its place, mm, and crank angle, °; `bar` converts pressures."""
+        angle = limit.worst.crank_angle
+        of_rod = {"name": self._found.place(limit), "at": limit.worst.at, "angle": angle and angle / DEG}
+        return {"rpm": limit.rpm, "peak": bar * (limit.peak / BAR), **of_rod}
 
 
 def _rounded(values: Floats) -> list[float]:

@@ -4,35 +4,41 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+
+import numpy as np
 
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
-from fea.apps.limits.assembled_states import AssembledStates
+from fea.apps.limits.assembled_factors import AssembledFactors
+from fea.apps.limits.engine import ScaledEngine
+from fea.apps.limits.factors import STRESSED, FailureMode, RodFactors, SuperposedFactors
 from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
-from fea.apps.limits.limit_map import MOST_PEAK, Axes, Explorer, Limit, LimitMap, Line, ending
-from fea.apps.limits.operation import Operation
-from fea.apps.limits.states import Mode, States, SuperposedStates
+from fea.apps.limits.limit_map import MOST_PEAK, LimitMap, LimitPoint, RayAxes, ending
+from fea.apps.limits.search import LimitSearch, OperatingLine
+from fea.rod.place_names import place_name
 from fea.solid.errors import ContactError
 from fea.study.pin_models import FILM
 from fea.study.study import Study
 from geometry.errors import require, require_positive
 
-# Least charge that is looked at.
-LEAST_CHARGE = 0.02
-# Of the largest speed, where no pressure is safe at that of the study.
+# The least gas load factor that is evaluated.
+LEAST_GAS = 0.02
+# Of the largest speed: where the pressure is found if none is safe at that of the study.
 _LOWER = 0.9
+# Where no stress of the load cases is as near to the peak, the error bar of the place counts alone.
+_NEAR_PEAK = 0.8
 
 
-class Reached(NamedTuple):
-    """The end of what is safe along a line of operation."""
+@dataclass(frozen=True)
+class SafeLimit:
+    """The safe interval along a line of operation, and what ends it."""
 
     low: float  #: low, high: the safe interval of the line's coordinate, rpm or MPa
     high: float
-    limit: Limit | None  #: None where nothing ends it
+    limit: LimitPoint | None  #: None where nothing ends it
     least: float  #: where the line begins
-    rpm: float = math.nan  #: of a line of one speed
+    rpm: float = math.nan  #: of a line of one speed, whose coordinate is the pressure
 
 
 @dataclass(frozen=True)
@@ -40,22 +46,42 @@ class RodLimits:
     """The limits of a rod in its engine."""
 
     rod: PreparedRod
-    operation: Operation
+    engine: ScaledEngine
     rpm: float  #: the highest of the study
     at_rpm: float  #: at which the largest peak pressure was asked for
     static: SpeedResult  #: of `rpm`
     #: speed, pressure: along the line of full load, and at one speed; None where nothing is safe
-    speed: Reached | None
-    pressure: Reached | None
-    closed: Limit | None  #: with the throttle closed; None where nothing ends it
-    #: A mode with its utilisation beyond 1 before anything loads the rod; None where there is none
-    spent: tuple[Mode, float] | None
-    unsettled: int  #: number of states whose friction did not settle
-    estimated: bool  #: whether speeds and pressures are estimates as yet
+    speed: SafeLimit | None
+    pressure: SafeLimit | None
+    closed: SafeLimit | None  #: with the throttle closed; None where nothing ends it
+    #: A mode with its utilisation beyond 1 as assembled, before any load acts; None where there is none
+    overloaded_at_rest: tuple[FailureMode, float] | None
+    unsettled: int  #: number of points whose friction did not settle
+    estimated: bool  #: whether speeds and pressures are estimates
     of_rays: LimitMap
     life: LifeMap | None = None  #: where it was asked for and is known
     hours: Mapping[float, float] = field(default_factory=dict)  #: by the speeds of the study, at its load
-    lifeless: str = ""  #: why no life is known although it was asked for
+    no_life_because: str = ""  #: why no life is known although it was asked for
+
+    def place(self, limit: LimitPoint) -> str:
+        """Return where a limit is, in words; empty where its mode has no place."""
+        return "" if limit.worst.at is None else place_name(self.rod.mesh, self._node(limit.worst.at))
+
+    def bar_percent(self, limit: LimitPoint) -> float | None:
+        """Error bar of the stress at a limit by the solved cases; None where stress does not decide."""
+        if limit.worst.at is None or limit.mode not in STRESSED:
+            return None
+        node = self._node(limit.worst.at)
+        cases = [case for case in self.static.cases.values() if case.load.in_cycle]
+        case = max(cases, key=lambda each: float(each.von_mises[node]))
+        stress = float(case.von_mises[node])
+        error = 100 * float(case.von_mises_error[node]) / max(stress, 1e-12)
+        near = stress >= _NEAR_PEAK * case.peak.value
+        return max(error, case.worst.error_percent) if near else error
+
+    def _node(self, place: tuple[float, ...]) -> int:
+        """Node of the whole rod at a place, mm."""
+        return int(np.linalg.norm(self.rod.mesh.whole.points - np.array(place), axis=1).argmin())
 
 
 def limited_speeds(study: Study) -> list[float]:
@@ -79,102 +105,99 @@ def explore(
     answered: Callable[[RodLimits], None] = lambda _found: None,
     *,
     mapped: bool = True,
-    lasting: Sequence[float] = (),
+    life_at: Sequence[float] = (),
 ) -> RodLimits:
     """Find the limits of a rod on its mesh; `rpm`: the highest speed of the study.
 
-    `answered` is told what is found before the map is made, of a survey; of a rod in parts, it is estimated.
-    `mapped`: whether the map is made. `lasting`: speeds, rpm, at which its life is found too, and all over
+    `answered` is called with the limits before the map is made; they are estimates for a rod of separate
+    parts. `mapped`: whether the map is made. `life_at`: speeds, rpm, at which life is found too, as all over
     the map.
     """
-    rod = adapted.rod
+    rod, engine = adapted.rod, ScaledEngine(adapted.rod.engine, adapted.rod.mass)
     static = adapted.results.get(rpm) or solve_speed(rod, rpm)
-    operation = Operation(rod.engine, rod.mass)
     required = rod.options.min_safety or 1.0
-    axes = _axes(static, operation, rpm, required)
-    states = _states(rod, operation, rpm, show)
-    explorer = Explorer(states, operation, axes, required, show)
-    closed_throttle = operation.closed_throttle()
+    model = _model(rod, engine, rpm, show)
+    search = LimitSearch(model, engine, _axes(static, engine, rpm, required), required, show)
+    closed_throttle = engine.closed_throttle()
 
     def found(of_rays: LimitMap) -> RodLimits:
         show("largest speed and pressure")
-        speed = _speed(explorer, of_rays, rpm)
-        pressure = None
-        if operation.burns:
-            pressure = _pressure(explorer, of_rays, at_rpm or rpm)
+        speed, pressure = _speed(search, of_rays, rpm), None
+        if engine.burns:
+            pressure = _pressure(search, of_rays, at_rpm or rpm)
             if pressure is None and speed is not None and at_rpm is None:
-                lower = max(100 * math.floor(_LOWER * speed.high / 100), operation.idle)
-                pressure = _pressure(explorer, of_rays, lower)
-        closed = explorer.fastest(of_rays, closed_throttle)
-        worst = min(ending(explorer.rest).items(), key=lambda each: -each[1], default=None)
+                lower = max(100 * math.floor(_LOWER * speed.high / 100), engine.idle)
+                pressure = _pressure(search, of_rays, lower)
+        closed = search.fastest(of_rays, closed_throttle)
+        worst = max(ending(search.rest).items(), key=lambda item: item[1], default=None)
         return RodLimits(
             rod=rod,
-            operation=operation,
+            engine=engine,
             rpm=rpm,
             at_rpm=at_rpm or rpm,
             static=static,
             speed=speed,
             pressure=pressure,
-            closed=closed,
-            spent=worst if worst is not None and worst[1] > 1 else None,
-            unsettled=states.unsettled,
-            estimated=not explorer.certain,
+            closed=None if closed is None else SafeLimit(0.0, closed.rpm, closed, 0.0),
+            overloaded_at_rest=worst if worst is not None and worst[1] > 1 else None,
+            unsettled=model.unsettled,
+            estimated=not search.certain,
             of_rays=of_rays,
         )
 
-    first = found(explorer.survey())
+    first = found(search.survey())
     answered(first)
-    of_rays = explorer.map() if mapped else first.of_rays
-    explorer.certain = True
+    of_rays = search.map() if mapped else first.of_rays
+    search.certain = True
     last = found(of_rays)
     if not mapped:
         return last
     if rod.study.analysis.film and of_rays.limits:
-        last = replace(last, of_rays=with_film(rod, operation, of_rays, show))
-    if not lasting:
+        last = replace(last, of_rays=with_film(rod, engine, of_rays, show))
+    if not life_at:
         return last
     show("life")
-    life = life_map(states, operation, of_rays, required)
+    life = life_map(model, engine, of_rays, required)
     if life is None:
-        why = "the material has no S–N line" if states.endless is None else "nothing fails by fatigue"
-        return replace(last, lifeless=why)
-    hours = {each: hours_at(states, operation, each) for each in lasting}
-    return replace(last, life=life, hours=hours)
+        why = "nothing fails by fatigue" if model.endurance is not None else "the material has no S–N line"
+        return replace(last, no_life_because=why)
+    return replace(last, life=life, hours={each: hours_at(model, engine, each) for each in life_at})
 
 
-def _states(rod: PreparedRod, operation: Operation, rpm: float, show: Callable[[str], None]) -> States:
+def _model(rod: PreparedRod, engine: ScaledEngine, rpm: float, show: Callable[[str], None]) -> RodFactors:
     pins = rod.assembly_contact
     if pins is not None:
         show("the cycle of the study")
-        states = AssembledStates(rod, pins)
-        with suppress(ContactError):  # its instants that decide are those of others, too
-            states.at(operation.cycle(rpm, operation.today(rpm)))
-        return states
+        assembled = AssembledFactors(rod, pins)
+        with suppress(ContactError):  # its decisive instants are also those of other points
+            assembled.at(engine.cycle(rpm, engine.full_load_scale(rpm)))
+        return assembled
     show("unit solutions")
-    return SuperposedStates(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
+    return SuperposedFactors(rod, rod.spanned_cycle([rod.crank_cycle(rpm)]))
 
 
-def _axes(static: SpeedResult, operation: Operation, rpm: float, required: float) -> Axes:
+def _axes(static: SpeedResult, engine: ScaledEngine, rpm: float, required: float) -> RayAxes:
     """Estimate the limits by inertia alone and by gas alone from solved load cases."""
     tension, gas = (static.cases.get(name) for name in ("tension", "gas"))
     fast = rpm if tension is None else rpm * math.sqrt(tension.min_safety_factor / required)
-    fast = min(fast, operation.fastest)
+    fast = min(fast, engine.fastest)
     if gas is None:
-        return Axes(fast, 1.0)
-    return Axes(fast, min(gas.min_safety_factor / required, operation.scale(operation.idle, MOST_PEAK)))
+        return RayAxes(fast, 1.0)
+    return RayAxes(fast, min(gas.min_safety_factor / required, engine.scale(engine.idle, MOST_PEAK)))
 
 
-def _speed(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
-    operation = explorer.operation
-    ends_ = (min(operation.idle, rpm), operation.fastest)
-    safe = explorer.safe(of_rays, Line("load", operation, lambda at: (at, operation.today(at)), ends_))
+def _speed(search: LimitSearch, of_rays: LimitMap, rpm: float) -> SafeLimit | None:
+    engine = search.engine
+    ends = (min(engine.idle, rpm), engine.fastest)
+    line = OperatingLine("load", engine, lambda at: (at, engine.full_load_scale(at)), ends)
+    safe = search.safe(of_rays, line)
     around = [each for each in safe if each[0] <= rpm] or safe[:1]
-    return Reached(*around[-1], ends_[0]) if around else None
+    return SafeLimit(*around[-1], ends[0]) if around else None
 
 
-def _pressure(explorer: Explorer, of_rays: LimitMap, rpm: float) -> Reached | None:
-    operation = explorer.operation
-    ends_ = (operation.peak(rpm, LEAST_CHARGE), MOST_PEAK)
-    line = Line(f"{rpm} rpm", operation, lambda at: (rpm, operation.scale(rpm, at)), ends_)
-    safe = explorer.safe(of_rays, line)
-    return Reached(*safe[-1], ends_[0], rpm) if safe else None
+def _pressure(search: LimitSearch, of_rays: LimitMap, rpm: float) -> SafeLimit | None:
+    engine = search.engine
+    ends = (engine.peak(rpm, LEAST_GAS), MOST_PEAK)
+    line = OperatingLine(f"{rpm} rpm", engine, lambda at: (rpm, engine.scale(rpm, at)), ends)
+    safe = search.safe(of_rays, line)
+    return SafeLimit(*safe[-1], ends[0], rpm) if safe else None

@@ -6,10 +6,9 @@ from pathlib import Path
 
 from fea.analysis.pipeline import refined_rod
 from fea.analysis.result import run_result
-from fea.apps.limits.describe import figures_of, words
 from fea.apps.limits.drawn_map import DrawnMap
 from fea.apps.limits.explore import RodLimits, explore, limited_speeds
-from fea.apps.limits.figures import LimitFigures, LimitsFigures
+from fea.apps.limits.figures import LimitPointFigures, LimitsFigures, figures_of, words
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY, require_replaceable, run_folder
 from fea.output.json_file import json_text
@@ -21,7 +20,7 @@ from geometry.errors import require_positive
 STUDY, TABLE, MAP, LIFE = "study.toml", "limits.csv", "limits.png", "life.csv"
 FILES = (STUDY, SUMMARY, TABLE, MAP, REPORT)
 _EVERY = 8  # columns and rows of the map in the table of life
-# How the answer begins that is told before the map is made.
+# How the answer begins that is shown before the map is made.
 FIRST = "answer: "
 
 
@@ -42,7 +41,7 @@ def limits(
     folder
         Where the files go; None for none.
     listener
-        Is told the name of each stage as it begins.
+        Called with the name of each stage as it begins.
     at_rpm
         Speed at which the largest peak pressure is found; default: that of the study, the highest.
     duty
@@ -64,20 +63,20 @@ def limits(
     if folder is not None:
         require_replaceable(folder)
     clock = Clock(listener)
-    lasting = speeds if duty or study.duty is not None else []
-    asked, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
+    life_at = speeds if duty or study.duty is not None else []
+    given, study = study, replace(study, duty=None, analysis=replace(study.analysis, cycle=True))
     adapted = refined_rod(study, [speeds[-1]], clock)
-    tell = listener or (lambda _text: None)
+    show = listener or (lambda _text: None)
 
     def answered(first: RodLimits) -> None:
-        tell(FIRST + words(first))
+        show(FIRST + words(first))
 
     with clock("limits"):
-        found = explore(adapted, speeds[-1], at_rpm, tell, answered, lasting=lasting)
+        found = explore(adapted, speeds[-1], at_rpm, show, answered, life_at=life_at)
     files = FILES if found.life is None else (*FILES, LIFE)
     figures = replace(figures_of(study, found, adapted, clock), files=files)
     if folder is not None:
-        run = replace(run_result(study, adapted, found.static), study=asked)
+        run = replace(run_result(study, adapted, found.static), study=given)
         with run_folder(folder) as part:
             write_files(part, run, found, figures, speeds)
     return figures
@@ -92,7 +91,7 @@ def write_files(
     head = "mode,rpm,peak_pressure_bar,gas_scale,bar_percent,interpolated,x_mm,y_mm,z_mm,crank_deg"
     lines = [head, *map(_row, figures.limits)]
     write_text(folder / TABLE, "\n".join(lines) + "\n")
-    drawn = DrawnMap.of(found, figures, speeds)
+    drawn = DrawnMap(found, figures, speeds)
     if drawn.hours is not None:
         rows, columns = (range(0, count, _EVERY) for count in drawn.hours.shape)
         cells = [
@@ -105,7 +104,8 @@ def write_files(
     drawn.write_page(folder / REPORT, run, (folder / MAP).read_bytes(), box)
 
 
-def _row(at: LimitFigures) -> str:
-    place = at.at_mm or (None, None, None)
-    values = (at.rpm, at.peak_pressure_bar, at.gas_scale, at.bar, at.interpolated, *place, at.crank_deg)
-    return ",".join([at.mode, *("" if value is None else f"{value:.7g}" for value in values)])
+def _row(limit: LimitPointFigures) -> str:
+    place = limit.at_mm or (None, None, None)
+    first = (limit.rpm, limit.peak_pressure_bar, limit.gas_scale, limit.bar, limit.interpolated)
+    values = (*first, *place, limit.crank_deg)
+    return ",".join([limit.mode, *("" if value is None else f"{value:.7g}" for value in values)])

@@ -8,8 +8,8 @@ from fea.analysis.modes import modes_report
 from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import run_result
 from fea.analysis.survival import factors
-from fea.apps.limits.describe import ends_of
 from fea.apps.limits.explore import explore, limited_speeds
+from fea.apps.limits.figures import largest_values
 from fea.apps.sweep.base import Extras
 from fea.machine.clock import Clock
 from fea.study.study import Study
@@ -70,7 +70,7 @@ def figures(summary: Summary) -> Figures:
 
 def _limits(adapted: RefinedRod) -> Figures:
     found = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
-    speed, pressure, _ = ends_of(found)
+    speed, pressure, _ = largest_values(found)
     table: Figures = {}
     if speed is not None:
         bar = 0.0 if speed.bar is None else speed.bar

@@ -1,4 +1,4 @@
-"""The operating points of a map: engine speed, and a multiple of the engine's charge."""
+"""The operating points of a map: engine speed, and the gas load as a multiple of the study's."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,14 +26,14 @@ _Number = TypeVar("_Number", float, Floats)
 
 
 @dataclass(frozen=True, eq=False)
-class Operation:
-    """An engine at any speed and charge."""
+class ScaledEngine:
+    """An engine at any speed and gas load factor (`scale`, the key `gas_scale` of [engine])."""
 
     loading: EngineLoading
     rod: MassProperties
 
     def cycle(self, rpm: float, scale: float) -> CrankCycle:
-        """Return the crank cycle at a speed, rpm, and a multiple of the engine's charge."""
+        """Return the crank cycle at a speed, rpm, and a gas load factor."""
         loading = replace(self.loading, gas=scaled(self.loading.gas, scale))
         return loading.crank_cycle(self.rod, rpm)
 
@@ -47,7 +47,7 @@ class Operation:
         return scale * gauge + self.loading.table.atmosphere
 
     def scale(self, rpm: float, peak: _Number) -> _Number:
-        """Return the multiple of the charge that gives an absolute peak pressure, or each of many, MPa."""
+        """Return the gas load factor that gives an absolute peak pressure, or each of many, MPa."""
         none = self.peak(rpm, 0.0)
         return (peak - none) / (self.peak(rpm) - none)
 
@@ -71,7 +71,7 @@ class Operation:
         return piston_speed * 30_000 / (2 * self.loading.engine.crank_radius)
 
     def boost(self, scale: float) -> float:
-        """Gauge pressure in the intake, bar: absolute pressures of any gas are in proportion to charge."""
+        """Gauge pressure in the intake, bar: absolute pressures are in proportion to the gas load factor."""
         gas, table = self.loading.gas, self.loading.table
         factor = gas.factor if isinstance(gas, Scaled) else 1.0
         today = gas.intake if isinstance(gas, Otto) else factor * table.intake
@@ -92,21 +92,21 @@ class Operation:
         return np.array([point["rpm"] for point in points]), np.array(peaks)
 
     def _scale_of_torque(self, rpm: float, torque: float) -> float:
-        """Return the multiple of the charge at which the engine gives a mean torque, N·m."""
+        """Return the gas load factor at which the engine gives a mean torque, N·m."""
         count, angles = self.loading.engine.cylinders, cycle_angles()[:-1]
         cycles = (self.cycle(rpm, scale) for scale in (0.5, 1.0))
         low, high = (count * float(cycle.at(angles).torque.mean()) / 1e3 for cycle in cycles)
         return 0.5 + 0.5 * (torque / MECHANICAL_EFFICIENCY - low) / (high - low)
 
-    def today(self, rpm: float) -> float:
-        """Return the charge of full load at a speed; that of the study where it gives no curve."""
+    def full_load_scale(self, rpm: float) -> float:
+        """Return the gas load factor of full load at a speed, by default 1; 0 without gas."""
         if self.full_load is None:
             return float(self.burns)
         return self.scale(rpm, float(np.interp(rpm, *self.full_load)))
 
-    def closed_throttle(self) -> "Operation":
+    def closed_throttle(self) -> "ScaledEngine":
         """Return the engine as its vehicle drives it, with the throttle closed and no combustion."""
         table, engine = self.loading.table, self.loading.engine
         ratio = table.compression_ratio or _COMPRESSION
         gas = Otto(engine, ratio, None, CLOSED_THROTTLE * BAR, table.atmosphere, HEAT_RATIO_AIR)
-        return Operation(EngineLoading(engine, gas, table), self.rod)
+        return ScaledEngine(EngineLoading(engine, gas, table), self.rod)

@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from fea.analysis import adapt
+from fea.analysis import pipeline, prepared_rod, refinement
 from fea.analysis.meshing import mesh_study
 from fea.analysis.pipeline import refined_rod, solve_speed
 from fea.analysis.refinement import amplitude, edge_length, predicted_elements, size_ratio, wanted_sizes
@@ -91,8 +91,8 @@ def test_it_refines_where_the_peaks_are(within_six):
 
 
 def test_a_leap_to_many_elements_is_approached_by_a_mesh_between(within_six, monkeypatch):
-    monkeypatch.setattr(adapt, "_MANY", 0)
-    monkeypatch.setattr(adapt, "_LEAP", 1.0)
+    monkeypatch.setattr(refinement, "_MANY", 0)
+    monkeypatch.setattr(refinement, "_LEAP", 1.0)
     between = refined_rod(study(6.0, all_cases=True), (6000.0,), Clock()).passes
     at_once = within_six[0].passes
     assert at_once[0].elements == between[0].elements < between[1].elements < at_once[1].elements
@@ -117,7 +117,7 @@ def two_speeds():
 def test_what_the_last_pass_solved_is_not_solved_again(two_speeds, monkeypatch):
     assert all(two_speeds.at(rpm) is two_speeds.at(rpm) for rpm in (3000.0, 6000.0))
     assert two_speeds.at(3000.0).rpm == 3000.0
-    monkeypatch.setattr(adapt, "MAX_KEPT_NODES", 1)
+    monkeypatch.setattr(pipeline, "MAX_KEPT_NODES", 1)
     few = refined_rod(study(50.0, size=14.0), (3000.0, 6000.0), Clock())
     assert list(few.results) == [3000.0]
     again, kept = (found.at(6000.0).cases["tension"] for found in (few, two_speeds))
@@ -163,25 +163,25 @@ def test_a_place_whose_stress_may_rise_to_the_peak_is_refined(two_speeds):
 
 
 def test_a_tolerance_out_of_reach_is_said(monkeypatch):
-    monkeypatch.setattr(adapt, "MAX_PASSES", 1)
+    monkeypatch.setattr(refinement, "MAX_PASSES", 1)
     adapted = refined_rod(study(0.01, size=14.0), (6000.0,), Clock())
     assert len(adapted.passes) == 1
     note = str(adapted.at(6000.0).notes[-1])
     assert re.search(
         r"tolerance of 0\.01 % is not met \(±\S+ % in \w+, because of \(\S+, \S+, \S+\) mm\): 1 mesh", note
     )
-    monkeypatch.setattr(adapt, "MAX_PASSES", 3)
+    monkeypatch.setattr(refinement, "MAX_PASSES", 3)
 
     def fails(*_arguments, **_options):
         raise MeshError("overlapping facets")
 
     first = mesh_study(study(0.01, size=14.0))
     with monkeypatch.context() as patched:
-        patched.setattr(adapt, "adaptive_mesh", fails)
+        patched.setattr(pipeline, "adaptive_mesh", fails)
         kept = refined_rod(study(0.01, size=14.0), (6000.0,), Clock(), mesh=first)
     assert len(kept.passes) == len(kept.results) == 1
     assert "no finer mesh could be made. overlapping facets" in kept.shortfall.text
-    monkeypatch.setattr(adapt, "MAX_ELEMENTS", 1000)
+    monkeypatch.setattr(refinement, "MAX_ELEMENTS", 1000)
     assert "the limit is 1000" in refined_rod(study(0.01, size=14.0), (6000.0,), Clock()).shortfall.text
 
 
@@ -209,10 +209,10 @@ def test_the_mesh_is_refined_to_5_percent_unless_another_is_asked_for():
 def test_of_many_speeds_a_few_decide_on_the_mesh(monkeypatch):
     solved = []
     monkeypatch.setattr(
-        adapt, "solve_speed", lambda rod, rpm, **_: solved.append(rpm) or solve_speed(rod, rpm)
+        pipeline, "solve_speed", lambda rod, rpm, **_: solved.append(rpm) or solve_speed(rod, rpm)
     )
     refined_rod(study(50.0, size=14.0), [3000.0 + 100 * n for n in range(12)], Clock())
-    assert len(solved) == adapt.MOST_SPEEDS
+    assert len(solved) == prepared_rod.MOST_SPEEDS
     assert {3000.0, 4100.0} < set(solved)
 
 
