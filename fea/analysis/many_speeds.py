@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from fea.analysis.assembly_report import MOST_UNKNOWNS
 from fea.analysis.buckling import column_figures
-from fea.analysis.cycle.search import SpeedSearch, Worst
+from fea.analysis.cycle.search import SpeedSearch, WorstOfSpeed
 from fea.analysis.figures import BucklingFigures, CycleFigures, PassFigures, Summary
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
@@ -55,8 +55,8 @@ class SpeedSweep:
         self._loads = {rpm: loading.at(rod.mass, rpm) for rpm in speeds}
         analysis, rising = rod.full_cycle, sorted(speeds)
         self._search = SpeedSearch(analysis, rod.crank_cycle, rising)
-        self._found = dict(zip(rising, side_by_side(self._search.at, rising), strict=True))
-        self.critical = dict(zip(MODES, side_by_side(self._critical, MODES.values()), strict=True))
+        self._found = self._searched(rising)
+        self.critical = {name: self._critical(mode) for name, mode in MODES.items()}
         self.critical |= opening_speeds(rod, speeds)
 
     @property
@@ -64,7 +64,14 @@ class SpeedSweep:
         """The speed of the least factor against each mode of failure."""
         return {min(self._found, key=lambda rpm: mode(self._found[rpm])) for mode in MODES.values()}
 
-    def _critical(self, mode: Callable[[Worst], float]) -> float | None:
+    def _searched(self, speeds: Sequence[float]) -> dict[float, WorstOfSpeed]:
+        """Search at speeds, until a look at every place confirms the worst of them."""
+        while True:
+            self._found = dict(zip(speeds, side_by_side(self._search.at, speeds), strict=True))
+            if all(self._search.confirmed(rpm, self._found[rpm]) for rpm in self.worst):
+                return self._found
+
+    def _critical(self, mode: Callable[[WorstOfSpeed], float]) -> float | None:
         rpm, first = list(self._found), first_below(np.array(list(map(mode, self._found.values()))))
         if not first:
             return None if first is None else rpm[0]
@@ -102,7 +109,7 @@ class SpeedSweep:
         )
         return replace(summary, critical_speeds_rpm=self.critical)
 
-    def _envelope(self, worst: Worst) -> CycleFigures:
+    def _envelope(self, worst: WorstOfSpeed) -> CycleFigures:
         """The worst of the cycle: where a case that is no instant of the cycle is worse, that case's."""
         cycle, fatigue, multiaxial = self._rod.cycle, worst.fatigue, _crossland(worst)
         place, angle = worst.yielding.figures.at_mm, worst.yielding.crank_angle
@@ -125,18 +132,18 @@ class SpeedSweep:
         )
 
 
-def _yielding(worst: Worst) -> float:
+def _yielding(worst: WorstOfSpeed) -> float:
     return min(worst.yielding.factor, *(peak.min_safety_factor for peak in worst.peaks))
 
 
-def _crossland(worst: Worst) -> float:
+def _crossland(worst: WorstOfSpeed) -> float:
     """Least of the factors at the worst places against yielding and fatigue: the others are not looked at."""
     places = (place.figures.crossland_safety_factor for place in (worst.yielding, worst.fatigue) if place)
     return min((factor for factor in places if factor is not None), default=np.inf)
 
 
 # The factor against each mode of failure, whose column is called ``yield_safety_factor`` and so on.
-MODES: dict[str, Callable[[Worst], float]] = {
+MODES: dict[str, Callable[[WorstOfSpeed], float]] = {
     "yield": _yielding,
     "fatigue": lambda worst: np.inf if worst.fatigue is None else worst.fatigue.factor,
     "crossland": _crossland,

@@ -32,7 +32,9 @@ class EngineLoading:
     engine: Engine
     gas: GasModel
     table: EngineTable  #: what the study says of them
-    _cycles: dict[tuple[MassProperties, float], CrankCycle] = field(default_factory=dict, compare=False)
+    _cycles: dict[tuple[MassProperties, float], CrankCycle] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
 
     @classmethod
     def of(cls, table: EngineTable, rod_length: float) -> "EngineLoading":

@@ -54,12 +54,12 @@ class Known(NamedTuple):
 Judge = Callable[[PartRows, Ints, Floats, Floats], Known]
 
 
-def yielding(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+def yielding(part: PartRows, _rows: Ints, history: Floats, errors: Floats) -> Known:
     """Judge against yielding: see `Judge`."""
     size = deviator_norm(history)
     error = _counting(errors[0], size.max(axis=1))
     largest = (size + error).max(axis=1)
-    factors = part.yielding_factor(largest, largest, rows)
+    factors = part.yielding_factor(largest, largest)
     return Known(factors, _longest(size, error), size.argmax(axis=1)[:, None])
 
 

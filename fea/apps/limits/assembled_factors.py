@@ -17,22 +17,24 @@ import numpy as np
 
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.cycle.basis import FullBasis
-from fea.analysis.cycle.rows import PartRows
-from fea.analysis.cycle.unit_solutions import UnitSolutions
-from fea.analysis.prepared_rod import PreparedRod
-from fea.apps.limits.factors import (
+from fea.analysis.cycle.candidates import (
     ALL_ROWS_STEP,
-    Factors,
-    FailureMode,
-    Histories,
-    ModeFactor,
-    RodFactors,
+    RowHistories,
     around,
     decisive_angles,
     most_used,
     sampled_angles,
     utilisation,
-    utilisation_of,
+)
+from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.unit_solutions import UnitSolutions
+from fea.analysis.prepared_rod import PreparedRod
+from fea.apps.limits.factors import (
+    Factors,
+    FailureMode,
+    ModeFactor,
+    RodFactors,
+    StressHistories,
     worst_of_histories,
 )
 from fea.contact.assembly_state import AssemblyState, FaceState
@@ -41,7 +43,7 @@ from fea.pins.model import Fields, Response, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
@@ -91,10 +93,10 @@ class _SolvedInstants(NamedTuple):
     states: list[AssemblyState]
 
     @property
-    def most_stressed(self) -> list[tuple[PartRows, Ints, Floats]]:
-        """Rows of each part that may be the worst, with their stress (n, 6, n_instants)."""
+    def most_stressed(self) -> list[RowHistories]:
+        """Rows of each part that may be the worst."""
         pairs = [(part, most_used(utilisation(part, self.weights))) for part in self.parts]
-        return [(part, rows, part.stress(self.weights, rows)) for part, rows in pairs]
+        return [RowHistories(part, rows, part.stress(self.weights, rows)) for part, rows in pairs]
 
 
 class AssembledFactors(RodFactors):
@@ -152,37 +154,37 @@ class AssembledFactors(RodFactors):
         self._followed = cycle, found
         return found
 
-    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> StressHistories:
         """Return the stress of the most stressed rows: see `RodFactors.histories`."""
         with suppress(UnsettledError):
             if not estimated:
                 return self._over(cycle)[0]
         solved, angles = self._at_decisive(cycle)
         stress = 1 / self._with_history().get(FailureMode.FATIGUE, 1.0)
-        return [(part, rows, stress * past) for part, rows, past in solved.most_stressed], angles.tolist()
+        return [each._replace(stress=stress * each.stress) for each in solved.most_stressed], angles
 
-    def _over(self, cycle: CrankCycle) -> tuple[Histories, list[AssemblyState]]:
+    def _over(self, cycle: CrankCycle) -> tuple[StressHistories, list[AssemblyState]]:
         """Follow a cycle: at every few degrees, then around the decisive instants."""
         angles = sampled_angles(cycle, ALL_ROWS_STEP)
         first = self._solved(cycle.at(angles), cycle)
         worst = first.most_stressed
-        histories = [history for _, _, history in worst]
-        usage = [utilisation_of(part, history, rows) for part, rows, history in worst]
+        histories, usage = [each.stress for each in worst], [each.utilisation for each in worst]
         self._decisive = np.union1d(self._decisive, decisive_angles(angles, histories, usage, 0))
-        of_assembly = self._of_assembly(first.states, angles.tolist()).values()
+        of_assembly = self._of_assembly(first.states, angles).values()
         decisive = [each.crank_angle for each in of_assembly if each.crank_angle is not None]
         more = np.union1d(decisive_angles(angles, histories, usage), around(np.array(decisive)))
         more = np.setdiff1d(more, angles)
         second = self._solved(cycle.at(more), cycle)
         both = [
-            (part, rows, np.concatenate([history, of_second.stress(second.weights, rows)], axis=2))
-            for (part, rows, history), of_second in zip(worst, second.parts, strict=True)
+            each._replace(
+                stress=np.concatenate([each.stress, part.stress(second.weights, each.rows)], axis=2)
+            )
+            for each, part in zip(worst, second.parts, strict=True)
         ]
-        return (both, [*angles, *more]), [*first.states, *second.states]
+        return (both, np.append(angles, more)), [*first.states, *second.states]
 
     def _factors(self, solved: _SolvedInstants, angles: Floats) -> dict[FailureMode, ModeFactor]:
-        at = angles.tolist()
-        return worst_of_histories(solved.most_stressed, at) | self._of_assembly(solved.states, at)
+        return worst_of_histories(solved.most_stressed, angles) | self._of_assembly(solved.states, angles)
 
     def _solved(self, instants: Instants, cycle: CrankCycle | None = None) -> _SolvedInstants:
         """Solve instants, each as a unit load; in the order of a cycle where one is given."""
@@ -201,9 +203,7 @@ class AssembledFactors(RodFactors):
         parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         return _SolvedInstants(parts, weights, states)
 
-    def _of_assembly(
-        self, states: Sequence[AssemblyState], angles: Sequence[float]
-    ) -> dict[FailureMode, ModeFactor]:
+    def _of_assembly(self, states: Sequence[AssemblyState], angles: Floats) -> dict[FailureMode, ModeFactor]:
         """Factors of bolts, joint and seats over contact states at crank angles, rad."""
         setup = self._rod.assembling
         if setup is None:
@@ -212,7 +212,7 @@ class AssembledFactors(RodFactors):
         yielding = min(range(len(bolts)), key=lambda number: bolts[number].working_safety)
         fatigued = min(range(len(bolts)), key=lambda number: bolts[number].bending_fatigue_safety)
         places = [bolt.at for bolt in self._start.bolts]
-        at = angles[bolts[yielding].largest_at]
+        at = float(angles[bolts[yielding].largest_at])
         found = {
             FailureMode.BOLT_YIELD: ModeFactor(bolts[yielding].working_safety, places[yielding], at),
             FailureMode.BOLT_FATIGUE: ModeFactor(bolts[fatigued].bending_fatigue_safety, places[fatigued]),
@@ -220,7 +220,7 @@ class AssembledFactors(RodFactors):
         joint = [state.joint for state in states]
         if setup.bolt.bolt.play:  # otherwise the bolts carry what friction does not
             reserve = [state.slip_reserve or math.inf for state in joint]
-            found[FailureMode.SLIP] = ModeFactor(min(reserve), None, angles[int(np.argmin(reserve))])
+            found[FailureMode.SLIP] = ModeFactor(min(reserve), None, float(angles[np.argmin(reserve)]))
         preload = self._start.joint.edge_pressure or 0.0
         lost = {FailureMode.OPENING: [_lost(face.edge_pressure or 0.0, preload, face) for face in joint]}
         for mode, seat in _SEATS.items():
@@ -231,7 +231,7 @@ class AssembledFactors(RodFactors):
                 lost[mode] = [_lost(left, preload, face) for left, face in zip(least, faces, strict=True)]
         for mode, usage in lost.items():
             if math.isfinite(most := max(usage)):
-                found[mode] = ModeFactor(1 / max(most, _TINY), None, angles[int(np.argmax(usage))])
+                found[mode] = ModeFactor(1 / max(most, _TINY), None, float(angles[np.argmax(usage)]))
         return found
 
 

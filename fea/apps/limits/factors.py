@@ -1,11 +1,7 @@
 """Safety factors against every mode of failure at an operating point, from superposed unit solutions.
 
-Every row of the rod is evaluated only on a few rays from rest through speed squared and gas load. In these
-coordinates loads grow in proportion, and a norm of stress is convex: between two of these rays the stress is
-bounded by the mean of both. Rows that may be the worst somewhere are candidates, which are evaluated
-elsewhere; every row is evaluated again where a limit is stated in words.
-
-A cycle is evaluated in two stages: at every few degrees, then at every degree around the decisive instants.
+The cycles that are surveyed lie on a few rays from rest through speed squared and gas load; every row is
+evaluated again where a limit is stated in words (see `fea.analysis.cycle.candidates`).
 """
 
 from abc import ABC, abstractmethod
@@ -13,26 +9,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
 
 from fea.analysis.buckling import columns, compression
-from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.candidates import Candidates, RowHistories, utilisation_of
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
-from fea.base.units import DEG
 from fea.judge.fatigue import criterion_strength, reversed_amplitude
 from fea.judge.history import signed_equivalent
 from fea.judge.life_line import LifeLine, rainflow
-from fea.machine.threads import side_by_side
-from fea.pins.model import Weights
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
-from loads.slider_crank import cycle_angles
 
 
 class FailureMode(StrEnum):
@@ -68,18 +59,9 @@ class ModeFactor:
 
 
 Factors = Mapping[FailureMode, ModeFactor]
-#: Rows of parts with their stress (n, 6, n_instants), and the crank angles of these, rad
-Histories = tuple[list[tuple[PartRows, Ints, Floats]], list[float]]
+#: Rows of parts with their stress, and the crank angles of the instants, rad
+StressHistories = tuple[Sequence[RowHistories], Floats]
 
-# Degrees from one instant of the first stage to the next, for all rows and for candidates; and half the width
-# of the second stage, whose instants are a degree apart.
-ALL_ROWS_STEP, _CANDIDATE_STEP, _WINDOW = 10, 12, 6
-# Rows of a part that are evaluated in the second stage against each mode.
-_CLOSEST = 80
-# A row is a candidate if its utilisation is at least this share of the largest, on one of so many rays
-# between two that were surveyed; and at most so many of a part for each.
-_NEAR, _BETWEEN, _MOST = 0.85, 4, 60
-_BLOCK = 500  # nodes evaluated at once
 _TINY = 1e-12
 
 
@@ -115,7 +97,7 @@ class RodFactors(ABC):
         return True
 
     @abstractmethod
-    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> StressHistories:
         """Return the stress of the most stressed rows at the decisive instants."""
 
     @cached_property
@@ -159,116 +141,38 @@ class SuperposedFactors(RodFactors):
 
     def __init__(self, rod: PreparedRod, analysis: CycleAnalysis) -> None:
         super().__init__(rod)
-        self._analysis = analysis
-        self._parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
-        self._candidates: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self._parts]
+        self._candidates = Candidates(analysis)
         # Decisive crank angles of the last evaluation, rad: they often decide the next one.
         self._decisive = np.zeros(0)
-        self._surveyed: list[list[Floats]] = []  # utilisations of every row on each ray
-
-    def _utilisation(self, cycle: CrankCycle) -> list[Floats]:
-        """Utilisations (3, n_rows) of every row of each part."""
-        weights = self._analysis.weights(cycle, sampled_angles(cycle, ALL_ROWS_STEP))
-        return [utilisation(part, weights) for part in self._parts]
 
     def survey(self, cycle: CrankCycle) -> Factors:
         """Evaluate every row, and remember it to choose candidates."""
-        self._surveyed.append(self._utilisation(cycle))
-        most = np.max([of_part.max(axis=1) for of_part in self._surveyed[-1]], axis=0)
-        found = {mode: ModeFactor(1 / used) for mode, used in zip(STRESSED, most, strict=True) if used > 0}
+        largest = self._candidates.survey(cycle)
+        found = {mode: ModeFactor(1 / used) for mode, used in zip(STRESSED, largest, strict=True) if used > 0}
         return found | {FailureMode.BUCKLING: self.buckling(cycle)}
 
     def choose_candidates(self) -> None:
         """Choose the rows that may be the worst between the rays that were surveyed in their order."""
-        rays = self._surveyed
-        for before, after in pairwise(rays if len(rays) > 1 else [*rays, *rays]):
-            for share in np.linspace(0, 1, _BETWEEN + 1):
-                between = [(1 - share) * a + share * b for a, b in zip(before, after, strict=True)]
-                self._add_candidates(between, _NEAR)
-
-    def _add_candidates(self, usage: Sequence[Floats], near: float) -> bool:
-        """Add rows with nearly the largest utilisation; return whether any of them is new."""
-        largest, new = np.max([of_part.max(axis=1) for of_part in usage], axis=0), False
-        for number, of_part in enumerate(usage):
-            rows = [self._candidates[number]]
-            for mode, most in zip(of_part, largest, strict=True):
-                order = np.argsort(-mode)[:_MOST]
-                rows.append(order[(mode[order] >= near * most) & (mode[order] > 0)])
-            every = np.unique(np.concatenate(rows))
-            new |= len(every) > len(self._candidates[number])
-            self._candidates[number] = every
-        return new
+        self._candidates.choose()
 
     def certify(self, cycle: CrankCycle, factors: Factors) -> bool:
         """Check that no row is worse than `factors`; any that is becomes a candidate."""
-        usage = self._utilisation(cycle)
-        largest = np.max([of_part.max(axis=1) for of_part in usage], axis=0)
-        pairs = [
-            (used, factors[mode]) for used, mode in zip(largest, STRESSED, strict=True) if mode in factors
-        ]
-        confirmed = all(used <= 1.001 / worst.factor for used, worst in pairs)
-        return confirmed or not self._add_candidates(usage, 0.97)
+        known = [1 / factors[mode].factor if mode in factors else np.nan for mode in STRESSED]
+        return self._candidates.confirm(cycle, np.array(known))
 
     def at(self, cycle: CrankCycle) -> Factors:
         """Return the factors over a cycle, with their places."""
         return worst_of_histories(*self.histories(cycle)) | {FailureMode.BUCKLING: self.buckling(cycle)}
 
-    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:  # noqa: ARG002
+    def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> StressHistories:  # noqa: ARG002
         """Return the stress of the candidates that are worst: see `RodFactors.histories`."""
-        if not any(map(len, self._candidates)):
-            self.choose_candidates()
-        angles = np.union1d(sampled_angles(cycle, _CANDIDATE_STEP), self._decisive)
-        weights = self._analysis.weights(cycle, angles)
-        pairs = [(part, rows) for part, rows in zip(self._parts, self._candidates, strict=True) if rows.size]
-        histories = [part.stress(weights, rows) for part, rows in pairs]
-        usage = [
-            utilisation_of(part, course, rows) for (part, rows), course in zip(pairs, histories, strict=True)
-        ]
-        worst = [(part, rows[most_used(used)]) for (part, rows), used in zip(pairs, usage, strict=True)]
-        self._decisive = decisive_angles(angles, histories, usage)
-        more = np.setdiff1d(self._decisive, angles)
-        if more.size:
-            weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
-        return [(part, rows, part.stress(weights, rows)) for part, rows in worst], [*angles, *more]
-
-
-def sampled_angles(cycle: CrankCycle, step: int) -> Floats:
-    """Crank angles at every so many degrees, and that of the largest gas pressure, rad."""
-    angles = np.concatenate([cycle_angles(), cycle.gas.samples])
-    gas_peak = angles[cycle.gas.pressure(angles, np.asarray(cycle.speed)).argmax()]
-    return np.append(np.arange(0, 720, step) * DEG, gas_peak)
-
-
-def utilisation(part: PartRows, weights: Weights) -> Floats:
-    """Utilisations (3, n_rows) of every row of a part over instants, by the modes `STRESSED`."""
-    rows = np.arange(len(part.points)).reshape(len(part.sides), -1)
-
-    def block(start: int) -> Floats:
-        nodes = slice(start, start + _BLOCK)
-        stress = part.every(weights, nodes)
-        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(STRESSED), len(rows), -1)
-
-    blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
-    return np.concatenate(blocks, axis=2).reshape(len(STRESSED), -1)
-
-
-def utilisation_of(part: PartRows, history: Floats, rows: Ints) -> Floats:
-    """Utilisations (3, n), by the modes `STRESSED`, of histories (n, 6, n_instants) of some rows."""
-    signed = signed_equivalent(history)
-    highest, lowest = signed.max(axis=1), signed.min(axis=1)
-    factors = [part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)]
-    factors.append(part.lining_factor(highest, lowest))
-    return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
-
-
-def most_used(usage: Floats) -> Ints:
-    """Return the rows of the largest of the utilisations (3, n)."""
-    used = usage[usage.any(axis=1)] if usage.any() else usage[:1]
-    return np.unique(np.argsort(-used, axis=1)[:, :_CLOSEST])
+        found = self._candidates.histories(cycle, self._decisive)
+        self._decisive = found.decisive
+        return found.parts, found.angles
 
 
 def worst_of_histories(
-    rows_of_parts: Sequence[tuple[PartRows, Ints, Floats]], angles: Sequence[float]
+    rows_of_parts: Sequence[RowHistories], angles: Floats
 ) -> dict[FailureMode, ModeFactor]:
     """Return the least factors among rows of parts with their histories (n, 6, n_instants)."""
     found = dict[FailureMode, ModeFactor]()
@@ -281,25 +185,3 @@ def worst_of_histories(
                 x, y, z = part.points[rows[row]].tolist()
                 found[mode] = ModeFactor(factor, (x, y, z), float(angles[np.abs(signed).argmax()]))
     return found
-
-
-def decisive_angles(
-    angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats], window: int = _WINDOW
-) -> Floats:
-    """Crank angles within so many degrees of the extremes of the three worst rows against each mode."""
-    found = set[int]()
-    for mode in range(len(STRESSED)):
-        most = [of_part[mode].max(initial=0.0) for of_part in usage]
-        number = int(np.argmax(most))
-        if not most[number] and mode:  # no part fails in this way
-            continue
-        for row in np.argsort(-usage[number][mode])[:3]:
-            signed = signed_equivalent(histories[number][row : row + 1])[0]
-            found |= {int(signed.argmax()), int(signed.argmin())}
-    return around(angles[sorted(found)], window)
-
-
-def around(angles: Floats, window: int = _WINDOW) -> Floats:
-    """Crank angles, a degree apart, within so many degrees of each of some."""
-    degrees = np.round(angles / DEG)[:, None] + np.arange(-window, window + 1)
-    return np.asarray(np.unique(np.mod(degrees, 720)) * DEG)

@@ -1,0 +1,190 @@
+"""The places that may be the worst over many crank cycles, and their stress at the decisive instants.
+
+Every place is evaluated over a few cycles only, which differ in speed or gas load. Loads grow in proportion
+to speed squared and to the gas pressure, and a norm of stress is convex: between two of these cycles the
+stress is bounded by the mean of both. The places that may be the worst somewhere between are candidates,
+which are evaluated over every other cycle; all places are evaluated again where an answer depends on it.
+
+A cycle is evaluated in two stages: at every few degrees, then at every degree around the decisive instants.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from fea.analysis.cycle.rows import PartRows
+from fea.analysis.cycle.superposition import CycleAnalysis
+from fea.base.units import DEG
+from fea.judge.history import signed_equivalent
+from fea.machine.threads import side_by_side
+from fea.pins.model import Weights
+from geometry.arrays import Floats, Ints
+from loads.crank_cycle import CrankCycle
+from loads.slider_crank import cycle_angles
+
+# Utilisations are those against yielding, against fatigue, and of the linings of the bores against yielding.
+YIELDING, FATIGUE, LINING = MODES = range(3)
+# Degrees from one instant of the first stage to the next, for all places and for candidates; and half the
+# width of the second stage, whose instants are a degree apart.
+ALL_ROWS_STEP, _CANDIDATE_STEP, WINDOW = 10, 12, 6
+# Rows of a part that are evaluated in the second stage against each mode.
+_CLOSEST = 80
+# A row is a candidate if its utilisation is at least this share of the largest, on one of so many cycles
+# between two that were surveyed; and at most so many of a part for each.
+_NEAR, _BETWEEN, _MOST = 0.85, 4, 60
+# Where every place is evaluated again, those with at least this share of the largest utilisation join; and
+# how much larger than known that may be.
+_JOINING, _LARGER = 0.97, 1.001
+_BLOCK = 500  # nodes evaluated at once
+_TINY = 1e-12
+
+
+class RowHistories(NamedTuple):
+    """Stress histories of some rows of a part."""
+
+    part: PartRows
+    rows: Ints  #: (n,)
+    stress: Floats  #: (n, 6, n_instants), MPa, components as in `fea.judge.history`
+
+    @property
+    def utilisation(self) -> Floats:
+        """Utilisations (3, n) of the rows."""
+        return utilisation_of(self.part, self.stress, self.rows)
+
+
+class Histories(NamedTuple):
+    """The most stressed candidates of each part over a cycle."""
+
+    parts: tuple[RowHistories, ...]
+    angles: Floats  #: (n_instants,) crank angles, rad
+    decisive: Floats  #: those of the second stage, rad
+
+
+class Candidates:
+    """The places that may be the worst, as rows of each part.
+
+    Attributes: `parts`: all rows of each part.
+    """
+
+    def __init__(self, analysis: CycleAnalysis) -> None:
+        self._analysis = analysis
+        self.parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
+        self._rows: list[Ints] = [np.zeros(0, dtype=np.int64) for _ in self.parts]
+        self._surveyed: list[list[Floats]] = []  # utilisations of every row over each cycle
+
+    def _utilisation(self, cycle: CrankCycle) -> list[Floats]:
+        """Utilisations (3, n_rows) of every row of each part."""
+        weights = self._analysis.weights(cycle, sampled_angles(cycle, ALL_ROWS_STEP))
+        return [utilisation(part, weights) for part in self.parts]
+
+    def survey(self, cycle: CrankCycle) -> Floats:
+        """Evaluate every row, and remember it to choose candidates; return the largest utilisations (3,)."""
+        self._surveyed.append(self._utilisation(cycle))
+        return _largest(self._surveyed[-1])
+
+    def choose(self) -> None:
+        """Choose the rows that may be the worst between the cycles that were surveyed, in their order."""
+        cycles = self._surveyed
+        for before, after in pairwise(cycles if len(cycles) > 1 else [*cycles, *cycles]):
+            for share in np.linspace(0, 1, _BETWEEN + 1):
+                self._add([(1 - share) * a + share * b for a, b in zip(before, after, strict=True)], _NEAR)
+
+    def _add(self, usage: Sequence[Floats], near: float) -> bool:
+        """Add rows with nearly the largest utilisation; return whether any of them is new."""
+        largest, new = _largest(usage), False
+        for number, of_part in enumerate(usage):
+            rows = [self._rows[number]]
+            for mode, most in zip(of_part, largest, strict=True):
+                order = np.argsort(-mode)[:_MOST]
+                rows.append(order[(mode[order] >= near * most) & (mode[order] > 0)])
+            every = np.unique(np.concatenate(rows))
+            new |= len(every) > len(self._rows[number])
+            self._rows[number] = every
+        return new
+
+    def confirm(self, cycle: CrankCycle, largest: Floats) -> bool:
+        """Whether no row exceeds utilisations (3,), NaN where unknown; any that does becomes a candidate."""
+        usage = self._utilisation(cycle)
+        confirmed = bool((np.isnan(largest) | (_largest(usage) <= _LARGER * largest)).all())
+        return confirmed or not self._add(usage, _JOINING)
+
+    def histories(self, cycle: CrankCycle, known: Floats | None = None) -> Histories:
+        """Return the stress of the most stressed candidates, at `known` crank angles (n,), rad, too."""
+        if not any(map(len, self._rows)):
+            self.choose()
+        angles = np.union1d(sampled_angles(cycle, _CANDIDATE_STEP), np.zeros(0) if known is None else known)
+        weights = self._analysis.weights(cycle, angles)
+        pairs = [(part, rows) for part, rows in zip(self.parts, self._rows, strict=True) if rows.size]
+        first = [RowHistories(part, rows, part.stress(weights, rows)) for part, rows in pairs]
+        usage = [each.utilisation for each in first]
+        decisive = decisive_angles(angles, [each.stress for each in first], usage)
+        more = np.setdiff1d(decisive, angles)
+        if more.size:
+            weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
+        worst = [(part, rows[most_used(used)]) for (part, rows), used in zip(pairs, usage, strict=True)]
+        found = tuple(RowHistories(part, rows, part.stress(weights, rows)) for part, rows in worst)
+        return Histories(found, np.append(angles, more), decisive)
+
+
+def _largest(usage: Sequence[Floats]) -> Floats:
+    """Largest utilisations (3,) of all parts."""
+    return np.asarray(np.max([of_part.max(axis=1) for of_part in usage], axis=0))
+
+
+def sampled_angles(cycle: CrankCycle, step: int) -> Floats:
+    """Crank angles at every so many degrees, and that of the largest gas pressure, rad."""
+    angles = np.concatenate([cycle_angles(), cycle.gas.samples])
+    gas_peak = angles[cycle.gas.pressure(angles, np.asarray(cycle.speed)).argmax()]
+    return np.append(np.arange(0, 720, step) * DEG, gas_peak)
+
+
+def utilisation(part: PartRows, weights: Weights) -> Floats:
+    """Utilisations (3, n_rows) of every row of a part over instants."""
+    rows = np.arange(len(part.points)).reshape(len(part.sides), -1)
+
+    def block(start: int) -> Floats:
+        nodes = slice(start, start + _BLOCK)
+        stress = part.every(weights, nodes)
+        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(MODES), len(rows), -1)
+
+    blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
+    return np.concatenate(blocks, axis=2).reshape(len(MODES), -1)
+
+
+def utilisation_of(part: PartRows, history: Floats, rows: Ints) -> Floats:
+    """Utilisations (3, n) of histories (n, 6, n_instants) of some rows; 0 where a strength is not known."""
+    signed = signed_equivalent(history)
+    highest, lowest = signed.max(axis=1), signed.min(axis=1)
+    factors = [part.yielding_factor(highest, lowest), part.fatigue_factor(highest, lowest, rows)]
+    factors.append(part.lining_factor(highest, lowest))
+    return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
+
+
+def most_used(usage: Floats) -> Ints:
+    """Return the rows of the largest of the utilisations (3, n)."""
+    used = usage[usage.any(axis=1)] if usage.any() else usage[:1]
+    return np.unique(np.argsort(-used, axis=1)[:, :_CLOSEST])
+
+
+def decisive_angles(
+    angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats], window: int = WINDOW
+) -> Floats:
+    """Crank angles around the extremes of the three worst rows against each mode, rad."""
+    found = set[int]()
+    for mode in MODES:
+        most = [of_part[mode].max(initial=0.0) for of_part in usage]
+        number = int(np.argmax(most))
+        if not most[number] and mode:  # no part fails in this way
+            continue
+        for row in np.argsort(-usage[number][mode])[:3]:
+            signed = signed_equivalent(histories[number][row : row + 1])[0]
+            found |= {int(signed.argmax()), int(signed.argmin())}
+    return around(angles[sorted(found)], window)
+
+
+def around(angles: Floats, window: int = WINDOW) -> Floats:
+    """Crank angles, a degree apart, within so many degrees of each of some, rad."""
+    degrees = np.round(angles / DEG)[:, None] + np.arange(-window, window + 1)
+    return np.asarray(np.unique(np.mod(degrees, 720)) * DEG)
