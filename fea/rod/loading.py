@@ -14,6 +14,9 @@ from loads.gas import GasModel
 from loads.instants import Instants, given
 from loads.trace import absorbed
 
+# Crank cycles that stay in memory, at a tenth of a megabyte each.
+_MOST_CYCLES = 100
+
 
 @dataclass(frozen=True)
 class SpeedLoads:
@@ -80,7 +83,11 @@ class EngineLoading:
 
     def cycle_at(self, rod: MassProperties, speed: float) -> CrankCycle:
         """Return the crank cycle at a speed, rad/s: the same object each time, with what it has computed."""
-        return self._cycles.setdefault((rod, speed), CrankCycle(self.engine, rod, self.gas, speed))
+        if (rod, speed) not in self._cycles:
+            if len(self._cycles) == _MOST_CYCLES:
+                self._cycles.clear()
+            self._cycles[rod, speed] = CrankCycle(self.engine, rod, self.gas, speed)
+        return self._cycles[rod, speed]
 
 
 @dataclass(frozen=True)
