@@ -35,7 +35,7 @@ class EngineLoading:
     engine: Engine
     gas: GasModel
     table: EngineTable  #: what the study says of them
-    _cycles: dict[tuple[MassProperties, float], CrankCycle] = field(
+    _cycles: dict[tuple[int, float], CrankCycle] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
 
@@ -83,11 +83,12 @@ class EngineLoading:
 
     def cycle_at(self, rod: MassProperties, speed: float) -> CrankCycle:
         """Return the crank cycle at a speed, rad/s: the same object each time, with what it has computed."""
-        if (rod, speed) not in self._cycles:
+        key = id(rod), speed  # no other rod has this id as long as the cycle holds the rod
+        if key not in self._cycles:
             if len(self._cycles) == _MOST_CYCLES:
                 self._cycles.clear()
-            self._cycles[rod, speed] = CrankCycle(self.engine, rod, self.gas, speed)
-        return self._cycles[rod, speed]
+            self._cycles[key] = CrankCycle(self.engine, rod, self.gas, speed)
+        return self._cycles[key]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fea import run
-from fea.analysis import prepare as prepared
+from fea.analysis import prepared_rod as prepared
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.checks import LIMITS
 from fea.solid.section_balance import SectionBalance
