@@ -32,7 +32,7 @@ _INSTANTS, _SOME, _NODES = 3, 5, 4000
 
 
 @dataclass(frozen=True)
-class Modes:
+class SurfaceModes:
     """Fields whose sum, each times its course, is the stress at every instant."""
 
     stress: Floats  #: (n_nodes, 6, n_modes), MPa, components XX YY ZZ XY YZ XZ
@@ -41,7 +41,7 @@ class Modes:
     error: float  #: largest von Mises stress of what is missing at any node and instant looked at, MPa
 
 
-def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
+def modes(units: Reals, weights: Floats, tolerance: float) -> SurfaceModes:
     """Find as few fields as give the stress of a cycle to a tolerance.
 
     `units` (n_nodes, 6, n_units) unit stresses; `weights` (n_units, n_instants).
@@ -57,7 +57,7 @@ def modes(units: Reals, weights: Floats, tolerance: float) -> Modes:
     size = np.abs(courses[:count]).max(axis=1)
     scaled = loads[:, :count] * size
     stress = np.asarray(product(flat.reshape(units.shape), scaled), np.float64)
-    return Modes(stress, courses[:count] / size[:, None], scaled, error)
+    return SurfaceModes(stress, courses[:count] / size[:, None], scaled, error)
 
 
 def _enough(
@@ -226,7 +226,7 @@ def _gathered(parts: Sequence[PartStress], part: Ints, cell: Ints, parity: Parit
     return stresses
 
 
-def _displacements(rod: PreparedRod, by_parity: Sequence[Modes], cell: Ints) -> list[Floats]:
+def _displacements(rod: PreparedRod, by_parity: Sequence[SurfaceModes], cell: Ints) -> list[Floats]:
     """Displacement (n_rows, 3, n_moving) of the first modes of each parity."""
     even, odd = rod.cycle.basis.fields()
     if len(by_parity) == 1:
@@ -275,7 +275,7 @@ def _of_cell(rod: PreparedRod, cell: Ints) -> Ints:
     return original[cell]
 
 
-class Known(NamedTuple):
+class SolvedInstant(NamedTuple):
     """A directly solved instant: crank angle, rad, von Mises stress (n_nodes,), displacement (n_nodes, 3)."""
 
     angle: float
@@ -283,7 +283,7 @@ class Known(NamedTuple):
     displacement: Floats
 
 
-def agreeing(moving: Motion, cases: Iterable[Known]) -> tuple[Motion | None, str]:
+def agreeing(moving: Motion, cases: Iterable[SolvedInstant]) -> tuple[Motion | None, str]:
     """Compare a motion with directly solved instants.
 
     Returns the motion as it is, or without displacement where that differs; or None, and why, where the

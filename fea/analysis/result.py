@@ -14,7 +14,7 @@ from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.analysis.film import FilmResult
 from fea.analysis.forces import force_columns
 from fea.analysis.life import Life
-from fea.analysis.motion import Known, Motion, agreeing, motion
+from fea.analysis.motion import Motion, SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
@@ -206,7 +206,7 @@ def _motion(rod: PreparedRod, summary: Summary, result: SpeedResult) -> tuple[Mo
     if summary.rpm is None or cycle is None or not isinstance(envelope, EnvelopeFigures):
         return None, ""
     peaks = [
-        Known(float(case.load.crank_angle), case.von_mises, case.displacement)
+        SolvedInstant(float(case.load.crank_angle), case.von_mises, case.displacement)
         for case in result.cases.values()
         if case.load.in_cycle
     ]

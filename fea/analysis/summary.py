@@ -1,8 +1,7 @@
 """From what was found to the figures of `summary.json`."""
 
 import platform
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from string import ascii_uppercase
@@ -11,17 +10,14 @@ import numpy as np
 
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.buckling import BucklingReport
-from fea.analysis.cycle.superposition import CycleResult
-from fea.analysis.cycle.unit_solutions import Spot
+from fea.analysis.cycle.figures import case_factor, envelope_figures
 from fea.analysis.figures import (
     AssemblyFigures,
     BoreFigures,
     BucklingFigures,
     CaseFigures,
     CycleFigures,
-    EnduranceFigures,
     EngineFigures,
-    EnvelopeFigures,
     EnvironmentFigures,
     FilmFigures,
     LiningFigures,
@@ -31,9 +27,7 @@ from fea.analysis.figures import (
     QualityFigures,
     RodFigures,
     SharpEdgeFigures,
-    SpotFigures,
     Summary,
-    SurfaceFigures,
     WeakestFigures,
     figures,
     plain,
@@ -45,17 +39,14 @@ from fea.analysis.speed_result import SpeedResult
 from fea.analysis.survival import factors, survival
 from fea.base.checks import Check
 from fea.base.choices import CONVERGED_PERCENT
-from fea.base.material import Material
 from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import BAR, DEG, KG_M2, KN
 from fea.base.version import __version__
 from fea.judge.case_result import CaseResult
-from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.governing import Governing
-from fea.judge.history import deviatoric, extremes
-from fea.judge.safety_factor import SafetyFactor, without_bar
+from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
-from fea.judge.verdict import CAP, Verdict, peak, safety_factor
+from fea.judge.verdict import CAP, Verdict, peak
 from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
@@ -66,37 +57,6 @@ from geometry.system import peak_memory
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair
-
-
-def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:
-    """Return the factors of every part, by its name, whose endurance limit is known."""
-    return {
-        part: _endurance(material, material.endurance_limit)
-        for part, material in zip(parts, materials, strict=True)
-        if material.endurance_limit is not None
-    }
-
-
-def _endurance(material: Material, limit: float) -> EnduranceFigures:
-    marin = material.marin
-    return EnduranceFigures(
-        specimen_MPa=limit / (marin.size * marin.load * marin.reliability),
-        cycles=material.endurance_cycles,
-        estimated=material.endurance_estimated,
-        size_factor=marin.size,
-        load_factor=marin.load,
-        reliability_factor=marin.reliability,
-        reliability_percent=marin.reliability_percent,
-        regions={
-            region.value: SurfaceFigures(
-                finish=surface.finish,
-                surface_factor=surface.factor,
-                endurance_MPa=limit * surface.factor,
-                assumed=surface.assumed or None,
-            )
-            for region, surface in marin.surfaces.items()
-        },
-    )
 
 
 def sharp_edge_figures(
@@ -282,7 +242,7 @@ def case_figures(
     return figures(
         CaseFigures,
         case,
-        min_safety_factor=_of_case(case),
+        min_safety_factor=case_factor(case),
         weakest=_weakest(rod, case),
         energy_error_percent=case.error.energy_percent,
         verdict=verdict.value,
@@ -291,10 +251,6 @@ def case_figures(
         contact={surface.value: _bore(case, surface, length) for surface in case.touch} or None,
         linings=dict(_linings(rod, case)) or None,
     )
-
-
-def _of_case(case: CaseResult) -> SafetyFactor:
-    return SafetyFactor.of_stress(case.min_safety_factor, case.error_percent, instant=case.load.name)
 
 
 def _linings(rod: PreparedRod, case: CaseResult) -> Iterator[tuple[str, LiningFigures]]:
@@ -339,97 +295,6 @@ def _singular(rod: PreparedRod, case: CaseResult) -> dict[str, float | str | Non
 def _bore(case: CaseResult, surface: Surface, rod_length: float) -> BoreFigures:
     touch, x = case.touch[surface], rod_length if surface is Surface.SMALL_END_BORE else 0.0
     return figures(BoreFigures, touch, **vars(ovality_figures(case, surface, x)))
-
-
-def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> EnvelopeFigures:
-    """Return the worst of the cycle and its worst places; errors are those of its load cases."""
-    mesh, materials = rod.mesh.whole, rod.materials
-    found, counts = result.envelope, result.counts
-    worst = int(np.where(counts, found.usage, -np.inf).argmax())
-    # of the rod: the field has the linings of the bores, too
-    factor = max(float(found.safety_factor[worst]), min(1 / float(found.usage[worst]), CAP))
-    fatigue, multiaxial = (
-        None if spot is None else _spot(spot, result, rod) for spot in (result.weakest, result.multiaxial)
-    )
-    off = fatigue_error(result, rod, cases)
-    if fatigue is not None and fatigue.fatigue_safety_factor is not None:
-        least = SafetyFactor.of_stress(fatigue.fatigue_safety_factor, off, mode="fatigue")
-        fatigue = replace(fatigue, fatigue_safety_factor=least)
-    singular = not counts.all()
-    return EnvelopeFigures(
-        min_safety_factor=SafetyFactor.of_stress(factor, _of_peaks(cases)),
-        at_mm=vector(mesh.points[worst]),
-        where=place_name(rod.mesh, worst),
-        crank_deg=float(found.usage_angle[worst]) / DEG,
-        max_von_mises_MPa=float(found.von_mises[counts].max()),
-        max_principal_MPa=float(found.principal_1[counts].max()),
-        min_principal_MPa=float(found.principal_3[counts].min()),
-        min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
-        fatigue_criterion=rod.options.fatigue.value,
-        fatigue=fatigue,
-        fatigue_error_percent=off,
-        min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
-        crossland=multiaxial,
-        endurance=endurance_figures(rod.mesh.parts, materials) or None,
-        spots=tuple(_spot(spot, result, rod) for spot in result.spots),
-        unit_solutions=result.unit_solutions,
-        instants=len(result.angles),
-        superposition_error=result.superposition,
-        unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
-        unmasked_min_safety_factor=SafetyFactor(float(found.safety_factor.min())) if singular else None,
-    )
-
-
-def _of_peaks(cases: Sequence[CaseResult]) -> float | None:
-    """Return the bar, percent, of the smallest factor of load cases: down to the least that any can be."""
-    every = [_of_case(case) for case in cases]
-    least, lowest = min(every), min(factor.low for factor in every)
-    return 100 * (least / lowest - 1)
-
-
-def fatigue_error(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> float | None:
-    """Return the error bar, percent, of the smallest factor against fatigue: that between the load cases."""
-    used = usage(rod, cases)
-    return None if used is None else peak(*used, ~result.counts).error_percent
-
-
-def _spot(spot: Spot, result: CycleResult, rod: PreparedRod) -> SpotFigures:
-    """Return the extremes of a place.
-
-    All are of the part that the spot is of; where the envelope is another part's there, they are taken from
-    every degree.
-    """
-    found, node, material = result.envelope, spot.node, rod.materials[spot.part]
-    criterion = rod.options.fatigue
-    components = deviatoric(spot.stress)
-    own = extremes(components[None])
-    largest, angle = own.von_mises[0], result.angles[own.instant[0]]
-    if spot.part == found.part[node]:
-        largest, angle = material.yield_strength * found.usage[node], found.usage_angle[node]
-    mean, amplitude, ratio = own.mean, own.amplitude, own.ratio
-    here = result.regions.at(np.array([node]))
-    surface, region = float(here.factors(material)[0]), here.region(0, material)
-    factor = fatigue_factor(criterion, mean, amplitude, material, surface)
-    multiaxial = crossland_factors(components[None], material, surface)
-    if spot.part == found.fatigue_part[node]:
-        mean, amplitude, ratio = found.mean[[node]], found.amplitude[[node]], found.ratio[[node]]
-        if factor is not None and found.fatigue_factor is not None:
-            factor = found.fatigue_factor[[node]]
-    return SpotFigures(
-        at_mm=vector(spot.place),
-        where=place_name(rod.mesh, node),
-        max_von_mises_MPa=float(largest),
-        crank_deg=float(angle) / DEG,
-        mean_MPa=float(mean[0]),
-        amplitude_MPa=float(amplitude[0]),
-        stress_ratio=float(ratio[0]),
-        safety_factor=SafetyFactor(float(safety_factor(np.asarray(largest), material.yield_strength))),
-        fatigue_safety_factor=None if factor is None else without_bar(float(factor[0])),
-        crossland_safety_factor=None if multiaxial is None else without_bar(float(multiaxial[0])),
-        endurance_MPa=None if material.endurance_limit is None else surface * material.endurance_limit,
-        surface_region=None if region is None else region.value,
-        history_MPa=tuple(spot.signed.tolist()),
-    )
 
 
 def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from fea.analysis.figures import EnvelopeFigures, FilmFigures
 from fea.analysis.film import films_at
 from fea.analysis.forces import drawn_solid
-from fea.analysis.motion import Known, agreeing, motion
+from fea.analysis.motion import SolvedInstant, agreeing, motion
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import UnitSystem
@@ -148,9 +148,9 @@ def _with_films(run: StoredRun, known: Mapping[str, FilmFigures], clock: Clock) 
     return run
 
 
-def _known(run: StoredRun) -> Iterator[Known]:
+def _known(run: StoredRun) -> Iterator[SolvedInstant]:
     for name, angle in marks(run.summary).items():
-        yield Known(angle * DEG, run.fields[name]["von_mises"], run.fields[name]["displacement"])
+        yield SolvedInstant(angle * DEG, run.fields[name]["von_mises"], run.fields[name]["displacement"])
 
 
 Array = npt.NDArray[Any]

@@ -3,9 +3,9 @@
 import gmsh
 import pytest
 
-from fea.analysis.cycle.search import SpeedSearch
+from fea.analysis.cycle.figures import envelope_figures
+from fea.analysis.many_speeds import SpeedSearch
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
-from fea.analysis.summary import envelope_figures
 from fea.study.study import parse_study
 from geometry.session import session
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fea.analysis.cycle import screened
-from fea.analysis.cycle.screened import Reach, extremes, path
+from fea.analysis.cycle.screened import ExtremeBounds, extremes, path
 from fea.analysis.cycle.unit_solutions import PartStress
 from fea.judge.fatigue import enclosing_balls
 from fea.judge.history import Extremes, deviatoric, extreme_principals
@@ -63,7 +63,7 @@ def test_parts_do_not_know_of_each_other(monkeypatch):
     for part, found in zip(parts, extremes(parts, along, (1, -1)), strict=True):
         (alone,) = extremes([part], along, (1, -1))
         for own, other in zip(found, alone, strict=True):
-            for field in dataclasses.fields(Reach):
+            for field in dataclasses.fields(ExtremeBounds):
                 np.testing.assert_array_equal(getattr(own, field.name), getattr(other, field.name))
 
 

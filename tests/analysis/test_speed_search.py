@@ -8,8 +8,7 @@ from cycles import analysis
 from rod_studies import random_study
 
 from fea.analysis.cycle import candidates
-from fea.analysis.cycle.search import SpeedSearch
-from fea.analysis.many_speeds import SpeedSweep
+from fea.analysis.many_speeds import SpeedSearch, SpeedSweep
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CONTACT, Region, Symmetry
 from fea.base.material import Marin, SurfaceFinish

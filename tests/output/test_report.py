@@ -22,7 +22,7 @@ from fea.analysis.figures import (
     JointCaseFigures,
     JointFigures,
 )
-from fea.analysis.motion import Known, agreeing
+from fea.analysis.motion import SolvedInstant, agreeing
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
@@ -82,7 +82,8 @@ def test_a_motion_is_compared_with_what_is_solved():
     _, result, degrees, (stress, moved) = reported_rod()
     right = result.motion
     known = [
-        Known(angle * DEG, von_mises(stress[..., k]), moved[..., k]) for k, angle in enumerate(degrees[:3])
+        SolvedInstant(angle * DEG, von_mises(stress[..., k]), moved[..., k])
+        for k, angle in enumerate(degrees[:3])
     ]
     assert agreeing(right, known) == (right, "")
     slid = replace(right, even=replace(right.even, displacement=1.1 * right.even.displacement))

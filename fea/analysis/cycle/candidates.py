@@ -25,7 +25,7 @@ from loads.crank_cycle import CrankCycle
 from loads.slider_crank import cycle_angles
 
 # Utilisations are those against yielding, against fatigue, and of the linings of the bores against yielding.
-YIELDING, FATIGUE, LINING = MODES = range(3)
+YIELDING, FATIGUE, LINING = CRITERIA = range(3)
 # Degrees from one instant of the first stage to the next, for all places and for candidates; and half the
 # width of the second stage, whose instants are a degree apart.
 ALL_ROWS_STEP, _CANDIDATE_STEP, WINDOW = 10, 12, 6
@@ -54,7 +54,7 @@ class RowHistories(NamedTuple):
         return utilisation_of(self.part, self.stress, self.rows)
 
 
-class Histories(NamedTuple):
+class CandidateHistories(NamedTuple):
     """The most stressed candidates of each part over a cycle."""
 
     parts: tuple[RowHistories, ...]
@@ -110,7 +110,7 @@ class Candidates:
         confirmed = bool((np.isnan(largest) | (_largest(usage) <= _LARGER * largest)).all())
         return confirmed or not self._add(usage, _JOINING)
 
-    def histories(self, cycle: CrankCycle, known: Floats | None = None) -> Histories:
+    def histories(self, cycle: CrankCycle, known: Floats | None = None) -> CandidateHistories:
         """Return the stress of the most stressed candidates, at `known` crank angles (n,), rad, too."""
         if not any(map(len, self._rows)):
             self.choose()
@@ -125,7 +125,7 @@ class Candidates:
             weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
         worst = [(part, rows[most_used(used)]) for (part, rows), used in zip(pairs, usage, strict=True)]
         found = tuple(RowHistories(part, rows, part.stress(weights, rows)) for part, rows in worst)
-        return Histories(found, np.append(angles, more), decisive)
+        return CandidateHistories(found, np.append(angles, more), decisive)
 
 
 def _largest(usage: Sequence[Floats]) -> Floats:
@@ -147,10 +147,10 @@ def utilisation(part: PartRows, weights: Weights) -> Floats:
     def block(start: int) -> Floats:
         nodes = slice(start, start + _BLOCK)
         stress = part.every(weights, nodes)
-        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(MODES), len(rows), -1)
+        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(CRITERIA), len(rows), -1)
 
     blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
-    return np.concatenate(blocks, axis=2).reshape(len(MODES), -1)
+    return np.concatenate(blocks, axis=2).reshape(len(CRITERIA), -1)
 
 
 def utilisation_of(part: PartRows, history: Floats, rows: Ints) -> Floats:
@@ -173,7 +173,7 @@ def decisive_angles(
 ) -> Floats:
     """Crank angles around the extremes of the three worst rows against each mode, rad."""
     found = set[int]()
-    for mode in MODES:
+    for mode in CRITERIA:
         most = [of_part[mode].max(initial=0.0) for of_part in usage]
         number = int(np.argmax(most))
         if not most[number] and mode:  # no part fails in this way

@@ -1,16 +1,11 @@
-"""Safety factors of places whose stress is known to an error at some instants, and what must be exact.
+"""Bounds of the safety factors of places whose stress is known to an error, and what must be exact.
 
-Stress over a cycle is approximate for two reasons: contact may be solved at some instants and estimated
-between them (`fea.analysis.cycle.search`), and a small basis leaves out a part of the pressures. In both
-an instant can be made exact, at a cost. Each criterion tells the least that the factor of a place can be, and
-the instants that leave it in doubt: those at which the stress that decides may occur. As long as a place in
-doubt may be worse than the worst one known, some are solved.
-
-Extremes from a small basis err by a known part of the largest stress. So every place whose factor may be the
-smallest is looked at again. At these places stress of each instant is known to an error of its own: the
-pressure that the basis leaves out then, times the stress per pressure found there. The instants that make the
-factors, and any other that could change the smallest one, join the basis, in which they are exact, until none
-is left.
+A small basis leaves out a part of the pressures: stress over a cycle errs by a known part of the largest
+stress. So every place whose factor may be the smallest is evaluated again. At these places the error of each
+instant is known: the pressure that the basis leaves out then, times the stress per pressure found there. Each
+criterion gives the least that the factor of a place can be, and the instants that leave it in doubt, at which
+the stress that decides may occur. The instants that make the factors, and any other that could change the
+smallest one, join the basis, in which they are exact, until none is left.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -34,7 +29,7 @@ _AT_ONCE = 10
 _TINY = 1e-30  # a stress that is nothing, MPa
 
 
-class Known(NamedTuple):
+class FactorBounds(NamedTuple):
     """What is known of the factors of places."""
 
     least: Floats  #: (n,) lower bounds; the factors where no instant is needed
@@ -51,19 +46,19 @@ class Known(NamedTuple):
 
 # Judges rows of a part by histories (n, 6, n_instants) with errors (2, n, n_instants), of von Mises and of
 # mean stress, MPa. Factors are infinite if strengths are not known.
-Judge = Callable[[PartRows, Ints, Floats, Floats], Known]
+Judge = Callable[[PartRows, Ints, Floats, Floats], FactorBounds]
 
 
-def yielding(part: PartRows, _rows: Ints, history: Floats, errors: Floats) -> Known:
+def yield_bounds(part: PartRows, _rows: Ints, history: Floats, errors: Floats) -> FactorBounds:
     """Judge against yielding: see `Judge`."""
     size = deviator_norm(history)
     error = _counting(errors[0], size.max(axis=1))
     largest = (size + error).max(axis=1)
     factors = part.yielding_factor(largest, largest)
-    return Known(factors, _longest(size, error), size.argmax(axis=1)[:, None])
+    return FactorBounds(factors, _longest(size, error), size.argmax(axis=1)[:, None])
 
 
-def tiring(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+def fatigue_bounds(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> FactorBounds:
     """Judge against fatigue: see `Judge`.
 
     The longest q is that of one of the instants whose upper bound exceeds the largest lower one. From there
@@ -90,10 +85,10 @@ def tiring(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known
     )
     deciding = (below <= most[:, None]) & (error > 0)
     needed = np.where(unsettled[:, None], longest, deciding)
-    return Known(np.minimum(*ends), needed, np.stack([first, signed.argmin(axis=1)], axis=1))
+    return FactorBounds(np.minimum(*ends), needed, np.stack([first, signed.argmin(axis=1)], axis=1))
 
 
-def crossland(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Known:
+def crossland_bounds(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> FactorBounds:
     """Judge by Crossland's criterion: see `Judge`.
 
     A ball encloses the path if it encloses every point with its error. It is the smallest if the points that
@@ -106,7 +101,7 @@ def crossland(part: PartRows, rows: Ints, history: Floats, errors: Floats) -> Kn
     factors = crossland_bound(outside, tension, part.material, part.surface(rows))
     least = np.full(len(rows), np.inf) if factors is None else factors
     making = np.stack([away.argmax(axis=1), mean.argmax(axis=1)], axis=1)
-    return Known(least, _longest(away, error) | _longest(mean, pressed), making)
+    return FactorBounds(least, _longest(away, error) | _longest(mean, pressed), making)
 
 
 def _counting(error: Floats, scale: Floats) -> Floats:
@@ -132,9 +127,9 @@ def critical_places(found: Envelope, whole: MirroredMesh, counts: Mask, error: f
     `counts` (n_nodes,) of the whole rod; `error` of the basis, MPa.
     """
     factors = {
-        yielding: 1 / np.maximum(found.usage, _TINY),
-        tiring: found.fatigue_factor,
-        crossland: found.crossland_factor,
+        yield_bounds: 1 / np.maximum(found.usage, _TINY),
+        fatigue_bounds: found.fatigue_factor,
+        crossland_bounds: found.crossland_factor,
     }
     places: dict[Judge, Ints] = {}
     for judge, factor in factors.items():
@@ -142,7 +137,7 @@ def critical_places(found: Envelope, whole: MirroredMesh, counts: Mask, error: f
             continue
         judged = np.nan_to_num(judged, nan=np.inf)
         worst = int(judged.argmin())
-        stress = found.von_mises[worst] if judge is yielding else found.amplitude[worst]
+        stress = found.von_mises[worst] if judge is yield_bounds else found.amplitude[worst]
         margin = 1 + _ERRORS * error / max(float(stress), _TINY)
         order = np.argsort(judged)[:_MOST_PLACES]
         places[judge] = np.unique(whole.source[order[judged[order] <= margin * judged[worst]]])
@@ -159,7 +154,7 @@ def make_exact(rod: SpannedRod, basis: SmallBasis, full: Weights, places: Mappin
         pressure = basis.pressure(basis.left(full))
         wanted = np.zeros(len(pressure), dtype=bool)
         for judge, nodes in places.items():
-            every, best = list(_known(rod, basis, full, nodes, judge)), np.inf
+            every, best = list(_bounds(rod, basis, full, nodes, judge)), np.inf
             for known in every:
                 best, _ = known.doubtful(best)
             for known in every:
@@ -174,7 +169,9 @@ def make_exact(rod: SpannedRod, basis: SmallBasis, full: Weights, places: Mappin
     return False
 
 
-def _known(rod: SpannedRod, basis: SmallBasis, full: Weights, nodes: Ints, judge: Judge) -> Iterator[Known]:
+def _bounds(
+    rod: SpannedRod, basis: SmallBasis, full: Weights, nodes: Ints, judge: Judge
+) -> Iterator[FactorBounds]:
     """Judge both sides of the nodes of each part."""
     pressure, weights = basis.pressure(basis.left(full)), basis.projected(full)
     for number, own in enumerate(basis.units.parts):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fea.analysis.cycle.screened import Reach, extremes, path
-from fea.analysis.cycle.unit_solutions import PartStress, Spot, UnitSolutions, spots
+from fea.analysis.cycle.screened import ExtremeBounds, extremes, path
+from fea.analysis.cycle.unit_solutions import PartStress, PlaceHistory, UnitSolutions, spots
 from fea.base.choices import Fatigue
 from fea.base.material import Material
 from fea.base.units import DEG
@@ -109,11 +109,11 @@ def envelope(
     return merged
 
 
-def _on_whole(part: PartStress, sides: list[Reach], whole: MirroredMesh) -> Reach:
+def _on_whole(part: PartStress, sides: list[ExtremeBounds], whole: MirroredMesh) -> ExtremeBounds:
     """Map extreme values at a part's nodes to the whole rod; NaN (instant 0) elsewhere."""
-    names = [field.name for field in dataclasses.fields(Reach)]
+    names = [field.name for field in dataclasses.fields(ExtremeBounds)]
     fields = {name: carried(part, [getattr(side, name) for side in sides], whole) for name in names}
-    return Reach(**fields | {"instant": np.nan_to_num(fields["instant"]).astype(int)})
+    return ExtremeBounds(**fields | {"instant": np.nan_to_num(fields["instant"]).astype(int)})
 
 
 def carried(part: PartStress, sides: Sequence[Floats], whole: MirroredMesh) -> npt.NDArray[np.float64]:
@@ -128,7 +128,7 @@ def carried(part: PartStress, sides: Sequence[Floats], whole: MirroredMesh) -> n
 
 
 def _judged(
-    reach: Reach,
+    reach: ExtremeBounds,
     angles: Floats,
     material: Material,
     criterion: Fatigue,
@@ -230,7 +230,7 @@ def worst_multiaxial(
     *,
     counts: Mask,
     regions: SurfaceRegions,
-) -> tuple[Spot | None, Floats | None]:
+) -> tuple[PlaceHistory | None, Floats | None]:
     """Return the place of the smallest Crossland factor, and the factor of every node, or None if unknown.
 
     They are unknown if no part's endurance limit is known. Nodes are evaluated in the order of their bounds

@@ -130,18 +130,18 @@ _TINY = 1e-30
 
 
 @dataclass(frozen=True)
-class Reach(Extremes):
+class ExtremeBounds(Extremes):
     """Extremes, and bounds for Crossland's criterion, each (n,), MPa."""
 
     radius: Any  #: of a ball, not quite the smallest, that encloses the path of the deviatoric vectors
     tension: Any  #: upper bound of the largest mean (hydrostatic) stress
 
 
-def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[Reach]]:
+def extremes(parts: Sequence[PartStress], path: Path, sides: tuple[int, ...]) -> list[list[ExtremeBounds]]:
     """Find the extremes at every node of each part, and of its image across y = 0 (side −1)."""
 
-    def block(item: tuple[PartStress, slice]) -> list[Reach]:
-        found = Block(*item, path, sides)
+    def block(item: tuple[PartStress, slice]) -> list[ExtremeBounds]:
+        found = NodeBlock(*item, path, sides)
         reach = found.extremes()
         return [_rows(reach, found.count, number) for number in range(len(sides))]
 
@@ -155,7 +155,7 @@ def signed_extremes(part: PartStress, path: Path, sides: tuple[int, ...]) -> Flo
     """Highest and lowest signed equivalent stress (n_sides, 2, n) alone, which takes half the time."""
 
     def block(rows: slice) -> Reals:
-        found = Block(part, rows, path, sides, lambda stress: deviator_norm(stress)[None])
+        found = NodeBlock(part, rows, path, sides, lambda stress: deviator_norm(stress)[None])
         return np.reshape(found.signed(), (2, len(sides), -1))
 
     blocks = list(side_by_side(block, _rows_at_once(part, path, sides)))
@@ -167,7 +167,7 @@ def _rows_at_once(part: PartStress, path: Path, sides: tuple[int, ...]) -> list[
     return [slice(start, start + rows) for start in range(0, len(part.nodes), rows)]
 
 
-class Block:
+class NodeBlock:
     """Some nodes of a part and their images, over a path.
 
     `rows`: of the part's nodes; `sides`: 1 for the nodes, −1 for their images across y = 0: rows of what is
@@ -196,7 +196,7 @@ class Block:
         largest, _, worst = self._largest()
         return self._signed(largest[0], worst)
 
-    def extremes(self) -> Reach:
+    def extremes(self) -> ExtremeBounds:
         """Find the extremes of every row, including principal stresses."""
         largest, instant, worst = self._largest()
         highest, lowest = self._signed(largest[0], worst)
@@ -204,7 +204,7 @@ class Block:
         radius = (_at_either_end(distance) + self._strays[0]).max(axis=1)
         strays = self._strays[1] - 2 / 3 * self._strays[0]
         tension = (_at_either_end(self._at_ends[:, 5]) + strays).max(axis=1)
-        return Reach(
+        return ExtremeBounds(
             von_mises=largest[0],
             instant=instant,
             principal_1=largest[1],
@@ -298,14 +298,16 @@ def _at_either_end(values: Reals) -> Reals:
     return np.maximum(values[..., :-1], values[..., 1:])
 
 
-def _rows(reach: Reach, count: int, number: int) -> Reach:
+def _rows(reach: ExtremeBounds, count: int, number: int) -> ExtremeBounds:
     rows = slice(number * count, (number + 1) * count)
-    return Reach(**{field.name: getattr(reach, field.name)[rows] for field in dataclasses.fields(Reach)})
+    return ExtremeBounds(
+        **{field.name: getattr(reach, field.name)[rows] for field in dataclasses.fields(ExtremeBounds)}
+    )
 
 
-def _joined(blocks: tuple[Reach, ...]) -> Reach:
+def _joined(blocks: tuple[ExtremeBounds, ...]) -> ExtremeBounds:
     def every(name: str) -> Any:
         values = np.concatenate([getattr(block, name) for block in blocks])
         return values if name == "instant" else values.astype(np.float64)
 
-    return Reach(**{field.name: every(field.name) for field in dataclasses.fields(Reach)})
+    return ExtremeBounds(**{field.name: every(field.name) for field in dataclasses.fields(ExtremeBounds)})

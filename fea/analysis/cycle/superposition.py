@@ -9,7 +9,7 @@ from fea.analysis.cycle.basis import SmallBasis
 from fea.analysis.cycle.criteria import critical_places, make_exact
 from fea.analysis.cycle.envelope import Envelope, envelope, replaced, with_cases, worst_multiaxial
 from fea.analysis.cycle.rows import SpannedRod
-from fea.analysis.cycle.unit_solutions import Spot, UnitSolutions, distinct, spots
+from fea.analysis.cycle.unit_solutions import PlaceHistory, UnitSolutions, distinct, spots
 from fea.base.checks import LIMITS, Check
 from fea.base.note import SINGULAR, Note, warning
 from fea.base.units import DEG, UM
@@ -46,8 +46,9 @@ class CycleResult:
 
     angles: Floats  #: (n_instants,) crank angles of the histories, rad: every degree
     envelope: Envelope  #: on the whole rod
-    spots: tuple[Spot, ...]  #: the worst places: that against fatigue where it governs, then by yielding
-    weakest: Spot | None  #: the worst place against fatigue, or None if no fatigue strength is known
+    #: The worst places: that against fatigue where it governs, then by yielding
+    spots: tuple[PlaceHistory, ...]
+    weakest: PlaceHistory | None  #: the worst place against fatigue, or None if no fatigue strength is known
     #: Largest difference between superposed and directly solved von Mises stress over the peak cases,
     #: relative to the largest stress of each part in any of them
     superposition: float
@@ -62,7 +63,7 @@ class CycleResult:
     weights: Weights  #: of the unit loads at every degree
     known_notes: tuple[Note, ...] = ()  #: notes about the material for the user
     #: The worst place by Crossland's criterion, or None if no endurance limit is known
-    multiaxial: Spot | None = None
+    multiaxial: PlaceHistory | None = None
     #: Contact of the pins with the bores at every degree; empty where their pressure is prescribed
     touches: tuple[Mapping[Surface, Touch], ...] = ()
     #: Bolts and interfaces at every degree; empty for a rod of one piece
@@ -180,7 +181,7 @@ class CycleAnalysis(SpannedRod):
 
     def _extremes(
         self, units: UnitSolutions, full: Weights, instants: Instants, degrees: int, counts: Mask
-    ) -> tuple[Envelope, Spot | None]:
+    ) -> tuple[Envelope, PlaceHistory | None]:
         """Envelope of the nodes of unit solutions, and the worst place by Crossland.
 
         The first instants are so many `degrees`, at which histories are taken.
@@ -225,7 +226,7 @@ class CycleAnalysis(SpannedRod):
         return worst
 
     def _remembered(
-        self, full: Weights, cycle: CrankCycle, histories: Sequence[Spot], peaks: Solved
+        self, full: Weights, cycle: CrankCycle, histories: Sequence[PlaceHistory], peaks: Solved
     ) -> float | None:
         """Error at the instants at which places are worst, if friction makes these depend on the cycle.
 

@@ -199,7 +199,7 @@ _APART = 0.1
 
 
 @dataclass(frozen=True)
-class Spot:
+class PlaceHistory:
     """One of the worst places."""
 
     #: node, part: node on the whole rod; number of the part that the stress belongs to
@@ -229,7 +229,7 @@ def distinct(points: Floats, factor: Floats, length: float, first: Sequence[int]
 
 def spots(
     places: Iterable[tuple[int, int]], units: UnitSolutions, weights: Weights, whole: MirroredMesh
-) -> tuple[Spot, ...]:
+) -> tuple[PlaceHistory, ...]:
     """Return the histories of some nodes of the whole rod, each given with the number of its part."""
     found = []
     for node, number in places:
@@ -240,5 +240,5 @@ def spots(
         (history,) = part.histories(weights, (side,), row)
         stress = tensor(history[0]) * np.array([1, 1, 1, x * y, y * z, x * z])[:, None]
         signed = signed_equivalent(history)[0]
-        found.append(Spot(node, number, whole.mesh.points[node], stress, signed))
+        found.append(PlaceHistory(node, number, whole.mesh.points[node], stress, signed))
     return tuple(found)

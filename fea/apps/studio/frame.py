@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from fea.analysis.assembly_report import assembly_figures
 from fea.analysis.buckling import column_figures
+from fea.analysis.cycle.figures import fatigue_error
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
-from fea.analysis.summary import fatigue_error, sharp_edge_figures
+from fea.analysis.summary import sharp_edge_figures
 from fea.analysis.survival import factors_of_assembly
 from fea.apps.studio.operation import Operation
 from fea.base.checks import Check
