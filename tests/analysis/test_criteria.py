@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fea.analysis.cycle.criteria import WITHIN, crossland, tiring, yielding
+from fea.analysis.cycle.criteria import WITHIN, crossland_bounds, fatigue_bounds, yield_bounds
 from fea.analysis.cycle.rows import PartRows
 from fea.base.choices import Fatigue
 from fea.judge.history import deviator_norm
@@ -30,18 +30,18 @@ def drawn():
     return part, truth, truth + away, errors
 
 
-@pytest.mark.parametrize("judge", [yielding, tiring, crossland])
+@pytest.mark.parametrize("judge", [yield_bounds, fatigue_bounds, crossland_bounds])
 def test_no_stress_within_its_error_has_a_smaller_factor(drawn, judge):
     part, truth, estimate, errors = drawn
     rows = np.arange(PLACES)
     exact, known = judge(part, rows, truth, 0 * errors), judge(part, rows, estimate, errors)
     assert not exact.needed.any()
     # A ball is found to a thousandth.
-    assert (known.least <= exact.least * (1 + (1e-3 if judge is crossland else WITHIN))).all()
+    assert (known.least <= exact.least * (1 + (1e-3 if judge is crossland_bounds else WITHIN))).all()
     assert np.median(known.least / exact.least) > 0.6  # and yet of use
 
 
-@pytest.mark.parametrize("judge", [yielding, tiring, crossland])
+@pytest.mark.parametrize("judge", [yield_bounds, fatigue_bounds, crossland_bounds])
 def test_the_factor_is_known_once_no_instant_is_needed(drawn, judge):
     part, truth, estimate, errors = drawn
     rows, solved = np.arange(PLACES), 0
@@ -50,5 +50,5 @@ def test_the_factor_is_known_once_no_instant_is_needed(drawn, judge):
         estimate = np.where(needed[:, None], truth, estimate)
         errors = np.where(needed, 0.0, errors)
         solved += needed.sum()
-    assert known.least == pytest.approx(exact, rel=1.1e-3 if judge is crossland else WITHIN)
+    assert known.least == pytest.approx(exact, rel=1.1e-3 if judge is crossland_bounds else WITHIN)
     assert solved < 0.7 * truth[:, 0].size
