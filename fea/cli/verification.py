@@ -112,9 +112,9 @@ def reproduce(source: str = "all", *, shown: Options = _NOTHING) -> int:
     source
         leon-2001, columba-2022, molina-2024 or all.
     """
-    from fea.verify.reproduce.tables import summarise
     from fea.verify.reproduce.report import print_reproduction, write_report
     from fea.verify.reproduce.report import reproduce as compare
+    from fea.verify.reproduce.tables import summarise
 
     tables = compare(source)
     shown.write(f"fea reproduce {source}", lambda report, said: write_report(report, tables, said))

@@ -125,7 +125,10 @@ class LoadedBody:
 
     def solved(self) -> "SolvedBody":
         """Solve it."""
-        u = displacement(self.mesh, self.material, self.forces, self.fixed)
+        return self.with_displacement(displacement(self.mesh, self.material, self.forces, self.fixed))
+
+    def with_displacement(self, u: Floats) -> "SolvedBody":
+        """Return the body with a displacement (n_nodes, 3, 1), mm."""
         return SolvedBody(self.mesh, self.material, u, self.known, self.traction)
 
 

@@ -2,7 +2,7 @@
 
 J. L. León, *Análisis por elemento finito en una biela de motor de combustión interna*, UNAM, 2001.
 
-Tables 21–23, the finite-element chapter at 6000 rpm, contain the legend values of colour plots: their extremes
+Tables 21–23, the finite-element chapter at 6000 rpm, contain legend values of colour plots: their extremes
 are compared, and the columns with each other. The thesis has no drawing, so the extremes are those of a rod
 with the same length, mass, area and moment of inertia: they show the effect of the published boundary
 conditions, but cannot repeat three digits.

@@ -317,7 +317,7 @@ class PublishedStudy:
         value = self._value(formula, cells=cells, rpm=rpm) if isinstance(formula, str) else formula
         return np.broadcast_to(value, len(cells))
 
-    def _value(self, expression: str, **given: object) -> Any:  # noqa: ANN401 - of any expression
+    def _value(self, expression: str, **given: object) -> Any:
         tree = ast.parse(expression, mode="eval")
         named = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
         used = {name: self._value(self._shared[name], **given) for name in named & self._shared.keys()}

@@ -8,10 +8,10 @@ import numpy as np
 from fea.base.material import Materials
 from fea.solid.recovery import Recovery
 from fea.solid.traction import traction_forces
-from fea.verify.body import STEEL, held, pressure, quarter_ring, rectangle, uniform
+from fea.verify.body import STEEL, LoadedBody, held, pressure, quarter_ring, rectangle, uniform
 from fea.verify.cases.elasticity import HOOP, lame_body, lame_exact
 from fea.verify.cases.nafems import COOK_INCOMPRESSIBLE, NEARLY_INCOMPRESSIBLE, cook_body, cook_mesh, cook_tip
-from fea.verify.stability.outcome import ExtremeRow, Place, Solved, beyond, percent, solved, solved_by
+from fea.verify.stability.outcome import CheckedSolution, ExtremeRow, beyond, percent, solved, solved_by
 from geometry.arrays import Floats
 from geometry.bodies import Prism, SideBySide
 from geometry.surfaces import Surface
@@ -32,17 +32,17 @@ def contrast() -> Iterator[ExtremeRow]:
     bar = Prism(section, (0.0, length / 2, length), Surface.CLAMPED, Surface.LOADED)
     mesh = mesh_body(bar, half)
     far = (mesh.points[mesh.tets[:, :4], 2].mean(axis=1) > length / 2).astype(np.int64)
-    fixed = held(mesh, {Surface.CLAMPED: (0, 1, 2)})
-    forces = traction_forces(mesh, Surface.LOADED, pressure(-1.0))
     soft = replace(STEEL, poissons_ratio=0.0)
+    forces = traction_forces(mesh, Surface.LOADED, pressure(-1.0))
+    body = LoadedBody(mesh, soft, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
     end = np.unique(mesh.facets[Surface.LOADED])
     for ratio in _CONTRASTS:
         stiff = replace(soft, youngs_modulus=ratio * soft.youngs_modulus)
-        result = solved(mesh, Materials((soft, stiff), far), forces, fixed)
+        result = solved(body, Materials((soft, stiff), far))
         exact = length / 2 / soft.youngs_modulus * (1 + 1 / ratio)
         error = max(percent(value, exact) for value in result.displacement[end, 2])
         # The field is linear in each part: only rounding errors remain, which grow with the contrast.
-        yield result.row(Place("material contrast", "E₂/E₁", ratio), error, 1e-4)
+        yield result.row(("material contrast", "E₂/E₁", ratio), error, 1e-4)
 
 
 BORE, INTERFACE, EYE, LINER_PRESSURE = 10.0, 12.0, 20.0, 100.0  # mm, MPa
@@ -51,22 +51,22 @@ BORE, INTERFACE, EYE, LINER_PRESSURE = 10.0, 12.0, 20.0, 100.0  # mm, MPa
 def liner() -> Iterator[ExtremeRow]:
     """A liner in an eye: the worse error of the radial displacements of bore and interface."""
     quarters = (quarter_ring(*radii) for radii in ((BORE, INTERFACE), (INTERFACE, EYE)))
-    body = SideBySide(tuple(Prism(each, (0.0, 2.0), top=Surface.ROLLER) for each in quarters))
-    mesh = mesh_body(body, 1.3)
+    both = SideBySide(tuple(Prism(each, (0.0, 2.0), top=Surface.ROLLER) for each in quarters))
+    mesh = mesh_body(both, 1.3)
     radius = np.hypot(mesh.points[:, 0], mesh.points[:, 1])
     part = (radius[mesh.tets[:, :4]].mean(axis=1) < INTERFACE).astype(np.int64)
     forces = traction_forces(mesh, Surface.INNER, pressure(LINER_PRESSURE))
-    fixed = held(mesh, {Surface.ROLLER: (2,)})
+    body = LoadedBody(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
     for ratio in _CONTRASTS:
         other = replace(STEEL, youngs_modulus=ratio * STEEL.youngs_modulus)
-        result = solved(mesh, Materials((STEEL, other), part), forces, fixed)
+        result = solved(body, Materials((STEEL, other), part))
         outward = (result.displacement[:, :2] * mesh.points[:, :2]).sum(axis=1) / radius
         error = max(
             percent(value, exact)
             for place, exact in zip((BORE, INTERFACE), liner_displacement(ratio), strict=True)
             for value in outward[np.abs(radius - place) < 1e-6]
         )
-        yield result.row(Place("liner in an eye, p2", "E₂/E₁", ratio), error, 0.1)
+        yield result.row(("liner in an eye, p2", "E₂/E₁", ratio), error, 0.1)
 
 
 def liner_displacement(ratio: float) -> tuple[float, float]:
@@ -119,8 +119,8 @@ def incompressible() -> Iterator[ExtremeRow]:
                 100 * float(np.abs(stress[:, :, 0] - exact_stress).max() / HOOP),
             )
             for kind, what in enumerate(("displacement", "stress")):
-                place = Place(f"near-incompressible {what}, {method}", "ν", ratio)
-                rows[kind].append(result.row(place, errors[kind], tolerances[kind], beyond(method, ratio)))
+                setting = (f"near-incompressible {what}, {method}", "ν", ratio)
+                rows[kind].append(result.row(setting, errors[kind], tolerances[kind], beyond(method, ratio)))
         yield from rows[0] + rows[1]
 
 
@@ -136,8 +136,8 @@ def membrane() -> Iterator[ExtremeRow]:
             result = solved_by(method, body, NEARLY_INCOMPRESSIBLE)
             error = percent(cook_tip(body.mesh, result.displacement), target)
             noticed = beyond(method, NEARLY_INCOMPRESSIBLE.poissons_ratio)
-            place = Place(f"Cook's membrane, ν = 0.4999, {method}", "mm", size)
-            yield result.row(place, error, tolerance, noticed)
+            setting = (f"Cook's membrane, ν = 0.4999, {method}", "mm", size)
+            yield result.row(setting, error, tolerance, noticed)
 
 
 def scaling() -> Iterator[ExtremeRow]:
@@ -152,14 +152,14 @@ def scaling() -> Iterator[ExtremeRow]:
 
     for scale in (1e-3, 1e-1, 1e1, 1e3):
         result = _stretched(replace(mesh, points=scale * mesh.points), STEEL.youngs_modulus)
-        yield result.row(Place("size of the body", "scale", scale), off(result.displacement / scale), 1e-8)
+        yield result.row(("size of the body", "scale", scale), off(result.displacement / scale), 1e-8)
     for modulus in (1.0, 1e3, 1.2e6):  # MPa: rubber, a polymer, diamond
         result = _stretched(mesh, modulus)
-        yield result.row(Place("stiffness of the body", "MPa", modulus), off(result.displacement), 1e-8)
+        yield result.row(("stiffness of the body", "MPa", modulus), off(result.displacement), 1e-8)
 
 
-def _stretched(mesh: TetMesh, modulus: float) -> Solved:
+def _stretched(mesh: TetMesh, modulus: float) -> CheckedSolution:
     """Solve under the same load per E A."""
     forces = traction_forces(mesh, Surface.LOADED, uniform(*np.array([1e-3, 2e-3, -1e-3]) * modulus))
     material = replace(STEEL, youngs_modulus=modulus)
-    return solved(mesh, material, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
+    return solved(LoadedBody(mesh, material, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)})))

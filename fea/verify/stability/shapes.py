@@ -9,9 +9,9 @@ import numpy as np
 from fea.base.checks import check
 from fea.base.choices import CONVERGED_PERCENT
 from fea.solid.traction import nodal_traction, traction_forces
-from fea.verify.body import STEEL, SolvedBody, eighth_ball, held, pressure, quarter_ring, rectangle, uniform
+from fea.verify.body import STEEL, LoadedBody, eighth_ball, held, pressure, quarter_ring, rectangle, uniform
 from fea.verify.michell import pressed, stresses
-from fea.verify.stability.outcome import ExtremeRow, Place, Solved, peak_of, percent, solved, unconverged
+from fea.verify.stability.outcome import CheckedSolution, ExtremeRow, percent, solved, unconverged
 from geometry.arrays import Floats
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
@@ -31,13 +31,13 @@ def slender() -> Iterator[ExtremeRow]:
         length = side * slenderness
         mesh = mesh_body(Prism(section, (0.0, length), Surface.CLAMPED, Surface.LOADED), 2 * side)
         forces = traction_forces(mesh, Surface.LOADED, uniform(1 / side**2, 0.0, 0.0))
-        result = solved(mesh, soft, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
+        result = solved(LoadedBody(mesh, soft, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)})))
         E, area, inertia = soft.youngs_modulus, side**2, side**4 / 12
         exact = length**3 / (3 * E * inertia) + length / (5 / 6 * area * soft.shear_modulus)
         end = np.unique(mesh.facets[Surface.LOADED])
         error = percent(float(result.displacement[end, 0].mean()), exact)
         # The limit is the error of beam theory: the shear factor for ν = 0, the effect of the clamped end.
-        yield result.row(Place("slenderness, p2", "L/h", slenderness), error, 1.0)
+        yield result.row(("slenderness, p2", "L/h", slenderness), error, 1.0)
 
 
 RING_BORE, RING_PRESSURE = 20.0, 1.0  # mm, MPa
@@ -60,12 +60,10 @@ def ring() -> Iterator[ExtremeRow]:
             section = Prism(quarter_ring(RING_BORE, RING_BORE + wall), (0.0, 6.0), top=Surface.ROLLER)
             mesh = mesh_body(section, 3.0, order=order)
             forces = traction_forces(mesh, Surface.INNER, traction)
-            result = solved(mesh, STEEL, forces, held(mesh, {Surface.ROLLER: (2,)}))
             pressed = {Surface.INNER: nodal_traction(mesh, Surface.INNER, traction)}
-            known = (Surface.INNER, Surface.OUTER)
-            body = SolvedBody(mesh, STEEL, result.displacement[:, :, None], known, pressed)
-            place = Place(f"wall of a ring, p{order}", "mm", wall)
-            yield result.peak_row(place, peak_of(body), ring_peak(wall))
+            known, fixed = (Surface.INNER, Surface.OUTER), held(mesh, {Surface.ROLLER: (2,)})
+            result = solved(LoadedBody(mesh, STEEL, forces, fixed, known, pressed))
+            yield result.peak_row((f"wall of a ring, p{order}", "mm", wall), ring_peak(wall))
 
 
 def ring_peak(wall: float) -> float:
@@ -89,13 +87,12 @@ def grading() -> Iterator[ExtremeRow]:
     for ratio in (1.0, 10.0, 100.0, 1000.0):
         mesh, inside = graded_sphere(ratio), _cavity(ratio)
         forces = traction_forces(mesh, Surface.INNER, pressure(load))
-        result = solved(mesh, STEEL, forces, held(mesh, {}))
         pressed = {Surface.INNER: nodal_traction(mesh, Surface.INNER, lambda p, r=inside: load * p / r)}  # type: ignore[misc]
         known = (Surface.INNER, Surface.OUTER)
-        body = SolvedBody(mesh, STEEL, result.displacement[:, :, None], known, pressed)
+        result = solved(LoadedBody(mesh, STEEL, forces, held(mesh, {}), known, pressed))
         # Radial −p, tangential p (2 a³ + b³) / (2 (b³ − a³)): Timoshenko & Goodier 1970, §136.
         exact = 1.5 * load * BALL**3 / (BALL**3 - inside**3)
-        yield result.peak_row(Place("mesh grading, p2", "ratio", ratio), peak_of(body), exact)
+        yield result.peak_row(("mesh grading, p2", "ratio", ratio), exact)
 
 
 def graded_sphere(ratio: float) -> TetMesh:
@@ -124,12 +121,12 @@ def bending() -> Iterator[ExtremeRow]:
     for order in (1, 2):
         for layers in (4.0, 2.0, 1.0, 0.5):
             mesh = beam(_DEPTH / layers, order)
-            result, body = _bent(mesh)
+            result = _bent(mesh)
             work = float((_end_forces(mesh) * result.displacement).sum())
-            peak = peak_of(body)
+            peak = result.peak
             error = max(percent(peak.value, _BENDING), percent(work, exact))
-            place = Place(f"bending, p{order}", "layers", layers)
-            yield result.row(place, error, CONVERGED_PERCENT, unconverged(peak))
+            setting = (f"bending, p{order}", "layers", layers)
+            yield result.row(setting, error, CONVERGED_PERCENT, unconverged(peak))
 
 
 def beam(size: float, order: int) -> TetMesh:
@@ -147,15 +144,13 @@ def _end_forces(mesh: TetMesh) -> Floats:
     return traction_forces(mesh, Surface.LOADED, _end_traction)
 
 
-def _bent(mesh: TetMesh) -> tuple[Solved, SolvedBody]:
+def _bent(mesh: TetMesh) -> CheckedSolution:
     """Solve under the traction of the exact solution on the end."""
     fixed = held(mesh, {})
     both = np.flatnonzero(fixed[:, 1] & fixed[:, 2])
     fixed[both[np.abs(mesh.points[both, 0]).argmin()], 0] = True
-    result = solved(mesh, STEEL, _end_forces(mesh), fixed)
     traction = {Surface.LOADED: nodal_traction(mesh, Surface.LOADED, _end_traction)}
-    known = (Surface.LOADED, Surface.FREE)
-    return result, SolvedBody(mesh, STEEL, result.displacement[:, :, None], known, traction)
+    return solved(LoadedBody(mesh, STEEL, _end_forces(mesh), fixed, (Surface.LOADED, Surface.FREE), traction))
 
 
 def slivers() -> Iterator[ExtremeRow]:
@@ -167,11 +162,11 @@ def slivers() -> Iterator[ExtremeRow]:
     whole = beam(1.0, order=2)
     for least in (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
         mesh = with_sliver(whole, least)
-        result, body = _bent(mesh)
-        peak = peak_of(body)
+        result = _bent(mesh)
+        peak = result.peak
         flat = check("flattest_element", 1 / measure(mesh).least_shape)
         noticed = (*(() if flat.passed else ("flattest_element",)), *unconverged(peak))
-        yield result.row(Place("sliver, p2", "shape", least), percent(peak.value, _BENDING), 1e-2, noticed)
+        yield result.row(("sliver, p2", "shape", least), percent(peak.value, _BENDING), 1e-2, noticed)
 
 
 def with_sliver(mesh: TetMesh, least: float) -> TetMesh:

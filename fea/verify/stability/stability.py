@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
+from fea.verify.benchmark import compute_rows
 from fea.verify.layout import markdown, print_table, reading, write_document
 from fea.verify.stability import materials, runs, shapes
-from fea.verify.stability.outcome import ExtremeRow, Verdict
-from geometry.errors import require
+from fea.verify.stability.outcome import ExtremeRow, Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,22 +25,12 @@ CASES: dict[str, Callable[[], Iterable[ExtremeRow]]] = {case.__name__: case for 
 
 
 def stability(names: Sequence[str] = (), listener: Listener | None = None) -> list[ExtremeRow]:
-    """Compute some of `CASES`, or all; `listener` is called with the name of each before it begins.
-
-    Raises `InvalidValue`: there is no such case; it is raised before anything is computed.
-    """
-    for name in names:
-        require(name in CASES, "CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
-    rows: list[ExtremeRow] = []
-    for name in names or CASES:
-        if listener:
-            listener(name)
-        rows += CASES[name]()
-    return rows
+    """Compute some of `CASES`, or all, as `compute_rows`."""
+    return compute_rows(CASES, "an extreme case", names, listener)
 
 
 _HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
-_STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
+_STYLE = {Outcome.WRONG: "bold red", Outcome.MARKED: "yellow", Outcome.REFUSED: "yellow"}
 
 
 def print_stability(rows: Sequence[ExtremeRow]) -> None:
@@ -58,7 +48,7 @@ def _cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
 def counts(rows: Sequence[ExtremeRow]) -> str:
     """Return the counts of the outcomes as a sentence."""
     by_verdict = Counter(row.verdict for row in rows)
-    each = ", ".join(f"{by_verdict[verdict]} {verdict.value}" for verdict in Verdict)
+    each = ", ".join(f"{by_verdict[verdict]} {verdict.value}" for verdict in Outcome)
     return f"{len(rows)} extreme cases: {each}."
 
 
@@ -77,10 +67,10 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
 
 
 _COLOR = {
-    Verdict.RIGHT: "tab:green",
-    Verdict.MARKED: "tab:orange",
-    Verdict.REFUSED: "tab:gray",
-    Verdict.WRONG: "red",
+    Outcome.RIGHT: "tab:green",
+    Outcome.MARKED: "tab:orange",
+    Outcome.REFUSED: "tab:gray",
+    Outcome.WRONG: "red",
 }
 # Number of values from which labels must be rotated to fit side by side.
 _MANY = 8
@@ -119,7 +109,7 @@ def _draw_case(axes: "Axes", name: str, rows: Sequence[ExtremeRow]) -> None:
     if rows[0].tolerance_percent is not None:
         axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1, label="tolerance")
     for place, row in enumerate(rows):
-        if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
+        if row.verdict in (Outcome.MARKED, Outcome.REFUSED):
             label = "reported by fea run"
             axes.axvspan(place - 0.5, place + 0.5, color="#fdebd0", zorder=0, label=label)
     axes.set_title(name, fontsize=9)
