@@ -88,8 +88,8 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
     """
     from fea.machine.clock import stages
     from fea.study.study import load_study
-    from fea.verify.converge.converge import converge as compute
-    from fea.verify.converge.converge import print_comparison, write_report
+    from fea.verify.converge import converge as compute
+    from fea.verify.converge import print_comparison, write_report
     from geometry.errors import require_positive
 
     require_positive("--minutes", minutes)
