@@ -4,7 +4,7 @@ import pytest
 
 from fea import load_study, run
 from fea.study.flags import Flags
-from fea.verify.stability import materials, runs
+from fea.verify.stability import bodies, runs
 from fea.verify.stability.outcome import ExtremeRow, Outcome, judged
 from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
@@ -14,7 +14,7 @@ from geometry.errors import InvalidValue
 def rows():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "WEBS", (0.6,))  # thinner ones take seconds, as finer elements below
-        patch.setattr(materials, "MEMBRANE_SIZES", (12.0, 6.0))
+        patch.setattr(bodies, "MEMBRANE_SIZES", (12.0, 6.0))
         # The balance of the loads on the mesh is that of any pin model.
         patch.setattr(runs, "load_study", lambda name: Flags(pressure="cosine-180").applied(load_study(name)))
         return stability()

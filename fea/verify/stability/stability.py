@@ -10,15 +10,15 @@ from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import compute_rows
 from fea.verify.layout import markdown, print_table, reading, write_document
-from fea.verify.stability import materials, runs, shapes
+from fea.verify.stability import bodies, runs
 from fea.verify.stability.outcome import ExtremeRow, Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _IN_ORDER = (
-    *(materials.contrast, materials.liner, shapes.slender, shapes.ring, shapes.grading, shapes.slivers),
-    *(shapes.bending, materials.incompressible, materials.membrane, materials.scaling),
+    *(bodies.contrast, bodies.liner, bodies.slender, bodies.ring, bodies.grading, bodies.slivers),
+    *(bodies.bending, bodies.incompressible, bodies.membrane, bodies.scaling),
     *(runs.engines, runs.rods),
 )
 CASES: dict[str, Callable[[], Iterable[ExtremeRow]]] = {case.__name__: case for case in _IN_ORDER}
