@@ -5,16 +5,7 @@ import pytest
 
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.report import SOURCES, reproduce
-from fea.verify.reproduce.tables import (
-    Cell,
-    PrintedFigure,
-    Slip,
-    Status,
-    column,
-    misprinted,
-    summarise,
-    wrong_digit,
-)
+from fea.verify.reproduce.tables import Status, misprinted, summarise
 from geometry.errors import InvalidValue
 
 
@@ -120,31 +111,6 @@ def test_molina_velocity_peaks_before_90_degrees():
 def test_molina_regression_explains_nothing():
     degrees = np.arange(0.0, 721.0, 10.0)
     assert molina.fit(degrees, molina.travel(degrees))[1] == pytest.approx(0.0049, abs=5e-5)
-
-
-# The judging itself.
-
-
-def test_one_unit_of_the_last_digit_decides():
-    row = PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 4.8499, 4.84)
-    assert row.status is Status.AGREES
-    assert PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 4.8501, 4.84).status is Status.UNEXPLAINED
-
-
-def test_a_slip_must_reproduce_the_printed_figure():
-    slip = Slip("wrong guess", 4.9)
-    assert PrintedFigure("s", "t", "q", "", "", 4.84, 0.01, 5.0, 4.84, slip=slip).status is Status.UNEXPLAINED
-    assert PrintedFigure("s", "t", "q", "", "", 4.90, 0.01, 5.0, 4.84, slip=slip).status is Status.EXPLAINED
-
-
-def test_two_wrong_digits_are_no_misprint():
-    assert wrong_digit("18.15", 18.254).value == 18.15
-    assert wrong_digit("18.37", 18.254).value != 18.37
-
-
-def test_a_bare_zero_has_the_finest_digit_of_its_column():
-    first = column("columba2022_torque", "T12_800rpm_Nm")[0]
-    assert first == Cell("0", "0", 1e-8)
 
 
 def test_an_unknown_source_is_refused():
