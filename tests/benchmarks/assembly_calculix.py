@@ -20,7 +20,7 @@ from scripts import command, publish, reporting
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import calculix
-from assembled_rods import EVERY, study
+from assemblies import EVERY, study
 
 from fea.analysis.prepare import prepare
 from fea.solid.parity import Parity

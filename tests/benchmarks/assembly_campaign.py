@@ -17,7 +17,7 @@ from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from assembled_studies import assembled_study
+from rod_studies import assembled_study
 
 from fea.analysis.prepare import prepare
 from fea.pins.assembly import AssemblyPins

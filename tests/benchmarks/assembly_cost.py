@@ -30,7 +30,7 @@ STATIC = {"same mesh": "bonded", "one piece": "solid"}
 
 def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; times without the imports, and the peak memory of the process."""
-    from assembled_rods import study
+    from assemblies import study
 
     from fea.analysis.meshing import mesh_loaded
     from fea.analysis.prepare import prepare

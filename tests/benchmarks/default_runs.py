@@ -7,7 +7,7 @@ A rod, its engine and its speed are drawn by `tests/support/rod_studies.py`; not
 are in contact and the mesh is refined as `fea run` does it. The peaks of the first rods, as many as
 `--references` says, are compared with those of the same rod with `--tolerance 1`. A reference is known to its
 own bar only; which peaks that decides is said once for this and for error_bars.py
-(`tests/support/error_bar_table.py`).
+(error_bar_table.py).
 
 A FILE is a study, or a CAD file that holds rod and cap, which is then run in an engine of the library. Its
 reference is one further mesh, with elements smaller than those of the default run's last one everywhere and

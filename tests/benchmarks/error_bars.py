@@ -21,11 +21,10 @@ from scripts import command, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from drawn_loads import randomly_loaded
 from error_bar_table import FACTORS, report_text
 from hot_spots import hot_ratio, solved_finely
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
-from rod_studies import random_study
+from rod_studies import random_study, randomly_loaded
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.prepare import prepare

@@ -19,10 +19,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from cad_files import CAD_ENDINGS, cad_file
-from contained import contained
-from mesh_files import KINDS as MESHES
-from mesh_files import damaged
-from mutated import mutated
+from damage import KINDS as MESHES
+from damage import damaged, mutated
+from program import contained
 
 ENGINE = """
 [engine]

@@ -18,7 +18,7 @@ from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from assembled_studies import assembled_study
+from rod_studies import assembled_study
 
 from fea.analysis.adapt import adapt_mesh
 from fea.apps.limits.describe import ends_of

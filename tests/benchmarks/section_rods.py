@@ -22,8 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from rod_studies import random_engine
-from rods import random_rod
+from rod_studies import random_engine, random_rod
 from scripts import command, publish, reporting
 
 from fea.apps.result import analyse

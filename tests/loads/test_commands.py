@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured import absolute, gauge, written
+from traces import absolute, gauge, written
 
 from fea.__main__ import call
 from fea.study.study import load_study, parse_study

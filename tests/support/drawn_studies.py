@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from recheck import Told, recheck
-from rods import random_rod
+from rod_studies import random_rod
 
 LIMITS = {"equilibrium": 1e-6, "section": 0.03, "piston": 1e-6}
 
