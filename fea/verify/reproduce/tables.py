@@ -300,7 +300,8 @@ class PublishedStudy:
 
     @cached_property
     def _shared(self) -> dict[str, str]:
-        return _SHARED | self.data.get("expressions", {})
+        shared: dict[str, str] = self.data.get("expressions", {})
+        return _SHARED | shared
 
     def tables(self) -> list[PrintedTable]:
         """Compare all tables, in the order of the study."""
