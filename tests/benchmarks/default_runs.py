@@ -16,7 +16,6 @@ far smaller where the stress is high: the finest of `REFERENCES` with at most `-
 
 import dataclasses
 import itertools
-import json
 import multiprocessing
 import os
 import statistics
@@ -28,7 +27,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from scripts import command, publish, reporting, table
+from scripts import command, keep, kept_in, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -185,7 +184,7 @@ def main() -> None:
     parser.add_argument("--engine", default="sd195", help="of CAD files; a study has its own")
     parser.add_argument("--elements", type=float, default=400_000, help="most of a reference of a file")
     arguments = parser.parse_args()
-    kept: dict[str, Row] = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
+    kept: dict[str, Row] = kept_in(arguments.resume)
     rods = arguments.cad or random_rods(arguments.first, arguments.rods)
     asked = {"engine": arguments.engine, "elements": arguments.elements}
     compared = set(arguments.cad or rods[: arguments.references])
@@ -197,7 +196,7 @@ def main() -> None:
             try:
                 for done in as_completed(coming):
                     kept[coming[done]] = done.result()
-                    arguments.resume.write_text(json.dumps(kept))
+                    keep(arguments.resume, kept)
                     print(len(kept), coming[done], done.result(), file=sys.stderr, flush=True)
             except BrokenProcessPool:
                 running = [rod for rod in left if rod not in kept][: arguments.workers]

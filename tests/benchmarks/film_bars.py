@@ -8,15 +8,13 @@ film's grid, are listed apart: the film of a run's grid on the finer mesh is bet
 """
 
 import dataclasses
-import json
 import statistics
 import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 from film_campaign import drawn
-from random_studies import keep
-from scripts import command, publish, reporting, table
+from scripts import command, keep, kept_in, publish, reporting, table
 
 from fea.analysis.film import FilmResult, film_at
 from fea.analysis.prepare import prepare
@@ -114,7 +112,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=2000)
     parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
     arguments = parser.parse_args()
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     seed = arguments.first - 1
     while len(kept) < arguments.count:
         seed += 1

@@ -17,11 +17,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scripts import command, publish, reporting, table
+from scripts import command, keep, kept_in, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from random_studies import keep
 from rod_studies import random_study
 
 from fea.analysis.film import film_at
@@ -157,7 +156,7 @@ def main() -> None:
     parser.add_argument("--again", nargs="*", default=[], help="seeds to solve once more")
     arguments = parser.parse_args()
     lubrication.FINE, lubrication.COARSE = (64, 5, 96), (48, 4, 72)
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     kept = {seed: entry for seed, entry in kept.items() if seed not in arguments.again}
     seed = arguments.first - 1
     while len(kept) < arguments.count and time.process_time() < arguments.seconds:

@@ -8,13 +8,12 @@ may crash or hang without taking the others with it. `--report FILE.md` writes t
 """
 
 import argparse
-import json
 import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from scripts import LostError, in_process
+from scripts import LostError, in_process, keep, kept_in
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -34,7 +33,7 @@ def main() -> None:
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     parser.add_argument("--report", type=Path, help="a Markdown file for the counts")
     arguments = parser.parse_args()
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     if arguments.again is not None:
         bad = [seed for seed, entry in kept.items() if entry["outcome"] in BAD]
         kept = {seed: entry for seed, entry in kept.items() if seed not in (arguments.again or bad)}
@@ -45,19 +44,11 @@ def main() -> None:
         }
         for done in as_completed(coming):
             kept[coming[done]] = done.result()
-            if arguments.resume:
-                keep(arguments.resume, kept)
+            keep(arguments.resume, kept)
     text = report(kept)
     print(text)
     if arguments.report:
         arguments.report.write_text(f"# Random studies\n\n{text}\n```\n{COMMAND}\n```\n")
-
-
-def keep(path: Path, kept: dict[str, dict]) -> None:
-    """Write the outcomes, whole or not at all."""
-    beside = path.with_suffix(".part")
-    beside.write_text(json.dumps(kept))
-    beside.replace(path)
 
 
 def attempt(seed: int, section: str | None) -> dict[str, object]:

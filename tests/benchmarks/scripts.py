@@ -9,7 +9,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import local
@@ -42,6 +42,20 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]] = ()) -> list[str
     rules = ["---:" if name.endswith(":") else "---" for name in header]
     names = [name.removesuffix(":") for name in header]
     return ["| " + " | ".join(line) + " |" for line in (names, rules, *rows)]
+
+
+def kept_in(path: Path | None) -> dict[str, Any]:
+    """Return the outcomes, by their names, that a JSON file keeps; none without a file."""
+    kept: dict[str, Any] = json.loads(path.read_text()) if path and path.exists() else {}
+    return kept
+
+
+def keep(path: Path | None, kept: Mapping[str, object]) -> None:
+    """Write outcomes to a JSON file, if there is to be one, whole or not at all."""
+    if path:
+        beside = path.with_suffix(".part")
+        beside.write_text(json.dumps(kept))
+        beside.replace(path)
 
 
 def measured(script: str, mode: str, size: float | None) -> dict[str, float]:
