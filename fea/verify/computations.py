@@ -154,8 +154,8 @@ def _rod(computation: Computation, study: Study) -> tuple[float, int, float, flo
     if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
         table = MeshTable(size_mm=computation.first_size)
-        found = adapt_mesh(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
-        return found.rod.mesh.meshing.size, *_peak(found.at(speed))
+        refined = adapt_mesh(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
+        return refined.rod.mesh.meshing.size, *_peak(refined.at(speed))
     rod = prepare(_meshed(computation, study), clock, known_traction=computation.tool != "fea, mean")
     return computation.size, *_peak(solve_speed(rod, speed))
 
@@ -183,15 +183,15 @@ def calculix_refuses(study: Study) -> str:
 def _calculix_rod(computation: Computation, study: Study) -> ConvergenceRow:
     """Solve the rod by CalculiX, under the nodal forces that the pins exert in `fea` on the same mesh."""
     clock = Clock()
-    asked = _meshed(computation, study)
-    rod = prepare(asked, clock)
+    meshed = _meshed(computation, study)
+    rod = prepare(meshed, clock)
     mesh = rod.mesh.cell
     loads = rod.loading.at(rod.mass, study.speeds()[0])
     # Geometry, mesh and loads are made by fea for both programs; the time in which fea assembles, and finds
     # where the pins touch, is not counted here.
     before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
     (response, *_) = rod.pins.respond(loads.cases[:1])
-    held = asked.analysis.support == "clamped"
+    held = meshed.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     start = time.perf_counter()
@@ -204,8 +204,8 @@ def _calculix_rod(computation: Computation, study: Study) -> ConvergenceRow:
 
 def _peak_of_counted(rod: PreparedRod, stress: Floats) -> float:
     """Largest von Mises stress, MPa, away from the singular places that `fea` leaves out."""
-    found = np.nan_to_num(von_mises(stress))
-    return peak(found, np.zeros_like(found), rod.fields.errors.masked).value
+    value = np.nan_to_num(von_mises(stress))
+    return peak(value, np.zeros_like(value), rod.fields.errors.masked).value
 
 
 def _calculix(mesh: TetMesh, materials: Mapping[str, Material], step: Step) -> Floats:

@@ -1,4 +1,4 @@
-"""Run the comparison within a time limit, each computation in a separate process."""
+"""Compare error against run time within a time limit, each computation in a separate process."""
 
 import math
 import shutil
@@ -34,7 +34,7 @@ from fea.verify.computations import (
     compute,
     rod_reference,
 )
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
@@ -76,8 +76,8 @@ def series(problem: str, default_size: float, *, calculix: bool = True) -> Itera
 Result = TypeVar("Result")
 
 
-def _apart(work: Callable[..., Result], *arguments: object) -> Result | None:
-    """Do it in a fresh interpreter, to measure its peak memory and to survive its crash; None if it fails."""
+def _in_process(work: Callable[..., Result], *arguments: object) -> Result | None:
+    """Work in a fresh interpreter, to measure its peak memory and survive its crash; None if it fails."""
     try:
         with fresh(patient=True) as process:
             return process.run(work, *arguments)
@@ -95,12 +95,12 @@ class Comparison:
 
     @property
     def advice(self) -> list[str]:
-        """What to use for the rod, and what was left out, a sentence each."""
+        """Recommendations for the rod and omissions, a sentence each."""
         refused = [self.refused] if self.refused else []
         return [*advice(self.of("rod"), self.floor("rod")), *refused]
 
     def floor(self, problem: str) -> float:
-        """The error that is known of a problem at best, percent."""
+        """Smallest error of a problem that can be determined, percent."""
         return max(FLOOR, self.references[problem].uncertainty_percent)
 
     def of(self, problem: str) -> list[ConvergenceRow]:
@@ -123,7 +123,7 @@ def converge(study: Study, minutes: float = 10.0, listener: Listener | None = No
         if problem in EXACT:
             references[problem] = Reference(EXACT[problem])
         else:
-            references[problem] = _apart(rod_reference, study) or Reference(math.nan, math.inf)
+            references[problem] = _in_process(rod_reference, study) or Reference(math.nan, math.inf)
         outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
         truth = references[problem].value
         outcomes.sort(key=lambda row: (row.computation.series, -row.computation.size))
@@ -139,7 +139,7 @@ def _computed(
     calculix = problem != "rod" or not calculix_refuses(study)
     waiting = [(0.0, computations) for computations in series(problem, size, calculix=calculix)]
     outcomes: list[ConvergenceRow] = []
-    _apart(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
+    _in_process(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
     while waiting:
         waiting.sort(key=lambda item: item[0])
         cost, (computation, *finer) = waiting.pop(0)
@@ -148,17 +148,17 @@ def _computed(
         if listener:
             listener(f"{problem}, {computation.tool}, {computation.element}, {computation.size:.3g}")
         start = time.perf_counter()
-        found = _apart(compute, computation, study)
-        if found is None:
-            if finer and not any(row.computation.series == computation.series for row in outcomes):
+        row = _in_process(compute, computation, study)
+        if row is None:
+            if finer and not any(done.computation.series == computation.series for done in outcomes):
                 waiting.append((cost, finer))  # this size was too coarse for the mesher
             continue
         spent = time.perf_counter() - start
         if spent < LONG:  # the median of the times counts
-            again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
-            times = [each.seconds for each in (found, *again) if each is not None]
-            found = replace(found, seconds=statistics.median(times))
-        outcomes.append(found)
+            again = [_in_process(compute, computation, study) for _ in range(RUNS - 1)]
+            times = [each.seconds for each in (row, *again) if each is not None]
+            row = replace(row, seconds=statistics.median(times))
+        outcomes.append(row)
         if finer:
             waiting.append((_GROWTH * spent, finer))
     return outcomes
@@ -171,8 +171,8 @@ def print_comparison(comparison: Comparison) -> None:
     """Print one line per computation, and the advice."""
     lines: list[Line] = []
     for row in comparison.rows:
-        what = row.computation
-        cells = (what.problem, f"{what.name}, {what.element}", *_costs(row), f"{row.value:.1f}")
+        it = row.computation
+        cells = (it.problem, f"{it.name}, {it.element}", *_costs(row), f"{row.value:.1f}")
         lines.append(((*cells, f"{row.error_percent:+.2f}"), ""))
     header = ("problem", "tool", "size mm", "dofs", "time s", "MiB", "MPa", "error %")
     print_table(header, lines, words=("tool",), end=comparison.advice, longest=_TOOL)
@@ -187,7 +187,7 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
     plot = path.with_suffix(".png")
     parts = [
         "\n".join(f"- {line}" for line in comparison.advice),
-        reading("converge").format(LONG=LONG, RUNS=RUNS),
+        explanation("converge").format(LONG=LONG, RUNS=RUNS),
         f"![error against total seconds]({plot.name})",
         *_same_mesh(comparison),
         *_against(comparison),
@@ -199,16 +199,20 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
 
 def _same_mesh(comparison: Comparison) -> list[str]:
     """CalculiX beside `fea` on the same meshes of the rod; nothing where they share none."""
-    found = []
+    rows = []
     for ours, theirs in same_mesh(comparison.of("rod")):
         difference, bar = 100 * (theirs.value / ours.value - 1), ours.bar_percent or 0.0
         values = (f"{ours.value:.2f}", f"{bar:.2g}", f"{theirs.value:.2f}", _minus(difference))
         within = "yes" if abs(difference) <= bar else "**no**"
-        found.append((ours.computation.element.upper(), f"{ours.size:.3g}", *values, within))
-    if not found:
+        rows.append((ours.computation.element.upper(), f"{ours.size:.3g}", *values, within))
+    if not rows:
         return []
     header = ("element", "size mm", "fea MPa", "± %", "CalculiX MPa", "difference %", "within the bar")
-    return ["## The same mesh and forces", reading("converge-same-mesh"), markdown(header, found, "lrrrrrl")]
+    return [
+        "## The same mesh and forces",
+        explanation("converge-same-mesh"),
+        markdown(header, rows, "lrrrrrl"),
+    ]
 
 
 def _against(comparison: Comparison) -> list[str]:
@@ -226,7 +230,7 @@ def _against(comparison: Comparison) -> list[str]:
     errors = ("fea error %", "CalculiX error %", "CalculiX / fea")
     return [
         "## Against CalculiX",
-        reading("converge-calculix"),
+        explanation("converge-calculix"),
         markdown(("problem", "within %", *times, f"{GOAL:g} or more"), equal, "lrrrrr"),
         markdown(("problem", "after s", *errors), timed, "lrrrr"),
     ]

@@ -11,7 +11,7 @@ from fea.machine.clock import Listener
 from fea.output.plots.figure import log_ticks, new_figure
 from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow, compute_rows
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ def write_report(
     """
     header = ("case", "quantity", "unit", "target", "computed", "error %", "limit %", "dofs", "seconds", "")
     table = markdown(header, map(_cells, rows), "lllrrrrrr")
-    parts = [f"**{_verdict(rows)}**", reading("verify"), table]
+    parts = [f"**{_verdict(rows)}**", explanation("verify"), table]
     converging: list[BenchmarkRow] = []
     for case, of_case in _by_case(rows):
         if case.converges:
@@ -78,7 +78,7 @@ def write_report(
     if converging:
         plot = path.with_name(f"{path.stem}-convergence.png")
         image = f"![error against degrees of freedom]({plot.name})"
-        parts += ["## Convergence", reading("verify-convergence"), image]
+        parts += ["## Convergence", explanation("verify-convergence"), image]
     parts.append("## Sources, and reasons for the tolerances")
     for case, of_case in _by_case(rows):
         parts += [f"### {case.name}", f"{case.title}. Target: {case.source}.", _reasons(of_case)]

@@ -20,7 +20,7 @@ def test_the_time_is_the_median_of_the_runs(monkeypatch):
     times, computation = iter([9.0, 1.0, 5.0, 2.0]), Computation("fea", "p2", "rod", 1.0)
     monkeypatch.setattr(module, "series", lambda *_, **__: [[computation]])
     monkeypatch.setattr(
-        module, "_apart", lambda *_: ConvergenceRow(computation, 1.0, 9, next(times), 100.0, 700.0)
+        module, "_in_process", lambda *_: ConvergenceRow(computation, 1.0, 9, next(times), 100.0, 700.0)
     )
     (outcome,) = module._computed(load_study(), "rod", 5.0, 60.0, None)
     assert outcome.seconds == 2.0  # of three runs, after one that is not counted
@@ -73,7 +73,7 @@ def test_labels_of_logarithmic_axes_do_not_overlap(decades):
 
 
 def test_the_command_writes_rows_and_a_report(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(module, "_apart", fake)
+    monkeypatch.setattr(module, "_in_process", fake)
     report = tmp_path / "deep" / "error-vs-runtime.md"
     assert call(["converge", "--minutes", "0.01", "--json", "--report", str(report)]) == 0
     rows = json.loads(capsys.readouterr().out)

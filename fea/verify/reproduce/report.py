@@ -11,7 +11,7 @@ from fea.base.units import DEG, RPM
 from fea.output.plots.figure import new_figure
 from fea.output.terminal.prose import print_lines, terminal
 from fea.study.traces import shipped_trace
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 from fea.verify.reproduce import columba, leon, molina
 from fea.verify.reproduce.tables import (
     PrintedColumn,
@@ -89,8 +89,10 @@ def print_reproduction(tables: Sequence[PrintedTable]) -> None:
             numbers = (counts.compared, counts.agrees, counts.explained + counts.named, counts.wrong)
             rows.append(((f"{table.name}  {table.title}", *map(str, numbers), _furthest(table)), ""))
         misprints = [f"  {line}" for line in _misprint_lines(study)]
-        said = ["Errors in single cells (rounded intermediate figures are not listed):"] if misprints else []
-        print_table(header, rows, words=("table", _FURTHEST), title=source, longest=_WORD, end=said)
+        heading = (
+            ["Errors in single cells (rounded intermediate figures are not listed):"] if misprints else []
+        )
+        print_table(header, rows, words=("table", _FURTHEST), title=source, longest=_WORD, end=heading)
         print_lines(terminal(), [*misprints, ""])
     print_lines(terminal(), [str(summarise(tables))], "bold")
     print_lines(terminal(), ["All rows: use --json. Report with plots: use --report FILE.md"], "dim")
@@ -128,7 +130,7 @@ def _what(figure: PrintedFigure) -> str:
 
 def write_report(path: Path, tables: Sequence[PrintedTable], command: str) -> None:
     """Write the report of the `tables`, which the `command` makes, with its plots next to it."""
-    parts = [f"**{summarise(tables)}**", reading("reproduce")]
+    parts = [f"**{summarise(tables)}**", explanation("reproduce")]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
         plot = path.with_name(f"{path.stem}-{source}.png")
@@ -140,7 +142,7 @@ def write_report(path: Path, tables: Sequence[PrintedTable], command: str) -> No
         parts += ["### Errors in single cells", *_misprints(study)]
         parts += ["### The largest error of each quantity", _largest(study)]
         if source == leon.SOURCE:
-            parts += ["### Effect of the bore", reading("reproduce-bore"), _sensitivity()]
+            parts += ["### Effect of the bore", explanation("reproduce-bore"), _sensitivity()]
     write_document(path, "Published figures against computed ones", command, parts)
 
 

@@ -371,8 +371,8 @@ class PublishedStudy:
         self, quantity: PrintedQuantity, cells: PrintedColumn, rpm: int, as_published: Floats
     ) -> Mapping[str, Slip]:
         if isinstance(quantity.slips, str):
-            found: dict[str, Slip] = self._value(quantity.slips, cells=cells, rpm=rpm)
-            return found
+            by_key: dict[str, Slip] = self._value(quantity.slips, cells=cells, rpm=rpm)
+            return by_key
         slips = {}
         for number, cell in enumerate(cells):
             given = quantity.slips.get(cell.key, quantity.slips.get("*"))

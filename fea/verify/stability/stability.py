@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
 from fea.verify.benchmark import compute_rows
-from fea.verify.layout import markdown, print_table, reading, write_document
+from fea.verify.layout import explanation, markdown, print_table, write_document
 from fea.verify.stability import bodies, runs
 from fea.verify.stability.outcome import ExtremeRow, Outcome
 
@@ -58,7 +58,7 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
     lines = ((*_cells(row, digits=1), ", ".join(row.noticed_by)) for row in rows)
     parts = [
         f"**{counts(rows)}**",
-        reading("stability"),
+        explanation("stability"),
         f"![error against the extreme parameter]({plot.name})",
         markdown((*_HEADER, "noticed by"), lines, "lrrrrr"),
     ]
