@@ -1,6 +1,6 @@
 """Are random assembled rods put together and loaded, or refused by name?
 
-    python tests/benchmarks/assembly_campaign.py [--rods 300] [--first 190000] [--keep FILE.jsonl]
+    python tests/benchmarks/assembly_campaign.py [--rods 300] [--first 190000] [--resume FILE.jsonl]
 
 Every rod has cap bolts, a random engine and speed, random preload, fits, shells, friction and temperature,
 some of them too much for it. It is drawn, meshed and put together, and its five load cases are solved from

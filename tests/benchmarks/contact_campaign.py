@@ -1,6 +1,6 @@
 """Does the contact of random rods end, at every crank angle, with exact resultants?
 
-    python tests/benchmarks/contact_campaign.py [--rods 300] [--first 120000] [--keep FILE.jsonl]
+    python tests/benchmarks/contact_campaign.py [--rods 300] [--first 120000] [--resume FILE.jsonl]
 
 Every rod has a random engine and speed, random pins (rigid or elastic, solid or hollow) and clearances from a
 press fit to 0.2 mm. At each of 721 crank angles the contact is solved; a rod is either solved at all of them

@@ -1,6 +1,6 @@
 """Do the estimates that `fea limits` prints first of rods in parts hold, once the limits are solved?
 
-    python tests/benchmarks/limit_estimates.py [--rods 60] [--first 0] [--keep FILE.jsonl] [--report FILE.md]
+    python tests/benchmarks/limit_estimates.py [--rods 60] [--first 0] [--resume FILE.jsonl]
 
 Random rods with cap bolts in random engines, fits, preloads and temperatures, on coarse meshes. Each has up
 to three limits: the speed at full load, the peak pressure at its speed, and the speed with closed throttle.

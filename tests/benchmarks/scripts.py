@@ -135,7 +135,7 @@ def campaign(
     """Compute the outcomes of seeds from `first` on until there are `count`, and publish the report.
 
     An outcome is None where nothing was drawn. A seed that is lost, or takes longer than `patience`, s,
-    becomes a row with `lost`, the reason. With `--keep`, each row is written as it comes, and a further run
+    becomes a row with `lost`, the reason. With `--resume`, each row is written as it comes, and a further run
     resumes after the last one.
     """
     parser = reporting(description)
@@ -143,10 +143,10 @@ def campaign(
     parser.add_argument("--first", type=int, default=first)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument(
-        "--keep", type=Path, help="JSON lines of the rows; those of it are not computed again"
+        "--resume", type=Path, help="JSON lines of the rows; those of it are not computed again"
     )
     asked = parser.parse_args()
-    kept = asked.keep.read_text().splitlines() if asked.keep and asked.keep.exists() else []
+    kept = asked.resume.read_text().splitlines() if asked.resume and asked.resume.exists() else []
     rows: list[Row] = [json.loads(line) for line in kept]
     begin = max((row["seed"] + 1 for row in rows), default=asked.first)
 
@@ -162,8 +162,8 @@ def campaign(
         while len(rows) < asked.count and (row := next(filter(None, coming), None)):
             rows.append(row)
             print(len(rows), row, file=sys.stderr, flush=True)
-            if asked.keep:
-                with asked.keep.open("a", encoding="utf-8") as file:
+            if asked.resume:
+                with asked.resume.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(row) + "\n")
         threads.shutdown(wait=False, cancel_futures=True)
         for process in _started:

@@ -1,6 +1,6 @@
 """Do headline, table, report, studio, limits, summary.json and exit code agree on random studies?
 
-    python tests/benchmarks/verdict_campaign.py [--studies 100] [--first 0] [--keep FILE.jsonl]
+    python tests/benchmarks/verdict_campaign.py [--studies 100] [--first 0] [--resume FILE.jsonl]
 
 Random rods in one piece and in parts, with and without the whole cycle, films and `--min-safety`, on coarse
 meshes. Where the whole cycle is known the studio's converged answer and, for rods of one piece, `fea limits`
