@@ -89,7 +89,7 @@ def solved(rod, case, folder):
 
 
 def axial(case):
-    """What of a case is symmetric about y = 0: without friction, nothing holds the cap across."""
+    """Part of a case that is symmetric about y = 0: without friction, nothing holds the cap across."""
     straight = {name: getattr(case, name) * [1.0, 0.0] for name in ("pin", "crank", "acceleration")}
     return dataclasses.replace(case, angular_acceleration=np.zeros(()), **straight)
 

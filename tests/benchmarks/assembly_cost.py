@@ -1,4 +1,4 @@
-"""What a rod in parts costs over a static run, of the same mesh and of the rod in one piece.
+"""Cost of a rod in parts over a static run, of the same mesh and of the rod in one piece.
 
     python tests/benchmarks/assembly_cost.py [--rounds 5] [--report FILE.md]
 

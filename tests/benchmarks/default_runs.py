@@ -89,7 +89,7 @@ def on_finer_mesh(adapted: Adapted, rpm: float | None, most: int) -> Peaks:
 
 
 def outcome(rod: str, *, compared: bool, engine: str, elements: int) -> Row | None:
-    """What a default run of a rod says; None where a dimension rule refuses the rod before any run."""
+    """Figures of a default run of a rod; None where a dimension rule refuses the rod before any run."""
     start = sum(os.times()[:4])
     try:
         study = study_of(rod, engine)

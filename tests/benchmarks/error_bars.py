@@ -59,7 +59,7 @@ Rows = list[dict]
 
 
 def row(group: str, known: KnownPeak) -> dict:
-    """What a case printed, with the bars that other factors on the estimate would give."""
+    """Printed figures of a case, with the bars that other factors on the estimate would give."""
     unit = known.error / STRESS_FACTOR[known.order]
     bars = [peak(known.value, f * unit, known.masked).error_percent for f in FACTORS[known.order]]
     found = peak(known.value, known.error, known.masked)

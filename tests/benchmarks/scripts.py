@@ -1,4 +1,4 @@
-"""What the benchmark scripts share: arguments, runs in processes of their own, campaigns, tables, reports."""
+"""Shared by the benchmark scripts: arguments, runs in processes of their own, campaigns, tables, reports."""
 
 import argparse
 import json

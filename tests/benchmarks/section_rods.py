@@ -74,7 +74,7 @@ def of_twice_the_order(rod):
 
 
 def outcome(seed, section, ribbed):
-    """What became of a rod."""
+    """Outcome of a rod."""
     rod = random_rod(seed, section, SPREAD, ribbed=ribbed)
     if isinstance(rod, InvalidValue):
         return {"outcome": "refused", "by": rod.name}

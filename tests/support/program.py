@@ -136,7 +136,7 @@ def _become(arguments, cwd, environment, out, err):
 
 
 def figures(*arguments, cwd):
-    """What `fea ARGUMENTS --json` prints, which must end well."""
+    """JSON that `fea ARGUMENTS --json` prints; it must end well."""
     import json
 
     done = fea(*arguments, "--json", cwd=cwd)
@@ -163,7 +163,7 @@ class Ended:
     orphans: bool
 
     def fault(self, results=("results",)):
-        """What it did that it may not do; empty where all is well."""
+        """The first rule that it broke; empty if none."""
         if self.code not in REFUSALS + JUDGED:
             return f"exit code {self.code}"
         if self.orphans:

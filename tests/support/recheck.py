@@ -175,7 +175,7 @@ AT_REST = ("gas", "given")
 
 @dataclass(frozen=True)
 class Told:
-    """What was asked: mm, t, N, MPa, rad/s; materials as (E, nu, density), the bushing's last."""
+    """Parameters of a run: mm, t, N, MPa, rad/s; materials as (E, nu, density), the bushing's last."""
 
     materials: tuple[tuple[float, float, float], ...]
     big_radius: float
@@ -292,7 +292,7 @@ def inertia_forces(body, told, crank_deg, cut):
 
 
 def piston_error(load, told):
-    """What is left of m ẍ = −gas + friction − pin on the piston, over the largest of them."""
+    """Residual of m ẍ = −gas + friction − pin on the piston, over the largest of them."""
     theta, w, r, l = math.radians(load["crank_deg"]), told.speed, told.crank_radius, told.length
     beta, rate, growth = rod_angle(told, theta)
     velocity = -r * w * math.sin(theta) - l * rate * math.sin(beta)

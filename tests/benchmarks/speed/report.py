@@ -148,7 +148,7 @@ def ratios(figures: Figures, size: int) -> list[str]:
 
 
 def floors(figures: Figures) -> Iterator[str]:
-    """What no assembly, however fast, gets below."""
+    """Lower bound of the time of any assembly."""
     for size in figures.sizes("pardiso"):
         if figures.done("pardiso", size) and figures.done("calculix", size):
             phases = sum(figures.stage("pardiso", size, stage) for stage in ("analysis", "factor"))

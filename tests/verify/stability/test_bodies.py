@@ -1,4 +1,4 @@
-"""What the extreme cases are made of: slivers, graded meshes and exact solutions."""
+"""Ingredients of the extreme cases: slivers, graded meshes and exact solutions."""
 
 import numpy as np
 import pytest
