@@ -11,10 +11,9 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import EngineInstants, cycle
-from loads.engine import Engine
+from loads.engine import Engine, cycle_angles
 from loads.gas import CYCLE, GasModel
 from loads.instants import Instants, joined
-from loads.slider_crank import cycle_angles
 
 # A grid of half a degree finds every peak of the motion, and a trace's own samples find every peak of the
 # pressure. A grid a hundred times finer then locates the peak (not a parabola, because a trace has kinks).

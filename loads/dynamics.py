@@ -19,10 +19,9 @@ import numpy.typing as npt
 
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.engine import Engine
+from loads.engine import Engine, Kinematics, kinematics
 from loads.gas import GasModel
 from loads.instants import Instants
-from loads.slider_crank import Kinematics, kinematics
 
 
 class Vector(NamedTuple):

@@ -19,9 +19,8 @@ from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.mass import MassProperties, joined
 from loads.dynamics import EngineInstants, cycle, whole_engine
-from loads.engine import Engine
+from loads.engine import Engine, cycle_angles
 from loads.gas import GasModel, Scaled
-from loads.slider_crank import cycle_angles
 from loads.trace import Trace, TraceReading, absorbed
 
 if TYPE_CHECKING:

@@ -49,8 +49,8 @@ from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats, vector
 from loads.crank_cycle import CrankCycle
+from loads.engine import cycle_angles
 from loads.instants import Instants
-from loads.slider_crank import cycle_angles
 
 # With more speeds than this the fields are written at the worst ones only.
 MOST_FULL_RUNS = 10

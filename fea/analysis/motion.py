@@ -22,7 +22,7 @@ from fea.solid.parity import Parity, Split
 from fea.solid.stress import von_mises
 from fea.solvers.static import Solution
 from geometry.arrays import Floats, Ints, Reals
-from loads.slider_crank import cycle_angles
+from loads.engine import cycle_angles
 from mesh.mirror import tensor_signs
 
 # Numbers of fields that are tried; the last is beyond what any cycle needs.

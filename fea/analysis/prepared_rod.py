@@ -25,7 +25,7 @@ from fea.pins.model import Fields, PinModel, Structure, UnitLoads
 from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
-from fea.rod.surface_regions import SurfaceRegions
+from fea.rod.places import SurfaceRegions
 from fea.solid.bore_motion import constrained_by_pins
 from fea.solid.inertia import Inertia
 from fea.solid.parity import Split

@@ -49,7 +49,7 @@ from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, Verdict, peak
 from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
-from fea.rod.place_names import place_name
+from fea.rod.places import place_name
 from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface

@@ -88,8 +88,8 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
     """
     from fea.machine.clock import stages
     from fea.study.study import load_study
-    from fea.verify.converge.converge import converge as compute
-    from fea.verify.converge.converge import print_comparison, write_report
+    from fea.verify.converge import converge as compute
+    from fea.verify.converge import print_comparison, write_report
     from geometry.errors import require_positive
 
     require_positive("--minutes", minutes)
@@ -112,9 +112,9 @@ def reproduce(source: str = "all", *, shown: Options = _NOTHING) -> int:
     source
         leon-2001, columba-2022, molina-2024 or all.
     """
-    from fea.verify.reproduce.printed import summarise
     from fea.verify.reproduce.report import print_reproduction, write_report
     from fea.verify.reproduce.report import reproduce as compare
+    from fea.verify.reproduce.tables import summarise
 
     tables = compare(source)
     shown.write(f"fea reproduce {source}", lambda report, said: write_report(report, tables, said))

@@ -1,6 +1,6 @@
 """Separate parts that touch, with their bolts: the joined bodies of the benchmark cases."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
@@ -16,11 +16,11 @@ from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress, PartRecovery
 from fea.solvers.static import Model
-from fea.verify.body import half_ring, rectangle
+from fea.verify.body import rectangle
 from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, SideBySide
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import mesh_body
 from mesh.separate import Interfaces, separated
 from mesh.tetmesh import TetMesh, numbered
 
@@ -31,11 +31,6 @@ Measure = Callable[[Floats], Floats]
 def along_x(places: Floats) -> Floats:
     """Measure of parts that lie beside each other."""
     return places[..., 0]
-
-
-def along_y(places: Floats) -> Floats:
-    """Measure of parts that lie on top of each other."""
-    return places[..., 1]
 
 
 def radius(places: Floats) -> Floats:
@@ -58,24 +53,13 @@ def apart(
     interfaces: Interfaces,
     *,
     order: int = 2,
-    fine: Mapping[Surface, Fine] | None = None,
 ) -> TetMesh:
-    """Mesh a body by `mesh_body` and take it apart where the measure reaches the `splits`, as `parted`.
+    """Mesh a body and take it apart where the measure reaches the `splits`, as `parted`.
 
     Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.separate.separated`.
     """
-    mesh = parted(mesh_body(body, size, order=order, fine=fine), splits, measure)
+    mesh = parted(mesh_body(body, size, order=order), splits, measure)
     return numbered(separated(mesh, interfaces)[0])[0]
-
-
-def rings(radii: Sequence[float], height: float) -> SideBySide:
-    """Upper halves of rings around each other, with radii from the inside to the outside, mm.
-
-    They are cut at `Surface.SYMMETRY_Y` and `Surface.SYMMETRY_Z`; the inside is `Surface.INNER`, the outside
-    `Surface.OUTER`, the top free.
-    """
-    sides = [half_ring(*pair) for pair in pairwise(radii)]
-    return SideBySide(tuple(Prism((*of_ring[2:], *of_ring[:2]), (0.0, height)) for of_ring in sides))
 
 
 def bars(ends: Sequence[float], width: tuple[float, float], height: float) -> SideBySide:
@@ -132,13 +116,13 @@ class AssembledBody:
         load = self.assembled.load([], np.array(weights))
         return self.assembled.steps().step(load, self.start if state is None else state)
 
-    def stresses(self, state: ContactState, face: int = 0) -> tuple[Floats, Floats, Floats]:
-        """Pressures (n,) at the vertices of one interface on the cell, and shear stresses along its tangents.
+    def stresses(self, state: ContactState) -> tuple[Floats, Floats, Floats]:
+        """Pressures (n,) at the vertices of the first interface, and shear stresses along its tangents.
 
         Those that do not exist are zero.
         """
-        mating = self.problem.faces[face]
-        values = self._on_cell(state)[self.problem.own(face)]
+        mating = self.problem.faces[0]
+        values = self._on_cell(state)[self.problem.own(0)]
         along, around = (np.where(at >= 0, values[at], 0.0) for at in mating.tangential)
         return values[: mating.pressing.size], along, around
 

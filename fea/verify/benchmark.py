@@ -1,9 +1,14 @@
 """A benchmark problem: a function from an element size to quantities with known values."""
 
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
+
+from fea.machine.clock import Listener
+from geometry.errors import require
+
+Row = TypeVar("Row")
 
 
 class Quantity(NamedTuple):
@@ -96,3 +101,24 @@ def benchmark(
         return CASES[name]
 
     return register
+
+
+def compute_rows(
+    cases: Mapping[str, Callable[[], Iterable[Row]]],
+    kind: str,
+    names: Sequence[str] = (),
+    listener: Listener | None = None,
+) -> list[Row]:
+    """Compute the rows of some cases of a `kind`, such as "a benchmark", or of all.
+
+    `listener` is called with the name of each case before it begins. Raises `InvalidValue`: there is no such
+    case; it is raised before anything is computed.
+    """
+    for name in names:
+        require(name in cases, "CASE", name, f"is not {kind}", f"Choose from {', '.join(cases)}.")
+    rows: list[Row] = []
+    for name in names or cases:
+        if listener:
+            listener(name)
+        rows += cases[name]()
+    return rows

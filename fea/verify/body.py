@@ -1,4 +1,4 @@
-"""Bodies of the benchmark cases: shapes, boundary conditions, solution, stress, contact with a pin."""
+"""Bodies of the benchmark cases: shapes, boundary conditions, solution, stress."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -7,24 +7,18 @@ from functools import cached_property, reduce
 from itertools import pairwise
 
 import numpy as np
-from scipy import sparse
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.contact.active_set import Contact
-from fea.contact.interfaces import PinInBore
-from fea.contact.problem import ContactProblem
-from fea.solid.assembly import pattern, stiffness
 from fea.solid.parity import Parity, Split
 from fea.solid.recovery import Recovery
 from fea.solvers.constrained import displacement
-from fea.solvers.linear.choice import direct_solver
-from fea.solvers.static import Model, unheld
+from fea.solvers.static import Model
 from geometry.arrays import Floats, Ints, Mask
 from geometry.bodies import Revolution, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import EDGES, TetMesh
 
 # The material of the NAFEMS benchmarks and most others; only some cases use density and strength.
 STEEL = Material(youngs_modulus=210e3, poissons_ratio=0.3, density=7.85e-9, yield_strength=400.0)
@@ -99,6 +93,14 @@ def nodes_of(mesh: TetMesh, *surfaces: Surface) -> Ints:
     return reduce(np.intersect1d, (mesh.facets[surface] for surface in surfaces), np.arange(len(mesh.points)))
 
 
+def straightened(points: Floats, tets: Ints) -> Floats:
+    """Return places (n_nodes, 3) with the middle nodes of elements (n, 4 or 10) on straight edges."""
+    points = points.copy()
+    for middle, (a, b) in enumerate(EDGES[: tets.shape[1] - 4], start=4):
+        points[tets[:, middle]] = points[tets[:, [a, b]]].mean(axis=1)
+    return points
+
+
 def furthest(values: Floats, target: float) -> float:
     """The value that is furthest from the target."""
     return float(values[np.abs(values - target).argmax()])
@@ -125,7 +127,10 @@ class LoadedBody:
 
     def solved(self) -> "SolvedBody":
         """Solve it."""
-        u = displacement(self.mesh, self.material, self.forces, self.fixed)
+        return self.with_displacement(displacement(self.mesh, self.material, self.forces, self.fixed))
+
+    def with_displacement(self, u: Floats) -> "SolvedBody":
+        """Return the body with a displacement (n_nodes, 3, 1), mm."""
         return SolvedBody(self.mesh, self.material, u, self.known, self.traction)
 
 
@@ -166,53 +171,3 @@ def relieved(mesh: TetMesh, load: Split, parity: Parity = Parity.SYMMETRIC) -> F
     """Displacement (n_nodes, 3, 1) of a free steel body under a load that balances its inertia."""
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([load])
     return solution.displacement[parity]
-
-
-class TouchedBody:
-    """A body, symmetric about y = 0, with its constraints and the one pin that touches it.
-
-    The constrained degrees of freedom `fixed` (n_nodes, 3) include those of the mirror planes.
-    """
-
-    def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:
-        self.mesh, self._material, self._fixed, self._pin = mesh, material, fixed.ravel(), pin
-        self._solver = direct_solver(slots=1)
-        nothing = {Parity.SYMMETRIC: np.zeros((mesh.points.size, 0))}
-        self.problem = ContactProblem(self, mesh, [pin], nothing, both_sides=False)
-
-    def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
-        """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
-        K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
-        return self._solver.condense(0, K.constrained(self._fixed), unheld(forces, self._fixed))
-
-    def touched(self, clearance: float, force: float) -> Contact:
-        """Pressures (n,) at the vertices under a force along x on the whole body, N."""
-        gap = self.problem.initial + (clearance - self._pin.clearance) * self._weights
-        return self.problem.system.solve(gap, np.array([force]))
-
-    @cached_property
-    def _weights(self) -> Floats:
-        return self.problem.unfolding.moments({Parity.SYMMETRIC: self._pin.multipliers.weights})
-
-    def stress(self, pressure: Floats) -> Floats:
-        """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
-        multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
-        forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
-        u = self._solver.solve(0, forces[:, None]).reshape(n_nodes, 3, 1)
-        nodes, values = multipliers.at_nodes(pressure[:, None])
-        traction = np.zeros((n_nodes, 3, 1))
-        traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
-        pressed = {multipliers.surface: traction}
-        return np.asarray(self._recovery.nodal_stress(u, self._material, Parity.SYMMETRIC, pressed)[:, :, 0])
-
-    @cached_property
-    def _recovery(self) -> Recovery:
-        return Recovery(self.mesh, self.mesh.planes, (self._pin.multipliers.surface,))
-
-
-def contact_end(place: Floats, p: Floats) -> float:
-    """Where the pressure (n,) at places (n,) ends: near it, its square is linear."""
-    places = np.unique(np.round(place, 9))
-    mean = np.array([p[np.abs(place - at) < 1e-8].mean() for at in places])
-    last = np.flatnonzero(mean > 0)[-4:-1]
-    return float(np.polyfit(mean[last] ** 2, places[last], 1)[1])

@@ -1,4 +1,4 @@
-"""What the reports of the verification commands share: Markdown, tables on the terminal."""
+"""Markdown and terminal tables of the verification commands."""
 
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
@@ -18,8 +18,8 @@ def write_document(path: Path, title: str, command: str, parts: Iterable[str]) -
     write_text(path, "\n\n".join(part.strip() for part in every) + "\n")
 
 
-def reading(name: str) -> str:
-    """Return how a report is to be read: a text that the package holds."""
+def explanation(name: str) -> str:
+    """Return the text of the package that explains a report."""
     return shipped_text(f"verify/reading/{name}.md")
 
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from fea.machine.clock import Listener
 from fea.output.plots.figure import log_ticks, new_figure
-from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow
+from fea.verify.benchmark import CASES, Benchmark, BenchmarkRow, compute_rows
 from fea.verify.cases import assemblies, contact, dynamics, elasticity, film, friction, nafems
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
-from geometry.errors import require
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,29 +20,10 @@ if TYPE_CHECKING:
 MODULES = (assemblies, contact, dynamics, elasticity, film, friction, nafems)
 
 
-def case_names() -> tuple[str, ...]:
-    """Return the names of all cases."""
-    return tuple(sorted(CASES))
-
-
-def benchmark(name: str) -> Benchmark:
-    """Return the benchmark called `name`; raises `InvalidValue` if there is none."""
-    require(name in CASES, "CASE", name, "is not a benchmark", f"Choose from {', '.join(case_names())}.")
-    return CASES[name]
-
-
 def verify(names: Sequence[str] = (), listener: Listener | None = None) -> list[BenchmarkRow]:
-    """Compute some cases, or all; return one row per quantity.
-
-    `listener` is called with the name of each case before it begins. Raises `InvalidValue`: there is no such
-    case; it is raised before anything is computed.
-    """
-    rows: list[BenchmarkRow] = []
-    for case in [benchmark(name) for name in names or case_names()]:
-        if listener:
-            listener(case.name)
-        rows += case.rows()
-    return rows
+    """Compute some of `CASES`, or all, as `compute_rows`; return one row per quantity."""
+    cases = {name: CASES[name].rows for name in sorted(CASES)}
+    return compute_rows(cases, "a benchmark", names, listener)
 
 
 def _by_case(rows: Iterable[BenchmarkRow]) -> list[tuple[Benchmark, list[BenchmarkRow]]]:
@@ -88,7 +68,7 @@ def write_report(
     """
     header = ("case", "quantity", "unit", "target", "computed", "error %", "limit %", "dofs", "seconds", "")
     table = markdown(header, map(_cells, rows), "lllrrrrrr")
-    parts = [f"**{_verdict(rows)}**", reading("verify"), table]
+    parts = [f"**{_verdict(rows)}**", explanation("verify"), table]
     converging: list[BenchmarkRow] = []
     for case, of_case in _by_case(rows):
         if case.converges:
@@ -98,7 +78,7 @@ def write_report(
     if converging:
         plot = path.with_name(f"{path.stem}-convergence.png")
         image = f"![error against degrees of freedom]({plot.name})"
-        parts += ["## Convergence", reading("verify-convergence"), image]
+        parts += ["## Convergence", explanation("verify-convergence"), image]
     parts.append("## Sources, and reasons for the tolerances")
     for case, of_case in _by_case(rows):
         parts += [f"### {case.name}", f"{case.title}. Target: {case.source}.", _reasons(of_case)]

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assemblies import NUTS, SIMPLE
-from assembly_files import write_assembly
+from assemblies import NUTS, SIMPLE, write_assembly
 
 from fea.analysis.assembling import Assembling
 from fea.analysis.meshing import mesh_study

@@ -17,8 +17,8 @@ from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
 from fea.study.flags import Flags
 from geometry.surfaces import Surface
+from loads.engine import cycle_angles
 from loads.gas import NoGas
-from loads.slider_crank import cycle_angles
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 

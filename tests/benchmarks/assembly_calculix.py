@@ -20,7 +20,7 @@ from scripts import command, publish, reporting
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import calculix
-from assembled_rods import EVERY, study
+from assemblies import EVERY, study
 
 from fea.analysis.pipeline import prepare
 from fea.solid.parity import Parity
@@ -89,7 +89,7 @@ def solved(rod, case, folder):
 
 
 def axial(case):
-    """What of a case is symmetric about y = 0: without friction, nothing holds the cap across."""
+    """Part of a case that is symmetric about y = 0: without friction, nothing holds the cap across."""
     straight = {name: getattr(case, name) * [1.0, 0.0] for name in ("pin", "crank", "acceleration")}
     return dataclasses.replace(case, angular_acceleration=np.zeros(()), **straight)
 

@@ -1,6 +1,6 @@
 """Are random assembled rods put together and loaded, or refused by name?
 
-    python tests/benchmarks/assembly_campaign.py [--rods 300] [--first 190000] [--report FILE.md]
+    python tests/benchmarks/assembly_campaign.py [--rods 300] [--first 190000] [--resume FILE.jsonl]
 
 Every rod has cap bolts, a random engine and speed, random preload, fits, shells, friction and temperature,
 some of them too much for it. It is drawn, meshed and put together, and its five load cases are solved from
@@ -12,13 +12,12 @@ import statistics
 import sys
 import time
 from pathlib import Path
-from typing import NamedTuple
 
-from scripts import campaign, command, publish, reporting, table
+from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from assembled_studies import assembled_study
+from rod_studies import assembled_study
 
 from fea.analysis.pipeline import prepare
 from fea.pins.assembly import AssemblyPins
@@ -32,21 +31,8 @@ PATIENCE = 900.0
 MANY = 80
 
 
-class Outcome(NamedTuple):
-    """What came of a rod: the worst of its cases, or why there is nothing."""
-
-    seed: int
-    unknowns: int = 0
-    residual: float = 0.0
-    imbalance: float = 0.0
-    most_changes: int = 0
-    long: int = 0
-    seconds: float = 0.0
-    refused: str = ""
-
-
-def outcome(seed: int) -> Outcome | None:
-    """Put a rod together and solve its load cases."""
+def outcome(seed: int) -> Row | None:
+    """Put a rod together and solve its load cases: the worst of them, or why there is nothing."""
     start = time.perf_counter()
     study = assembled_study(seed)
     if study is None:
@@ -60,39 +46,41 @@ def outcome(seed: int) -> Outcome | None:
         found = pins.states(rod.loading.at(rod.mass, study.speed.speeds()[0]).cases)
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
         seconds = time.perf_counter() - start
-        return Outcome(seed, seconds=seconds, refused=f"{type(error).__name__}: {error}")
+        return {"seed": seed, "seconds": seconds, "refused": f"{type(error).__name__}: {error}"}
     changes = [each.changes for each in found]
-    return Outcome(
-        seed,
-        unknowns=pins.contact.problem.unfolding.size,
-        residual=max(each.residual for each in [*found, pins.assembly.assembled.start]),
-        imbalance=max(each.imbalance for each in found),
-        most_changes=max(changes),
-        long=sum(count > MANY for count in changes),
-        seconds=time.perf_counter() - start,
-    )
+    return {
+        "seed": seed,
+        "seconds": time.perf_counter() - start,
+        "unknowns": pins.contact.problem.unfolding.size,
+        "residual": max(each.residual for each in [*found, pins.assembly.assembled.start]),
+        "imbalance": max(each.imbalance for each in found),
+        "most_changes": max(changes),
+        "long": sum(count > MANY for count in changes),
+    }
 
 
-def report_text(found: list[Outcome], endless: list[int]) -> str:
+def report_text(found: list[Row]) -> str:
     """The report."""
-    solved = [each for each in found if not each.refused]
-    refused = [each for each in found if each.refused]
-    unknowns, times = [e.unknowns for e in solved], [e.seconds for e in found]
+    solved = [row for row in found if "residual" in row]
+    refused = [row for row in found if "refused" in row]
+    endless = [row for row in found if "lost" in row]
+    unknowns = [row["unknowns"] for row in solved]
+    times = [row["seconds"] for row in found if "seconds" in row]
     rows = {
         "load cases solved": f"{5 * len(solved)}",
-        "largest violation of contact or friction, relative": f"{max(e.residual for e in solved):.1e}",
-        "largest error of a pin's resultant, relative": f"{max(e.imbalance for e in solved):.1e}",
-        f"load cases of more than {MANY} states": f"{sum(e.long for e in solved)}",
-        "most states tried in a load case": f"{max(e.most_changes for e in solved)}",
+        "largest violation of contact or friction, relative": f"{max(row['residual'] for row in solved):.1e}",
+        "largest error of a pin's resultant, relative": f"{max(row['imbalance'] for row in solved):.1e}",
+        f"load cases of more than {MANY} states": f"{sum(row['long'] for row in solved)}",
+        "most states tried in a load case": f"{max(row['most_changes'] for row in solved)}",
         "unknowns, median and most": f"{statistics.median(unknowns):.0f}, {max(unknowns)}",
         "seconds per rod, median and longest": f"{statistics.median(times):.1f}, {max(times):.1f}",
         f"rods without an end after {PATIENCE:g} s": f"{len(endless)}",
     }
-    kinds = collections.Counter(each.refused.split(" = ")[0].split(";")[0][:90] for each in refused)
+    kinds = collections.Counter(row["refused"].split(" = ")[0].split(";")[0][:90] for row in refused)
     lines = [
         "# Random assembled rods",
         "",
-        f"Made by `{command()}`: {len(found) + len(endless)} random rods with cap and bolts,",
+        f"Made by `{command()}`: {len(found)} random rods with cap and bolts,",
         f"of which {len(solved)} were put together and solved in five load cases,",
         f"and {len(refused)} refused.",
         "",
@@ -103,21 +91,9 @@ def report_text(found: list[Outcome], endless: list[int]) -> str:
         *(f"- {count} × {kind}" for kind, count in kinds.most_common()),
     ]
     if endless:
-        lines += ["", f"Without an end: {', '.join(map(str, endless))}"]
+        lines += ["", f"Without an end: {', '.join(str(row['seed']) for row in endless)}"]
     return "\n".join([*lines, ""])
 
 
-def main() -> None:
-    """Solve all rods and print the report."""
-    parser = reporting(__doc__)
-    parser.add_argument("--rods", type=int, default=300)
-    parser.add_argument("--first", type=int, default=190000)
-    parser.add_argument("--processes", type=int, default=2)
-    arguments = parser.parse_args()
-    seeds = range(arguments.first, arguments.first + 100 * arguments.rods)
-    found, endless = campaign(outcome, seeds, arguments.rods, arguments.processes, PATIENCE)
-    publish(report_text(found, endless), arguments.report)
-
-
 if __name__ == "__main__":
-    main()
+    campaign(__doc__, outcome, report_text, count=300, first=190000, patience=PATIENCE)

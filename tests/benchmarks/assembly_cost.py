@@ -1,4 +1,4 @@
-"""What a rod in parts costs over a static run, of the same mesh and of the rod in one piece.
+"""Cost of a rod in parts over a static run, of the same mesh and of the rod in one piece.
 
     python tests/benchmarks/assembly_cost.py [--rounds 5] [--report FILE.md]
 
@@ -30,7 +30,7 @@ STATIC = {"same mesh": "bonded", "one piece": "solid"}
 
 def work(mode: str, size: float | None) -> dict[str, float]:
     """Run one of the modes; times without the imports, and the peak memory of the process."""
-    from assembled_rods import study
+    from assemblies import study
 
     from fea.analysis.meshing import mesh_loaded
     from fea.analysis.pipeline import prepare, solve_speed, with_cycle

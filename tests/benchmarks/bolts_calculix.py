@@ -19,8 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import calculix
-from assembled_rods import study
-from assemblies import BOLTED
+from assemblies import BOLTED, study
 from assembly_calculix import axial, supports
 from scripts import command, publish, reporting
 

@@ -1,6 +1,6 @@
 """Does the contact of random rods end, at every crank angle, with exact resultants?
 
-    python tests/benchmarks/contact_campaign.py [--rods 300] [--first 120000] [--report FILE.md]
+    python tests/benchmarks/contact_campaign.py [--rods 300] [--first 120000] [--resume FILE.jsonl]
 
 Every rod has a random engine and speed, random pins (rigid or elastic, solid or hollow) and clearances from a
 press fit to 0.2 mm. At each of 721 crank angles the contact is solved; a rod is either solved at all of them
@@ -12,10 +12,10 @@ import statistics
 import sys
 import time
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
-from scripts import campaign, command, publish, reporting, table
+from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -31,19 +31,6 @@ from fea.study.study import Study
 from geometry.errors import GeometryError, InvalidValue
 from mesh.sizing import default_size
 from mesh.tetmesh import MeshError
-
-
-class Outcome(NamedTuple):
-    """What came of a rod: the worst of all angles, or why there is nothing."""
-
-    seed: int
-    unknowns: int = 0
-    residual: float = 0.0
-    imbalance: float = 0.0
-    most_changes: int = 0
-    exchanged: int = 0
-    milliseconds: float = 0.0
-    refused: str = ""
 
 
 def drawn(seed: int) -> Study | None:
@@ -70,8 +57,8 @@ def drawn(seed: int) -> Study | None:
     )
 
 
-def outcome(seed: int) -> Outcome | None:
-    """Solve a rod at every degree."""
+def outcome(seed: int) -> Row | None:
+    """Solve a rod at every degree: the worst of all angles, or why there is nothing."""
     study = drawn(seed)
     if study is None:
         return None
@@ -82,31 +69,33 @@ def outcome(seed: int) -> Outcome | None:
         found = pins.states(instants)
         seconds = time.perf_counter() - start
     except (InvalidValue, GeometryError, MeshError, ContactError) as error:
-        return Outcome(seed, refused=f"{type(error).__name__}: {error}")
+        return {"seed": seed, "refused": f"{type(error).__name__}: {error}"}
     changes = [each.changes for each in found]
-    return Outcome(
-        seed,
-        unknowns=pins.contact.problem.unfolding.size,
-        residual=max(each.residual for each in found),
-        imbalance=max(each.imbalance for each in found),
-        most_changes=max(changes),
-        exchanged=sum(count > MOST_CHANGES for count in changes),
-        milliseconds=1e3 * seconds / len(found),
-    )
+    return {
+        "seed": seed,
+        "unknowns": pins.contact.problem.unfolding.size,
+        "residual": max(each.residual for each in found),
+        "imbalance": max(each.imbalance for each in found),
+        "most_changes": max(changes),
+        "exchanged": sum(count > MOST_CHANGES for count in changes),
+        "milliseconds": 1e3 * seconds / len(found),
+    }
 
 
-def report_text(found: list[Outcome]) -> str:
+def report_text(found: list[Row]) -> str:
     """The report."""
-    solved = [each for each in found if not each.refused]
-    refused = [f"- rod {each.seed}: {each.refused}" for each in found if each.refused]
-    angles, exchanged = 721 * len(solved), sum(each.exchanged for each in solved)
-    unknowns, times = [e.unknowns for e in solved], [e.milliseconds for e in solved]
+    solved = [row for row in found if "residual" in row]
+    refused = [
+        f"- rod {row['seed']}: {row.get('refused') or row['lost']}" for row in found if row not in solved
+    ]
+    angles, exchanged = 721 * len(solved), sum(row["exchanged"] for row in solved)
+    unknowns, times = [row["unknowns"] for row in solved], [row["milliseconds"] for row in solved]
     rows = {
         "angles solved": f"{angles}",
-        "largest overlap or gap under pressure, relative": f"{max(e.residual for e in solved):.1e}",
-        "largest error of a resultant, relative": f"{max(e.imbalance for e in solved):.1e}",
+        "largest overlap or gap under pressure, relative": f"{max(row['residual'] for row in solved):.1e}",
+        "largest error of a resultant, relative": f"{max(row['imbalance'] for row in solved):.1e}",
         "angles that needed single exchanges": f"{exchanged} ({100 * exchanged / angles:.2g} %)",
-        "most contact areas tried at an angle": f"{max(e.most_changes for e in solved)}",
+        "most contact areas tried at an angle": f"{max(row['most_changes'] for row in solved)}",
         "unknowns, median and most": f"{statistics.median(unknowns):.0f}, {max(unknowns)}",
         "mean time per angle, ms, median and longest": f"{statistics.median(times):.2f}, {max(times):.2f}",
     }
@@ -124,17 +113,5 @@ def report_text(found: list[Outcome]) -> str:
     return "\n".join([*lines, *(["", "Refused:", "", *refused] if refused else []), ""])
 
 
-def main() -> None:
-    """Solve all rods and print the report."""
-    parser = reporting(__doc__)
-    parser.add_argument("--rods", type=int, default=300)
-    parser.add_argument("--first", type=int, default=120000)
-    parser.add_argument("--processes", type=int, default=2)
-    arguments = parser.parse_args()
-    seeds = range(arguments.first, arguments.first + 4 * arguments.rods)
-    found, _ = campaign(outcome, seeds, arguments.rods, arguments.processes)
-    publish(report_text(found), arguments.report)
-
-
 if __name__ == "__main__":
-    main()
+    campaign(__doc__, outcome, report_text, count=300, first=120000)

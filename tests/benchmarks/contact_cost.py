@@ -1,4 +1,4 @@
-"""What contact and oil films cost over the static run with prescribed pressures on the same mesh.
+"""Cost of contact and oil films over the static run with prescribed pressures on the same mesh.
 
     python tests/benchmarks/contact_cost.py [--rounds 5] [--report FILE.md]
 
@@ -78,7 +78,7 @@ def work(mode: str, size: float | None) -> dict[str, float]:
 
 
 def ratios(rounds: list[list[dict[str, float]]], measure: str) -> list[float]:
-    """What each round's last run takes of the first; of time, less what one between them does."""
+    """Ratio of each round's last run to the first; of time, less that of the one between them."""
     beside = 0.0 if measure == "MiB" else 1.0
     return [
         (last[measure] - beside * sum(run[measure] for run in between)) / first[measure]

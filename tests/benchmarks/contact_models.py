@@ -1,4 +1,4 @@
-"""What the pins' model changes: prescribed pressures against contact over clearance.
+"""Effect of the pins' model: prescribed pressures against contact over clearance.
 
     python tests/benchmarks/contact_models.py --report results/contact.md
 
@@ -56,7 +56,7 @@ HEAD = (
 
 
 class Found(NamedTuple):
-    """What a model gives: the smallest factors, and the largest stress and smallest factor on each bore."""
+    """Results of a model: the smallest factors, and the largest stress and smallest factor on each bore."""
 
     safety: float
     where: str

@@ -1,4 +1,4 @@
-"""What the whole crank cycle costs: python tests/benchmarks/cycle_cost.py [REPORT.md] [ROUNDS]
+"""Cost of the whole crank cycle: python tests/benchmarks/cycle_cost.py [REPORT.md] [ROUNDS]
 
 Every run is a process of its own; runs to be compared take turns, and the medians are of their ratios.
 CalculiX (`ccx` on the path) solves the same mesh with one *STEP a crank angle.

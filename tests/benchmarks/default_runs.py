@@ -7,7 +7,7 @@ A rod, its engine and its speed are drawn by `tests/support/rod_studies.py`; not
 are in contact and the mesh is refined as `fea run` does it. The peaks of the first rods, as many as
 `--references` says, are compared with those of the same rod with `--tolerance 1`. A reference is known to its
 own bar only; which peaks that decides is said once for this and for error_bars.py
-(`tests/support/error_bar_table.py`).
+(error_bar_table.py).
 
 A FILE is a study, or a CAD file that holds rod and cap, which is then run in an engine of the library. Its
 reference is one further mesh, with elements smaller than those of the default run's last one everywhere and
@@ -16,7 +16,6 @@ far smaller where the stress is high: the finest of `REFERENCES` with at most `-
 
 import dataclasses
 import itertools
-import json
 import multiprocessing
 import os
 import statistics
@@ -28,7 +27,7 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from scripts import command, publish, reporting, table
+from scripts import command, keep, kept_in, publish, reporting, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
@@ -88,7 +87,7 @@ def on_finer_mesh(adapted: RefinedRod, rpm: float | None, most: int) -> Peaks:
 
 
 def outcome(rod: str, *, compared: bool, engine: str, elements: int) -> Row | None:
-    """What a default run of a rod says; None where a dimension rule refuses the rod before any run."""
+    """Figures of a default run of a rod; None where a dimension rule refuses the rod before any run."""
     start = sum(os.times()[:4])
     try:
         study = study_of(rod, engine)
@@ -183,7 +182,7 @@ def main() -> None:
     parser.add_argument("--engine", default="sd195", help="of CAD files; a study has its own")
     parser.add_argument("--elements", type=float, default=400_000, help="most of a reference of a file")
     arguments = parser.parse_args()
-    kept: dict[str, Row] = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
+    kept: dict[str, Row] = kept_in(arguments.resume)
     rods = arguments.cad or random_rods(arguments.first, arguments.rods)
     asked = {"engine": arguments.engine, "elements": arguments.elements}
     compared = set(arguments.cad or rods[: arguments.references])
@@ -195,7 +194,7 @@ def main() -> None:
             try:
                 for done in as_completed(coming):
                     kept[coming[done]] = done.result()
-                    arguments.resume.write_text(json.dumps(kept))
+                    keep(arguments.resume, kept)
                     print(len(kept), coming[done], done.result(), file=sys.stderr, flush=True)
             except BrokenProcessPool:
                 running = [rod for rod in left if rod not in kept][: arguments.workers]

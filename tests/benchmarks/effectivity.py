@@ -15,8 +15,7 @@ from scripts import command, publish, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-import nested
-from energy_errors import effectivity, manufactured_effectivity, rod_effectivity
+from energy_errors import NESTED, effectivity, manufactured_effectivity, nest, rod_effectivity
 from exact_bodies import MATERIAL, PROBLEMS, solved
 
 LEAST, MOST = 0.9, 2.0
@@ -67,7 +66,7 @@ def manufactured(_: str, order: int) -> list[Row]:
 
 def by_nesting(name: str, order: int) -> list[Row]:
     """Rows of a problem on nested meshes."""
-    found = nested.nest(name, order)
+    found = nest(name, order)
     truth = f"nested, rate {found.rate:.2f}"
     return [
         (name, f"P{order}", f"{dofs} dofs", truth, _marked(ratio))
@@ -97,7 +96,7 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     arguments = parser.parse_args()
     bodies = [("exact", name) for name in PROBLEMS] + [("manufactured", "")]
-    bodies += [("nested", name) for name in nested.PROBLEMS]
+    bodies += [("nested", name) for name in NESTED]
     jobs = [(kind, name, order) for order in (1, 2) for kind, name in bodies] + [("rod", "", 2)]
     with multiprocessing.get_context("spawn").Pool(arguments.processes, maxtasksperchild=1) as pool:
         rows = [row for found in pool.imap(done, jobs, chunksize=1) for row in found]

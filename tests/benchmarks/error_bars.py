@@ -21,11 +21,10 @@ from scripts import command, reporting
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from drawn_loads import randomly_loaded
 from error_bar_table import FACTORS, report_text
 from hot_spots import hot_ratio, solved_finely
 from known_peaks import SIZES, KnownPeak, benchmark_peaks, exact_peaks
-from rod_studies import random_study
+from rod_studies import random_study, randomly_loaded
 
 from fea.analysis.pipeline import prepare, refined_rod, solve_speed
 from fea.analysis.refinement import predicted_elements, wanted_sizes
@@ -58,7 +57,7 @@ Rows = list[dict]
 
 
 def row(group: str, known: KnownPeak) -> dict:
-    """What a case printed, with the bars that other factors on the estimate would give."""
+    """Printed figures of a case, with the bars that other factors on the estimate would give."""
     unit = known.error / STRESS_FACTOR[known.order]
     bars = [peak(known.value, f * unit, known.masked).error_percent for f in FACTORS[known.order]]
     found = peak(known.value, known.error, known.masked)

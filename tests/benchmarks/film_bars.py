@@ -8,15 +8,11 @@ film's grid, are listed apart: the film of a run's grid on the finer mesh is bet
 """
 
 import dataclasses
-import json
 import statistics
 import sys
-from collections.abc import Mapping
-from pathlib import Path
 
 from film_campaign import drawn
-from random_studies import keep
-from scripts import command, publish, reporting, table
+from scripts import Row, campaign, command, table
 
 from fea.analysis.film import FilmResult, film_at
 from fea.analysis.pipeline import prepare
@@ -51,11 +47,19 @@ def films(study: Study, per_bore: int, grids: tuple[tuple[int, int, int], ...]) 
     return found
 
 
-def outcome(study: Study) -> dict[str, dict]:
+def outcome(seed: int) -> Row | None:
     """Figures of the films of both ends: of a run with their bars, and on finer meshes and grids."""
-    ours = films(study, PER_TOUCHED_BORE, OF_A_RUN)
-    finer = films(study, 2 * PER_TOUCHED_BORE, (FINER, OF_A_RUN[0])) if ours else {}
-    return {
+    study = drawn(seed)
+    if study is None:
+        return None
+    study = dataclasses.replace(study, mesh=MeshTable(), analysis=AnalysisTable())
+    try:
+        ours = films(study, PER_TOUCHED_BORE, OF_A_RUN)
+        finer = films(study, 2 * PER_TOUCHED_BORE, (FINER, OF_A_RUN[0])) if ours else {}
+    except (InvalidValue, GeometryError, MeshError) as error:
+        print(seed, error, file=sys.stderr)
+        return None
+    return {"seed": seed} | {
         end: {
             "verdict": film.verdict.value,
             "run": dataclasses.asdict(film.figures),
@@ -72,23 +76,23 @@ def extremes(film: FilmCycle) -> dict[str, float]:
     return dict(zip(FIGURES, (float(film.thinnest.min()) / UM, float(film.highest.max())), strict=True))
 
 
-def rows(kept: Mapping[str, Mapping[str, dict]]) -> list[tuple]:
+def films_of(rods: list[Row]) -> list[tuple]:
     """Seed, end, verdict, figure and in per cent the bar, the change, and those of mesh and grid."""
     found = []
-    for seed, ends in kept.items():
-        for end, film in ends.items():
+    for rod in rods:
+        for end, film in ((end, rod[end]) for end in End if end in rod):
             for name in FIGURES:
                 run, mesh, finer = (film[key][name] for key in ("run", "mesh", "reference"))
                 bar = film["run"][f"{name.rsplit('_', 1)[0]}_error_percent"]
                 changes = [100 * (a - b) / run for a, b in ((finer, run), (mesh, run), (finer, mesh))]
-                found.append((seed, end, film["verdict"], name.rsplit("_", 1)[0], bar, *changes))
+                found.append((str(rod["seed"]), end, film["verdict"], name.rsplit("_", 1)[0], bar, *changes))
     return found
 
 
-def report_text(kept: Mapping[str, Mapping[str, dict]]) -> str:
+def report_text(rods: list[Row]) -> str:
     """The report."""
-    found = rows(kept)
-    lines = ["# Error bars of oil films", "", f"Made by `{command()}`: {len(kept)} random rods.", ""]
+    found = films_of(rods)
+    lines = ["# Error bars of oil films", "", f"Made by `{command()}`: {len(rods)} random rods.", ""]
     sums = []
     for end in End:
         for name in (figure.rsplit("_", 1)[0] for figure in FIGURES):
@@ -107,27 +111,5 @@ def report_text(kept: Mapping[str, Mapping[str, dict]]) -> str:
     return "\n".join([*lines, *table(head, each), ""])
 
 
-def main() -> None:
-    """Draw, solve and compare."""
-    parser = reporting(__doc__)
-    parser.add_argument("--count", type=int, default=15)
-    parser.add_argument("--first", type=int, default=2000)
-    parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
-    arguments = parser.parse_args()
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
-    seed = arguments.first - 1
-    while len(kept) < arguments.count:
-        seed += 1
-        if str(seed) in kept or (study := drawn(seed)) is None:
-            continue
-        try:
-            kept[str(seed)] = outcome(dataclasses.replace(study, mesh=MeshTable(), analysis=AnalysisTable()))
-        except (InvalidValue, GeometryError, MeshError) as error:
-            print(seed, error, file=sys.stderr)
-            continue
-        keep(arguments.resume, kept)
-    publish(report_text(kept), arguments.report)
-
-
 if __name__ == "__main__":
-    main()
+    campaign(__doc__, outcome, report_text, count=15, first=2000, what="count", patience=3600.0)

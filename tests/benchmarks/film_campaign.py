@@ -9,19 +9,16 @@ anything but a refusal ends it, or beyond `LONGEST` seconds of processor time.
 """
 
 import dataclasses
-import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from scripts import command, publish, reporting, table
+from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from random_studies import keep
 from rod_studies import random_study
 
 from fea.analysis.film import film_at
@@ -79,17 +76,21 @@ def drawn(seed: int) -> Study | None:
     )
 
 
-def outcomes(study: Study) -> dict[str, dict]:
-    """What came of the films of a rod, by the end."""
+def outcome(seed: int) -> Row | None:
+    """Outcomes of the films of a rod, by the end."""
+    study = drawn(seed)
+    if study is None:
+        return None
+    lubrication.FINE, lubrication.COARSE = (64, 5, 96), (48, 4, 72)
     try:
         rod = prepare(study)
     except (InvalidValue, GeometryError, MeshError) as error:
         why = f"{type(error).__name__}: {error}"
-        return {end: {"verdict": REFUSED, "bad": False, "why": why} for end in End}
-    return {end: outcome(rod, end, study.speed.speeds()[0]) for end in End}
+        return {"seed": seed} | {end: {"verdict": REFUSED, "bad": False, "why": why} for end in End}
+    return {"seed": seed} | {end: film_outcome(rod, end, study.speed.speeds()[0]) for end in End}
 
 
-def outcome(rod: PreparedRod, end: End, rpm: float) -> dict:
+def film_outcome(rod: PreparedRod, end: End, rpm: float) -> dict:
     """Solve the film of an end and say what came of it."""
     started = time.process_time()
     said = {"rpm": round(rpm), "length": round(rod.mesh.bores.rod_length, 1)}
@@ -110,14 +111,16 @@ def outcome(rod: PreparedRod, end: End, rpm: float) -> dict:
     return said | kept | {"verdict": found.verdict.value, "seconds": seconds, "repeats": repeats}
 
 
-def report_text(kept: Mapping[str, Mapping[str, dict]]) -> str:
+def report_text(rods: list[Row]) -> str:
     """The report."""
+    lost = [{"verdict": CRASHED, "bad": True, "why": rod["lost"]} if "lost" in rod else {} for rod in rods]
+    rods = [rod | dict.fromkeys(End, film) if film else rod for rod, film in zip(rods, lost, strict=True)]
     head = (
-        f"Made by `{command()}`: {len(kept)} random rods, oils and speeds from 500 to 9 000 rpm, a film at "
+        f"Made by `{command()}`: {len(rods)} random rods, oils and speeds from 500 to 9 000 rpm, a film at "
         "both ends of each."
     )
     lines = ["# Oil films of random rods", "", head, ""]
-    columns: dict[End, dict[str, str]] = {end: column([each[end] for each in kept.values()]) for end in End}
+    columns: dict[End, dict[str, str]] = {end: column([rod[end] for rod in rods]) for end in End}
     rows = [
         (name, *(columns[end].get(name, "0") for end in End))
         for name in {**columns[End.BIG], **columns[End.SMALL]}
@@ -125,10 +128,10 @@ def report_text(kept: Mapping[str, Mapping[str, dict]]) -> str:
     lines += [*table(("films", "big end:", "small end:"), rows), ""]
     for title, wanted in (("Refused:", REFUSED), ("Beyond the model:", BEYOND), ("Bad:", None)):
         listed = [
-            f"- rod {seed}, {end.words}: {each[end]['why'] or each[end]['seconds']}"
-            for seed, each in kept.items()
+            f"- rod {rod['seed']}, {end.words}: {rod[end]['why'] or rod[end]['seconds']}"
+            for rod in rods
             for end in End
-            if (each[end]["verdict"] == wanted if wanted else each[end]["bad"])
+            if (rod[end]["verdict"] == wanted if wanted else rod[end]["bad"])
         ]
         lines += [title, "", *listed, ""] if listed else []
     return "\n".join(lines)
@@ -148,28 +151,5 @@ def column(films: list[dict]) -> dict[str, str]:
     }
 
 
-def main() -> None:
-    """Draw, solve and count."""
-    parser = reporting(__doc__)
-    parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--resume", type=Path, required=True, help="a JSON file to keep outcomes in")
-    parser.add_argument("--seconds", type=float, default=np.inf, help="of processor time after which to end")
-    parser.add_argument("--again", nargs="*", default=[], help="seeds to solve once more")
-    arguments = parser.parse_args()
-    lubrication.FINE, lubrication.COARSE = (64, 5, 96), (48, 4, 72)
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume.exists() else {}
-    kept = {seed: entry for seed, entry in kept.items() if seed not in arguments.again}
-    seed = arguments.first - 1
-    while len(kept) < arguments.count and time.process_time() < arguments.seconds:
-        seed += 1
-        if str(seed) in kept or (study := drawn(seed)) is None:
-            continue
-        kept[str(seed)] = outcomes(study)
-        keep(arguments.resume, kept)
-        print(seed, json.dumps(kept[str(seed)]), file=sys.stderr, flush=True)
-    publish(report_text(kept), arguments.report)
-
-
 if __name__ == "__main__":
-    main()
+    campaign(__doc__, outcome, report_text, count=300, what="count")

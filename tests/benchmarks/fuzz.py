@@ -8,7 +8,6 @@ CAD files take seconds each: `--resume FILE.json` keeps what was done and goes o
 """
 
 import argparse
-import json
 import random
 import sys
 from collections import Counter
@@ -16,13 +15,14 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
+from scripts import keep, kept_in
+
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from cad_files import CAD_ENDINGS, cad_file
-from contained import contained
-from mesh_files import KINDS as MESHES
-from mesh_files import damaged
-from mutated import mutated
+from damage import KINDS as MESHES
+from damage import damaged, mutated
+from program import contained
 
 ENGINE = """
 [engine]
@@ -100,13 +100,12 @@ def main() -> None:
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     arguments = parser.parse_args()
 
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     for kind in arguments.kinds:
         for seed in range(arguments.first, arguments.first + arguments.count):
             if (key := f"{kind} {seed}") not in kept:
                 kept[key] = outcome(kind, seed)
-                if arguments.resume:
-                    keep(arguments.resume, kept)
+                keep(arguments.resume, kept)
         print(
             summary(kind, [(key, entry) for key, entry in kept.items() if key.startswith(kind)]), flush=True
         )
@@ -118,13 +117,6 @@ def outcome(kind: str, seed: int) -> dict[str, object]:
     ends = ("it crashed (", "it did not finish within", "it stopped without a message")
     died = "the CAD kernel could not" in found.said and any(end in found.said for end in ends)
     return {"code": found.code, "died": died, "fault": found.fault(), "said": found.said[-300:]}
-
-
-def keep(path: Path, kept: dict[str, dict]) -> None:
-    """Write the outcomes, whole or not at all."""
-    beside = path.with_suffix(".part")
-    beside.write_text(json.dumps(kept))
-    beside.replace(path)
 
 
 def summary(kind: str, entries: list[tuple[str, dict]]) -> str:

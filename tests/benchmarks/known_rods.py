@@ -109,7 +109,7 @@ def studies():
 
 
 def answers():
-    """What a default run says of the rods of engines, and of H-beams in their place."""
+    """Default runs of the rods of engines, and of H-beams in their place."""
     yield "| engine | rod | rpm | mass g | smallest factor | answer |"
     yield "| --- | --- | ---: | ---: | ---: | --- |"
     for engine, kind, study in studies():
@@ -124,7 +124,7 @@ def answers():
 
 
 def answer(study):
-    """What `fea limits` says, without its map."""
+    """Output of `fea limits`, without its map."""
     analysis = replace(study.analysis, cycle=True, tolerance_percent=0.0)
     study = replace(study, analysis=analysis, mesh=replace(study.mesh, size_mm=SIZE))
     rpm = max(study.speeds())
@@ -133,7 +133,7 @@ def answer(study):
 
 
 def limits():
-    """What the limits of the same rods are, in words."""
+    """Limits of the same rods, in words."""
     yield "| engine | rod | redline rpm | answer |"
     yield "| --- | --- | ---: | --- |"
     for engine, kind, study in studies():

@@ -1,26 +1,24 @@
 """Do the estimates that `fea limits` prints first of rods in parts hold, once the limits are solved?
 
-    python tests/benchmarks/limit_estimates.py [--rods 60] [--first 0] [--keep FILE.jsonl] [--report FILE.md]
+    python tests/benchmarks/limit_estimates.py [--rods 60] [--first 0] [--resume FILE.jsonl]
 
 Random rods with cap bolts in random engines, fits, preloads and temperatures, on coarse meshes. Each has up
 to three limits: the speed at full load, the peak pressure at its speed, and the speed with closed throttle.
 An estimate holds if the limit that is solved lies within its error bar, both on the same mesh.
 """
 
-import json
 import math
 import statistics
 import sys
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from scripts import campaign, command, publish, reporting, table
+from scripts import Row, campaign, command, table
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from assembled_studies import assembled_study
+from rod_studies import assembled_study
 
 from fea.analysis.pipeline import refined_rod
 from fea.apps.limits.explore import RodLimits, explore
@@ -31,10 +29,8 @@ from fea.study.option_tables import MeshTable
 from geometry.errors import GeometryError, InvalidValue
 from mesh.tetmesh import MeshError
 
-PATIENCE = 900.0  # seconds for a rod
 COARSER = 1.7  # than the campaign of assembled rods, whose states are not estimated
 LINES = ("speed", "pressure", "closed")
-Row = dict[str, Any]
 
 
 def outcome(seed: int) -> Row | None:
@@ -77,7 +73,7 @@ def limits_of(rows: list[Row]) -> list[Row]:
 
 def report_text(rows: list[Row]) -> str:
     """The report."""
-    solved = [row for row in rows if "refused" not in row]
+    solved = [row for row in rows if "solved_s" in row]
     told = [row for row in solved if any("estimate" in row[line] for line in LINES)]
     limits = limits_of(solved)
     barred = [one for one in limits if one.get("bar") is not None]
@@ -87,7 +83,8 @@ def report_text(rows: list[Row]) -> str:
     waited = [row["estimated_s"] / row["solved_s"] for row in told]
     facts = [
         ("rods whose limits were sought", f"{len(rows)}"),
-        ("of these refused by name", f"{len(rows) - len(solved)}"),
+        ("of these refused by name", f"{sum('refused' in row for row in rows)}"),
+        ("that took too long", f"{sum('lost' in row for row in rows)}"),
         ("rods with an estimate", f"{len(told)} of {len(solved)}"),
         ("estimates of limits; with a bar", f"{len(limits)}; {len(barred)}"),
         ("the solved limit lies within the bar", f"{len(held)} of {len(barred)}"),
@@ -110,25 +107,5 @@ def report_text(rows: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main() -> None:
-    """Seek the limits of all rods and print the report."""
-    parser = reporting(__doc__)
-    parser.add_argument("--rods", type=int, default=60)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--keep", type=Path, help="JSON lines of the rods; those of it are not solved again")
-    asked = parser.parse_args()
-    kept = asked.keep.read_text().splitlines() if asked.keep and asked.keep.exists() else []
-    rows = [json.loads(line) for line in kept]
-    begin = max((row["seed"] + 1 for row in rows), default=asked.first)
-    more = asked.rods - len(rows)
-    if more > 0:
-        found, endless = campaign(outcome, range(begin, begin + 100 * more), more, asked.processes, PATIENCE)
-        rows += [*found, *({"seed": seed, "refused": "takes too long"} for seed in endless)]
-    if asked.keep:
-        asked.keep.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
-    publish(report_text(rows), asked.report)
-
-
 if __name__ == "__main__":
-    main()
+    campaign(__doc__, outcome, report_text, count=60)

@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from fea.rod.places import SurfaceRegions
 from scripts import reporting
 
 from fea.analysis.buckling import buckling_report
@@ -32,7 +33,6 @@ from fea.base.units import BAR, DEG
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, signed_equivalent
 from fea.machine.clock import Clock
-from fea.rod.surface_regions import SurfaceRegions
 from fea.study.presets import engine_names, engine_preset
 from fea.study.study import Study, load_study
 

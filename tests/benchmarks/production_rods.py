@@ -177,7 +177,7 @@ def overview(factors: dict[str, dict[tuple[str, str], float]]) -> Iterator[str]:
 
 
 def said(factors: dict[str, dict[tuple[str, str], float]]) -> dict[str, object]:
-    """What the text says of the factors."""
+    """Statements of the text about the factors."""
     default, safe, pressed = (
         [each[name, pressure] for each in factors.values()]
         for name, pressure in (
@@ -194,7 +194,7 @@ def said(factors: dict[str, dict[tuple[str, str], float]]) -> dict[str, object]:
 
 
 def described(engine: Engine, study: Study) -> str:
-    """What the rod is like."""
+    """Description of the rod."""
     rod = study.rod.dimensions
     return (
         f"`{engine.file}`: bore {engine.bore:.4g}, stroke {engine.stroke:.4g}, rod {engine.length:.4g} mm, "

@@ -8,22 +8,18 @@ may crash or hang without taking the others with it. `--report FILE.md` writes t
 """
 
 import argparse
-import json
-import multiprocessing
-import os
 import sys
-import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
-from threading import local
+
+from scripts import LostError, in_process, keep, kept_in
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 COMMAND = "python tests/benchmarks/random_studies.py --count 2000 --resume outcomes.json --report FILE.md"
 CPU, WALL = 300.0, 3600.0  # seconds a study
-BAD = ("WRONG", "crashed", "DIED", "HUNG")
-_own = local()
+BAD = ("WRONG", "crashed", "LOST")
 
 
 def main() -> None:
@@ -37,7 +33,7 @@ def main() -> None:
     parser.add_argument("--resume", type=Path, help="a JSON file to keep outcomes in")
     parser.add_argument("--report", type=Path, help="a Markdown file for the counts")
     arguments = parser.parse_args()
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     if arguments.again is not None:
         bad = [seed for seed, entry in kept.items() if entry["outcome"] in BAD]
         kept = {seed: entry for seed, entry in kept.items() if seed not in (arguments.again or bad)}
@@ -48,57 +44,26 @@ def main() -> None:
         }
         for done in as_completed(coming):
             kept[coming[done]] = done.result()
-            if arguments.resume:
-                keep(arguments.resume, kept)
+            keep(arguments.resume, kept)
     text = report(kept)
     print(text)
     if arguments.report:
         arguments.report.write_text(f"# Random studies\n\n{text}\n```\n{COMMAND}\n```\n")
 
 
-def keep(path: Path, kept: dict[str, dict]) -> None:
-    """Write the outcomes, whole or not at all."""
-    beside = path.with_suffix(".part")
-    beside.write_text(json.dumps(kept))
-    beside.replace(path)
-
-
 def attempt(seed: int, section: str | None) -> dict[str, object]:
-    """One study in the process of this thread, which is started anew when it hangs or dies."""
-    process = getattr(_own, "process", None)
-    if process is None:
-        _own.pipe, theirs = multiprocessing.Pipe()
-        context = multiprocessing.get_context("spawn")
-        process = _own.process = context.Process(target=serve, args=(theirs,), daemon=True)
-        process.start()
-        theirs.close()
+    """One study in the process of this thread."""
     try:
-        _own.pipe.send((seed, section))
-        end, limit = time.monotonic() + WALL, used(process.pid) + CPU
-        while time.monotonic() < end and used(process.pid) < limit:
-            if _own.pipe.poll(1.0):
-                return _own.pipe.recv()
-        found = {"outcome": "HUNG"}
-        process.kill()
-    except (EOFError, OSError):
-        process.join()
-        found = {"outcome": "DIED", "code": process.exitcode}
-    _own.process = None
-    return found
+        return in_process(outcome, (seed, section), WALL, CPU)
+    except LostError as error:
+        return {"outcome": "LOST", "by": str(error)}
 
 
-def used(process: int) -> float:
-    """Processor time of a process so far, s: a busy machine is no reason to call a study hung."""
-    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+def outcome(asked: tuple[int, str | None]) -> dict[str, object]:
+    """Run the study of a seed and a section."""
+    from drawn_studies import outcome as outcome_of
 
-
-def serve(pipe) -> None:
-    """Run the studies whose seeds come through a pipe."""
-    from drawn_studies import outcome
-
-    while True:
-        pipe.send(outcome(*pipe.recv()))
+    return outcome_of(*asked)
 
 
 def report(kept: dict[str, dict]) -> str:

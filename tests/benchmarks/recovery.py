@@ -267,7 +267,7 @@ def with_traction(recovered: Callable[[Sample], np.ndarray]) -> Callable[[Sample
 
 
 def product(*, surfaces: bool) -> Callable[[Sample], np.ndarray]:
-    """What `fea` does, on the cell."""
+    """Recovery of `fea`, on the cell."""
 
     def recovered(sample: Sample) -> np.ndarray:
         known = sample.problem.known if surfaces else ()

@@ -1,4 +1,4 @@
-"""What a report costs: `fea run` and `fea run --report` in turn, and how large the report is.
+"""Cost of a report: `fea run` and `fea run --report` in turn, and how large the report is.
 
     python tests/benchmarks/report_cost.py [PAIRS [KINDS]]
 

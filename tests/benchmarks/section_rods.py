@@ -9,7 +9,6 @@ cut into slices: it has no tolerance to tighten, its rule has few points on each
 with the size of the faces, while that of the quadrature does not.
 """
 
-import json
 import math
 import sys
 from collections import Counter
@@ -22,9 +21,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from rod_studies import random_engine
-from rods import random_rod
-from scripts import command, publish, reporting
+from rod_studies import random_engine, random_rod
+from scripts import command, keep, kept_in, publish, reporting
 
 from fea.apps.result import analyse
 from geometry import section as quadrature
@@ -76,7 +74,7 @@ def of_twice_the_order(rod):
 
 
 def outcome(seed, section, ribbed):
-    """What became of a rod."""
+    """Outcome of a rod."""
     rod = random_rod(seed, section, SPREAD, ribbed=ribbed)
     if isinstance(rod, InvalidValue):
         return {"outcome": "refused", "by": rod.name}
@@ -131,7 +129,7 @@ def main():
         "--ribs", action="store_true", help="with bolts, rounded bosses and ribs on every cap"
     )
     arguments = parser.parse_args()
-    kept = json.loads(arguments.resume.read_text()) if arguments.resume and arguments.resume.exists() else {}
+    kept = kept_in(arguments.resume)
     seed = 0
     while open_ := [
         name
@@ -142,8 +140,7 @@ def main():
             own = kept.setdefault(name, {})
             if str(seed) not in own:
                 own[str(seed)] = outcome(seed, ShankSection(name), arguments.ribs)
-        if arguments.resume:
-            arguments.resume.write_text(json.dumps(kept))
+        keep(arguments.resume, kept)
         seed += 1
     rows, told = zip(*(row(name, kept[name]) for name in kept), strict=True)
     text = "\n".join(

@@ -1,4 +1,4 @@
-"""What kill -9 of a rod's process, the scheduler or the program does: see sweep_campaign.py."""
+"""Effect of kill -9 on a sweep, of a rod's process, the scheduler or the program: see sweep_campaign.py."""
 
 import os
 import random
@@ -22,7 +22,7 @@ _PATIENCE = 30.0
 
 @dataclass
 class Kills:
-    """What was seen: when a process was killed, what the journal held, and how long others went on."""
+    """Observations: when a process was killed, what the journal held, and how long others went on."""
 
     times: list = field(default_factory=list)
     entered: list = field(default_factory=list)

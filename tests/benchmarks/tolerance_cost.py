@@ -1,4 +1,4 @@
-"""What `--tolerance` costs over a single solve on the mesh it ends with, and whether it is kept.
+"""Cost of `--tolerance` over a single solve on the mesh it ends with, and whether it is kept.
 
     python tests/benchmarks/tolerance_cost.py --report results/tolerance.md
 
@@ -93,7 +93,7 @@ def brought_within(study: Study, tolerance: float) -> tuple[RefinedRod, float]:
 
 
 def row(study: Study, tolerance: float, truth: Peaks, runs: int) -> Row:
-    """What it took, the median of some runs, and what came out."""
+    """Median cost of some runs, and the result."""
     timings = []
     for _ in range(runs):
         found, seconds = brought_within(study, tolerance)

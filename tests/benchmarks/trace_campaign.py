@@ -16,7 +16,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from random_traces import drawn, judged
+from traces import drawn, judged
 
 
 def main(first, count):

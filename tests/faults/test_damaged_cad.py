@@ -7,8 +7,8 @@ import time
 
 import pytest
 from cad_files import CAD_ENDINGS, cad_file
-from contained import contained
-from mutated import mutated
+from damage import mutated
+from program import contained
 
 from fea.machine.isolated import allow, say
 from fea.rod.reading import read_isolated

@@ -4,8 +4,8 @@ import random
 
 import h5py
 import pytest
-from contained import contained
-from mesh_files import damaged
+from damage import damaged
+from program import contained
 
 STUDY = '[rod]\nmesh = "rod.{}"\n[material]\npreset = "leon-2001"\n'
 

@@ -9,8 +9,7 @@ import sys
 import time
 
 import pytest
-from contained import contained
-from program import COARSE, PLAIN, PROGRAM, fea, names
+from program import COARSE, PLAIN, PROGRAM, contained, fea, names
 
 from geometry.cad.formats import export_step
 from geometry.presets import PRESETS

@@ -6,8 +6,7 @@ from dataclasses import replace
 import gmsh
 import numpy as np
 import pytest
-from assemblies import NUTS, SCREWS, SIMPLE
-from assembly_files import write_assembly
+from assemblies import NUTS, SCREWS, SIMPLE, write_assembly
 
 from geometry.assembly import Assembly, BoltSeat
 from geometry.cad.imported import import_cad

@@ -1,5 +1,5 @@
 import pytest
-from rods import random_rod
+from rod_studies import random_rod
 
 from fea.solid.inertia import inertia
 from geometry.dimensions import dimensions

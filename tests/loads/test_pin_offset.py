@@ -10,8 +10,7 @@ from fea.base.units import RPM
 from fea.study.study import load_study
 from geometry.mass import MassProperties
 from loads.dynamics import cycle
-from loads.engine import Engine
-from loads.slider_crank import kinematics
+from loads.engine import Engine, kinematics
 
 CENTRED = Engine(crank_radius=47.0, rod_length=141.0, bore=76.0, piston_mass=1e-3)
 SHIFTED = dataclasses.replace(CENTRED, pin_offset=10.0)

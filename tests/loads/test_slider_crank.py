@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import InvalidValue
-from loads.engine import Engine
-from loads.slider_crank import kinematics
+from loads.engine import Engine, kinematics
 
 ANGLES = np.linspace(0, 4 * np.pi, 721)
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from measured import ATMOSPHERE, BAR_IN, RATIO, absolute, gauge, written
-from random_traces import drawn, judged
+from traces import ATMOSPHERE, BAR_IN, RATIO, absolute, drawn, gauge, judged, written
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.trace_columns import TraceKeys

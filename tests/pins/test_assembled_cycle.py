@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from assembled_rods import EVERY, study
-from assemblies import SIMPLE
+from assemblies import EVERY, SIMPLE, study
 
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.life import life_of

@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from assembled_rods import EVERY, study
-from assemblies import SIMPLE
+from assemblies import EVERY, SIMPLE, study
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from assemblies import SCREWS, SIMPLE
+from fea.rod.places import place_name
 
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
-from fea.rod.place_names import place_name
 from fea.solid.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
 from fea.solid.supports import components
 from fea.study.study import load_study

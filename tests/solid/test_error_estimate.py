@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from energy_errors import effectivity, manufactured_effectivity, rod, rod_effectivity
+from energy_errors import effectivity, manufactured_effectivity, nest, nested, rod, rod_effectivity
 from exact_bodies import HEIGHT, MATERIAL, PROBLEMS, solved
-from nested import nest, nested
 
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Symmetry

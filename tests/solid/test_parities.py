@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from strap import LENGTH, strap
-from strap_load import COSINE, tilted_load, without_rigid_motion
+from strap import COSINE, LENGTH, strap, tilted_load, without_rigid_motion
 
 from fea.base.choices import Support
 from fea.base.material import Material

@@ -9,8 +9,7 @@ import pytest
 from scipy import sparse
 from skfem import BilinearForm, MeshTet, MeshTet2
 from skfem.helpers import ddot, dot, eye, grad, sym_grad, trace
-from strap import LENGTH, strap
-from strap_load import tilted_load
+from strap import LENGTH, strap, tilted_load
 from studies import plain_study
 
 import fea

@@ -3,7 +3,7 @@
 import dataclasses
 
 import pytest
-from rods import random_rod
+from rod_studies import random_rod
 
 from fea.analysis.meshing import mesh_study
 from fea.analysis.pipeline import prepare, solve_speed

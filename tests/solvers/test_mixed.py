@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from incompressible_cube import errors
 from scipy import sparse
-from strap import strap
-from strap_load import tilted_load, without_rigid_motion
+from strap import strap, tilted_load, without_rigid_motion
 
 from fea import run
 from fea.__main__ import call

@@ -10,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from assembled_studies import assembled_study
-from rod_studies import random_study
+from rod_studies import assembled_study, random_study
 
 from fea.__main__ import call
 from fea.apps.limits.run_limits import limits

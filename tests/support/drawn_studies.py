@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from recheck import Told, recheck
-from rods import random_rod
+from rod_studies import random_rod
 
 LIMITS = {"equilibrium": 1e-6, "section": 0.03, "piston": 1e-6}
 
 
 def outcome(seed, section=None):
-    """What became of a study: refused, rechecked, marked (untrusted), or what must never be.
+    """Outcome of a study: refused, rechecked, marked (untrusted), or what must never be.
 
     With a `section`, its rod is drawn from dimensions and has that shank.
     """

@@ -1,4 +1,4 @@
-"""What the program prints, as a reader sees it."""
+"""Printed output as a reader sees it."""
 
 WIDTH, MOST = 80, 10
 

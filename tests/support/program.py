@@ -1,6 +1,7 @@
 """The program run as a process: a new one, or a copy of this one, which has loaded the libraries already."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import tempfile
 import time
 import warnings
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -134,7 +136,7 @@ def _become(arguments, cwd, environment, out, err):
 
 
 def figures(*arguments, cwd):
-    """What `fea ARGUMENTS --json` prints, which must end well."""
+    """JSON that `fea ARGUMENTS --json` prints; it must end well."""
     import json
 
     done = fea(*arguments, "--json", cwd=cwd)
@@ -145,3 +147,60 @@ def figures(*arguments, cwd):
 def names(folder):
     """Names of the entries of a directory."""
     return {entry.name for entry in Path(folder).iterdir()}
+
+
+REFUSALS = (2, 3, 4)
+JUDGED = (0, 5)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a run ended."""
+
+    code: int
+    said: str
+    remains: tuple[str, ...]
+    orphans: bool
+
+    def fault(self, results=("results",)):
+        """The first rule that it broke; empty if none."""
+        if self.code not in REFUSALS + JUDGED:
+            return f"exit code {self.code}"
+        if self.orphans:
+            return "left a process behind"
+        left = set(self.remains) - (set(results) if self.code in JUDGED else set())
+        if left:
+            return f"left {sorted(left)}"
+        if "Traceback" in self.said or "internal error" in self.said:
+            return "a traceback"
+        lines = self.said.splitlines()
+        if self.code in REFUSALS and not (1 <= len(lines) <= 2 and lines[0].startswith("fea: ")):
+            return f"{len(lines)} lines of message"
+        return ""
+
+
+def contained(arguments, files, *, seconds=900):
+    """Run `fea ARGUMENTS` in a new directory with `files` (bytes by name); nothing of it stays.
+
+    The copy saves loading the libraries for each of thousands of runs.
+    """
+    place = Path(tempfile.mkdtemp(prefix="fea-contained-"))
+    work, temporary, home = place / "work", place / "tmp", place / "home"
+    for folder in (work, temporary, home):
+        folder.mkdir()
+    for name, content in files.items():
+        (work / name).write_bytes(content)
+    # gmsh makes a directory of settings in HOME.
+    environment = {"HOME": str(home), "TMPDIR": str(temporary)}
+    stderr = place / "stderr"
+    with stderr.open("wb") as err, open(os.devnull, "wb") as out:  # noqa: PTH123
+        child = copied(list(map(str, arguments)), work, environment, out=out.fileno(), err=err.fileno())
+    code = waited(child, seconds)
+    orphans = False
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)
+        orphans = True
+    said = stderr.read_text(errors="replace")
+    remains = {path.name for path in work.iterdir()} - set(files) | {p.name for p in temporary.iterdir()}
+    shutil.rmtree(place)
+    return Ended(code, said, tuple(sorted(remains)), orphans)

@@ -1,4 +1,4 @@
-"""A written run examined anew, with nothing of the program but its files: piston, equilibrium, sections.
+"""A written run examined again, with nothing of the program but its files: piston, equilibrium, sections.
 
 The internal forces K u are integrated from the displacement of the VTU files, the loads from the figures of
 the summary.
@@ -6,16 +6,168 @@ the summary.
 
 import json
 import math
+import re
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import meshio
 import numpy as np
 import pyvista as pv
-from recheck_bore import arc, bore_faces, bore_forces
-from recheck_elements import rule
-from recheck_pressure import pressures
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2, MeshTet, MeshTri
+from skfem.quadrature import get_quadrature
+
+_ELEMENTS = {4: ElementTetP1, 10: ElementTetP2, 3: ElementTriP1, 6: ElementTriP2}
+
+
+@cache
+def rule(n_nodes, degree):
+    """Weights, values (q, n) and slopes (q, n, dim) of the reference element with so many nodes."""
+    points, weights = get_quadrature((MeshTet if n_nodes in (4, 10) else MeshTri).elem.refdom, degree)
+    return weights, *shapes(n_nodes, points)
+
+
+def shapes(n_nodes, points):
+    """Values (q, n) and slopes (q, n, dim) of the shape functions at points (dim, q)."""
+    element = _ELEMENTS[n_nodes]()
+    tables = [element.lbasis(points, i) for i in range(n_nodes)]
+    values = np.stack([np.broadcast_to(v, points.shape[1]) for v, _ in tables], axis=1)
+    slopes = np.stack([_spread(np.asarray(g, dtype=float), points.shape) for _, g in tables], axis=1)
+    return values, slopes
+
+
+def _spread(slope, shape):
+    return np.broadcast_to(slope.reshape(shape[0], -1), shape).T
+
+
+# Above this Poisson's ratio second-order elements have a continuous linear pressure of their own.
+LIMIT = 0.4
+_CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+_EDGES = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
+
+
+def pressures(tets, dilation, volumes, values, constants):
+    """Pressure (n_elements, n_points), positive in tension.
+
+    Parameters
+    ----------
+    tets
+        (n_elements, 4 or 10).
+    dilation, volumes
+        (n_elements, n_points) ∇·u, and weight times determinant.
+    values
+        (n_points, 4 or 10) shape functions.
+    constants
+        (λ, ν, number of the material), each (n_elements,).
+    """
+    lame, nu, material = constants
+    found = lame[:, None] * dilation
+    if tets.shape[1] == 4:
+        return found
+    places = values @ np.vstack([_CORNERS, _CORNERS[_EDGES].mean(axis=1)])
+    linear = np.stack([np.broadcast_to(ElementTetP1().lbasis(places.T, i)[0], len(places)) for i in range(4)])
+    for number in np.unique(material[nu > LIMIT]):
+        own = material == number
+        nodes, local = np.unique(tets[own, :4], return_inverse=True)
+        local = local.reshape(-1, 4)
+        right = np.bincount(local.ravel(), ((volumes * found)[own] @ linear.T).ravel())
+        squares = np.einsum("eq,iq,jq->eij", volumes[own], linear, linear)
+        rows, columns = np.repeat(local, 4, axis=1).ravel(), np.tile(local, (1, 4)).ravel()
+        mass = sparse.csc_array(sparse.coo_array((squares.ravel(), (rows, columns)), shape=(nodes.size,) * 2))
+        found[own] = spsolve(mass, right)[local] @ linear
+    return found
+
+
+# The law of the pressure on a bore is the program's documented one: p = p(ψ) (a + b sin ψ) with the exact
+# resultant, and an arc that ends within a facet on the straight line, in reference coordinates, where the
+# angle interpolated between the corners is the arc's end. The integration over the facets it crosses is
+# another: along lines of equal angle.
+FACES = np.array([[0, 1, 2, 4, 5, 6], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 2, 3, 6, 9, 7]])
+DEGREE, LINES = 12, 12
+_TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+
+
+def bore_faces(points, tets, center, radius):
+    """Faces (n, 3 or 6) of the skin that lie on a bore."""
+    local = FACES if tets.shape[1] == 10 else FACES[:, :3]
+    faces = tets[:, local].reshape(-1, local.shape[1])
+    _, first, counts = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
+    faces = faces[first[counts == 1]]
+    away = np.hypot(points[:, 0] - center, points[:, 1])
+    return faces[(np.abs(away - radius) < 1e-6 * radius)[faces[:, :3]].all(axis=1)]
+
+
+def arc(pressure, axial):
+    """Relative pressure over the angle from the force, and half its arc; an end is pulled if axial > 0."""
+    if pressure == "webster":
+        pressure = "cosine-180" if axial > 0 else "uniform-120"
+    shape, degrees = re.fullmatch(r"(cosine|uniform)-([\d.]+)", pressure).groups()
+    half = math.radians(float(degrees)) / 2
+    return (np.ones_like if shape == "uniform" else lambda psi: np.cos(np.pi / (2 * half) * psi)), half
+
+
+def bore_forces(points, faces, center, force, pressed):
+    """Pressure on a bore with the resultant `force` (x, y), as nodal forces (n, 3)."""
+    out = np.zeros_like(points)
+    magnitude, direction = math.hypot(*force), math.atan2(force[1], force[0])
+    if not magnitude:
+        return out
+    shape, half = pressed
+    corners = points[faces] - [center, 0, 0]
+    samples = []  # number of the facet, area, values, angle
+    psi = _turned(np.arctan2(corners[:, :3, 1], corners[:, :3, 0]), direction)
+    for facet in np.flatnonzero((psi.max(axis=1) > -half) & (psi.min(axis=1) < half)):
+        if np.abs(psi[facet]).max() <= half:
+            weights, values, slopes = rule(faces.shape[1], DEGREE)
+        else:
+            places, weights = lines(psi[facet], half)
+            values, slopes = shapes(faces.shape[1], places.T)
+        tangents = np.einsum("ni,qnk->qik", corners[facet], slopes)
+        area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1) * weights
+        x, y, _ = (values @ corners[facet]).T
+        samples.append((faces[facet], area, values, np.arctan2(y, x)))
+    area, angle = (np.concatenate([sample[part] for sample in samples]) for part in (1, 3))
+    psi = np.mod(angle - direction + math.pi, 2 * math.pi) - math.pi
+    basis = [shape(psi), shape(psi) * np.sin(psi)]
+    system = [[(area * b * trig(psi)).sum() for b in basis] for trig in (np.cos, np.sin)]
+    a, b = np.linalg.solve(system, [magnitude, 0.0])
+    pressure, start = area * (a * basis[0] + b * basis[1]), 0
+    for nodes, own, values, angle in samples:
+        force = pressure[start : start + len(own), None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        out[nodes, :2] += values.T @ force
+        start += len(own)
+    return out
+
+
+def lines(psi, half):
+    """Places (q, 2) and weights for the part within ±`half` of a triangle, psi (3,) at its corners."""
+    order = np.argsort(psi)
+    (low, middle, high), (first, second, third) = psi[order], _TRIANGLE[order]
+    t, w = (each / 2 for each in np.polynomial.legendre.leggauss(LINES))
+    t = t + 0.5
+    places, weights = [], []
+    for start, end, one, other in ((low, middle, first, second), (middle, high, second, third)):
+        at, stop = max(start, -half), min(end, half)
+        if at >= stop:
+            continue
+        v, along = (each.ravel() for each in np.meshgrid(at + t * (stop - at), t, indexing="ij"))
+        whole, part = (third - first) / (high - low), (other - one) / (end - start)
+        a, b = first + (v - low)[:, None] * whole, one + (v - start)[:, None] * part
+        slope = whole + along[:, None] * (part - whole)
+        across = b - a
+        places.append(a + along[:, None] * across)
+        area = np.abs(slope[:, 0] * across[:, 1] - slope[:, 1] * across[:, 0])
+        weights.append(area * (stop - at) * np.outer(w, w).ravel())
+    return np.concatenate(places), np.concatenate(weights)
+
+
+def _turned(angle, direction):
+    """Angles (n, 3) from a direction, of the corners of a facet without a jump among them."""
+    first = np.mod(angle[:, :1] - direction + math.pi, 2 * math.pi) - math.pi
+    return first + np.mod(angle - angle[:, :1] + math.pi, 2 * math.pi) - math.pi
+
 
 VOLUME = 5
 AT_REST = ("gas", "given")
@@ -23,7 +175,7 @@ AT_REST = ("gas", "given")
 
 @dataclass(frozen=True)
 class Told:
-    """What was asked: mm, t, N, MPa, rad/s; materials as (E, nu, density), the bushing's last."""
+    """Parameters of a run: mm, t, N, MPa, rad/s; materials as (E, nu, density), the bushing's last."""
 
     materials: tuple[tuple[float, float, float], ...]
     big_radius: float
@@ -140,7 +292,7 @@ def inertia_forces(body, told, crank_deg, cut):
 
 
 def piston_error(load, told):
-    """What is left of m ẍ = −gas + friction − pin on the piston, over the largest of them."""
+    """Residual of m ẍ = −gas + friction − pin on the piston, over the largest of them."""
     theta, w, r, l = math.radians(load["crank_deg"]), told.speed, told.crank_radius, told.length
     beta, rate, growth = rod_angle(told, theta)
     velocity = -r * w * math.sin(theta) - l * rate * math.sin(beta)

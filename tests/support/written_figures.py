@@ -19,7 +19,7 @@ from fea.judge.safety_factor import SafetyFactor
 
 
 def load(**figures):
-    """What acts in a load case."""
+    """Forces and motion of a load case."""
     usual = {
         "crank_deg": 10.0,
         "gas_N": None,

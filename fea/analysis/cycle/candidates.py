@@ -22,7 +22,7 @@ from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
 from loads.crank_cycle import CrankCycle
-from loads.slider_crank import cycle_angles
+from loads.engine import cycle_angles
 
 # Utilisations are those against yielding, against fatigue, and of the linings of the bores against yielding.
 YIELDING, FATIGUE, LINING = CRITERIA = range(3)

@@ -18,7 +18,7 @@ from fea.judge.fatigue import crossland_bound, crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric
 from fea.judge.verdict import safety_factor
 from fea.pins.model import Weights
-from fea.rod.surface_regions import SurfaceRegions
+from fea.rod.places import SurfaceRegions
 from geometry.arrays import Floats, Ints, Mask
 from mesh.mirror import MirroredMesh
 

@@ -22,7 +22,7 @@ from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.verdict import CAP, peak, safety_factor
-from fea.rod.place_names import place_name
+from fea.rod.places import place_name
 from geometry.arrays import vector
 
 

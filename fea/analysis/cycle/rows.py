@@ -15,7 +15,7 @@ from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviatoric
 from fea.pins.model import UnitLoads, Weights
 from fea.rod.meshed_rod import MeshedRod
-from fea.rod.surface_regions import SurfaceRegions
+from fea.rod.places import SurfaceRegions
 from geometry.arrays import Floats, Ints, Mask, Reals
 from loads.crank_cycle import CrankCycle
 

@@ -11,8 +11,8 @@ from fea.rod.loading import EngineLoading
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
+from loads.engine import cycle_angles
 from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled, scaled
-from loads.slider_crank import cycle_angles
 
 # Absolute pressure in the intake behind a closed throttle at high speed, bar, and the compression ratio where
 # the study gives none: the pull at the dead centre of gas exchange does not depend on it.

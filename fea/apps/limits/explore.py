@@ -16,7 +16,7 @@ from fea.apps.limits.factors import STRESSED, FailureMode, RodFactors, Superpose
 from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
 from fea.apps.limits.limit_map import MOST_PEAK, LimitMap, LimitPoint, RayAxes, ending
 from fea.apps.limits.search import LimitSearch, OperatingLine
-from fea.rod.place_names import place_name
+from fea.rod.places import place_name
 from fea.solid.errors import ContactError
 from fea.study.pin_models import FILM
 from fea.study.study import Study

@@ -26,7 +26,7 @@ from fea.judge.safety_factor import SafetyFactor
 from fea.output.report.surface import NumberedSurface
 from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
-from fea.rod.place_names import place_name
+from fea.rod.places import place_name
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties, tensor

@@ -23,7 +23,7 @@ from fea.judge.case_result import CaseResult
 from fea.judge.governing import Governing
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.report.surface import NumberedSurface
-from fea.rod.place_names import place_name
+from fea.rod.places import place_name
 from geometry.arrays import Vector, vector
 from mesh.tetmesh import FACET_CHILDREN
 

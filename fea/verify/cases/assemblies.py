@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -15,13 +16,13 @@ from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial
 from fea.solid.traction import Traction, traction_forces
 from fea.solvers.constrained import displacement
-from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius, rings
+from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius
 from fea.verify.benchmark import Quantities, Quantity, benchmark
-from fea.verify.body import STEEL, furthest, held, hoop_stress, nodes_of, uniform
+from fea.verify.body import STEEL, furthest, half_ring, held, hoop_stress, nodes_of, uniform
 from fea.verify.michell import displacement as wave_displacement
 from fea.verify.michell import stresses
 from geometry.arrays import Floats
-from geometry.bodies import Revolution, SideBySide, polygon
+from geometry.bodies import Prism, Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
 from mesh.separate import separated
@@ -80,7 +81,9 @@ _EXPANSIONS, _WARMER = (18e-6, 11.5e-6), 100.0  # of bronze and of steel, 1/K; K
 def _fitted(
     fit: _Fit, size: float, *, warmer: float = 0.0, loads: Callable[[TetMesh], Floats] | None = None
 ) -> AssembledBody:
-    mesh = apart(rings(fit.radii, 1.0), size, fit.radii[1:2], radius, {(1, 0): fit.sides})
+    halves = [half_ring(*pair) for pair in pairwise(fit.radii)]
+    rings = SideBySide(tuple(Prism((*sides[2:], *sides[:2]), (0.0, 1.0)) for sides in halves))
+    mesh = apart(rings, size, fit.radii[1:2], radius, {(1, 0): fit.sides})
     face = MatingFaces.of(mesh, fit.sides, radial(0.0), interference=fit.interference, friction=False)
     applied = np.zeros((*mesh.points.shape, 0)) if loads is None else loads(mesh)
     warming = None

@@ -1,24 +1,30 @@
 """Pins without friction: Persson's pin, a roller, the patch test of contact, the elastic pin, an eye."""
 
 import math
+from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fea.base.material import Material
+from fea.contact.active_set import Contact
 from fea.contact.elastic_pin import ElasticPin, Pin
 from fea.contact.interfaces import PinInBore
 from fea.contact.multipliers import Multipliers, radial
+from fea.contact.problem import ContactProblem
+from fea.solid.assembly import pattern, stiffness
 from fea.solid.bore import bore_facets, bore_load
+from fea.solid.parity import Parity
 from fea.solid.stress import principal
 from fea.solvers.constrained import displacement
+from fea.solvers.linear.choice import direct_solver
+from fea.solvers.static import unheld
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,
     SolvedBody,
-    TouchedBody,
-    contact_end,
     furthest,
     half_ring,
     held,
@@ -39,6 +45,52 @@ from mesh.tetmesh import TetMesh
 
 ALUMINIUM = Material(70e3, 0.3, 2.7e-9, 400.0)
 _CUT, _FREE, _INNER, _OUTER = Surface.SYMMETRY_Y, Surface.FREE, Surface.INNER, Surface.OUTER
+
+
+class _TouchedBody:
+    """A body, symmetric about y = 0, with its constraints and the one pin that touches it.
+
+    The constrained degrees of freedom `fixed` (n_nodes, 3) include those of the mirror planes.
+    """
+
+    def __init__(self, mesh: TetMesh, material: Material, fixed: Mask, pin: PinInBore) -> None:
+        self.mesh, self._material, self._fixed, self._pin = mesh, material, fixed.ravel(), pin
+        self._solver = direct_solver(slots=1)
+        nothing = {Parity.SYMMETRIC: np.zeros((mesh.points.size, 0))}
+        self.problem = ContactProblem(self, mesh, [pin], nothing, both_sides=False)
+
+    def compliance(self, _parity: Parity, forces: sparse.csc_array) -> Floats:
+        """Work (k, k) of symmetric forces (3 n_nodes, k) on what they cause."""
+        K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
+        return self._solver.condense(0, K.constrained(self._fixed), unheld(forces, self._fixed))
+
+    def touched(self, clearance: float, force: float) -> Contact:
+        """Pressures (n,) at the vertices under a force along x on the whole body, N."""
+        gap = self.problem.initial + (clearance - self._pin.clearance) * self._weights
+        return self.problem.system.solve(gap, np.array([force]))
+
+    @cached_property
+    def _weights(self) -> Floats:
+        return self.problem.unfolding.moments({Parity.SYMMETRIC: self._pin.multipliers.weights})
+
+    def stress(self, pressure: Floats) -> Floats:
+        """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
+        multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
+        forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
+        u = self._solver.solve(0, forces[:, None]).reshape(n_nodes, 3, 1)
+        nodes, values = multipliers.at_nodes(pressure[:, None])
+        traction = np.zeros((n_nodes, 3, 1))
+        traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
+        known, pressed = (multipliers.surface,), {multipliers.surface: traction}
+        return SolvedBody(self.mesh, self._material, u, known, pressed).stress
+
+
+def _contact_end(place: Floats, p: Floats) -> float:
+    """Where the pressure (n,) at places (n,) ends: near it, its square is linear."""
+    places = np.unique(np.round(place, 9))
+    mean = np.array([p[np.abs(place - at) < 1e-8].mean() for at in places])
+    last = np.flatnonzero(mean > 0)[-4:-1]
+    return float(np.polyfit(mean[last] ** 2, places[last], 1)[1])
 
 
 def _plane_strain(mesh: TetMesh) -> Mask:
@@ -85,13 +137,13 @@ def _steel_pin(mesh: TetMesh) -> PinInBore:
     return PinInBore(multipliers, (0.0, 0.0), 0.0, pin, cut_y=True, cut_z=True)
 
 
-def _persson_figures(body: TouchedBody, material: Material, X: float) -> tuple[float, float, float]:
+def _persson_figures(body: _TouchedBody, material: Material, X: float) -> tuple[float, float, float]:
     """P R / Q, half angle, degrees, and hoop R / Q, at their largest."""
     clearance = X * _FORCE / (material.youngs_modulus / (1 - material.poissons_ratio**2))
     points, bore = body.mesh.points, body.mesh.facets[_INNER]
     on_bore, vertices = np.unique(bore), np.unique(bore[:, :3])
     p = body.touched(clearance, _FORCE * 2 * float(points[:, 2].max())).pressure
-    end = math.degrees(contact_end(np.arctan2(points[vertices, 1], points[vertices, 0]), p))
+    end = math.degrees(_contact_end(np.arctan2(points[vertices, 1], points[vertices, 0]), p))
     hoop = hoop_stress(points[on_bore], body.stress(p)[on_bore])
     return float(p.max() * _RADIUS / _FORCE), end, float(hoop.max() * _RADIUS / _FORCE)
 
@@ -111,7 +163,7 @@ def persson(size: float) -> Quantities:
     plate = Prism(half_ring(_RADIUS, _PLATE), (0.0, size))
     mesh = mesh_body(plate, _PLATE / 10, fine={_INNER: Fine(size)})
     pin, fixed = _steel_pin(mesh), _plane_strain(mesh)
-    steel, aluminium = (TouchedBody(mesh, material, fixed, pin) for material in (STEEL, ALUMINIUM))
+    steel, aluminium = (_TouchedBody(mesh, material, fixed, pin) for material in (STEEL, ALUMINIUM))
     large = "the plate is a ring, sixty times as large as the hole; the rest is the mesh"
     vertices, steep = "half a degree: the distance of two vertices", "its slope is infinite at its peak"
     for X in (5.0, 2.0, 1.0, 0.5, 0.2, 0.0, -0.2, -0.4):
@@ -169,13 +221,13 @@ def roller(size: float) -> Quantities:
     pin = Pin(_ROLLER, 0.0, size, None, *steel)
     multipliers = Multipliers.of(mesh, _INNER, radial(-_ROLLER))
     touching = _RollerOnBlock(multipliers, (-_ROLLER, 0.0), 0.0, pin, cut_y=True, cut_z=True, harmonics=512)
-    p = TouchedBody(mesh, ALUMINIUM, _plane_strain(mesh), touching).touched(0.0, force * 2 * size).pressure
+    p = _TouchedBody(mesh, ALUMINIUM, _plane_strain(mesh), touching).touched(0.0, force * 2 * size).pressure
     y = mesh.points[np.unique(mesh.facets[_INNER][:, :3]), 1]
     both = (steel, (ALUMINIUM.youngs_modulus, ALUMINIUM.poissons_ratio))
     half = math.sqrt(4 * force * _ROLLER * sum((1 - nu**2) / E for E, nu in both) / math.pi)
     why = "Hertz's half-space is sixteen times as wide as the contact here, and his cylinder is a parabola"
     peak = 2 * force / (math.pi * half)
-    yield Quantity("half the width of contact", "mm", half, contact_end(y, p), 2.0, why)
+    yield Quantity("half the width of contact", "mm", half, _contact_end(y, p), 2.0, why)
     yield Quantity("largest pressure", "MPa", peak, float(p.max()), 2.0, why)
     return mesh.points.size
 
@@ -198,7 +250,7 @@ def contact_patch(size: float) -> Quantities:
         mesh = shaken(mesh_body(Prism(sides, (0.0, height)), size, order=order), SHAKE * size)
         multipliers = Multipliers.of(mesh, _INNER, uniform(1.0, 0.0, 0.0))
         plate = _PlateOnBlock(multipliers, (0.0, 0.0), 0.0, None, cut_y=True, cut_z=True)
-        body = TouchedBody(mesh, STEEL, held(mesh, {_OUTER: (0,)}), plate)
+        body = _TouchedBody(mesh, STEEL, held(mesh, {_OUTER: (0,)}), plate)
         pressure = body.touched(0.0, force).pressure
         fields = {"contact pressure": pressure, "axial stress": -body.stress(pressure)[:, 0]}
         for what, values in fields.items():

@@ -24,13 +24,14 @@ from fea.verify.body import (
     nodes_of,
     pressure,
     quarter_ring,
+    straightened,
 )
 from geometry.arrays import Floats
 from geometry.bodies import Prism, Side, block
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
-from mesh.tetmesh import EDGES, TetMesh, refined
+from mesh.tetmesh import TetMesh, refined
 
 Complexes = npt.NDArray[np.complex128]
 
@@ -227,10 +228,7 @@ def shaken(mesh: TetMesh, distance: float) -> TetMesh:
     for facets in mesh.facets.values():
         inside[facets] = False
     moves = np.random.default_rng(1).uniform(-distance, distance, mesh.points.shape)
-    points = mesh.points + inside[:, None] * moves
-    for middle, (a, b) in enumerate(EDGES[: mesh.tets.shape[1] - 4], start=4):
-        points[mesh.tets[:, middle]] = points[mesh.tets[:, [a, b]]].mean(axis=1)
-    return TetMesh(points, mesh.tets, mesh.facets)
+    return TetMesh(straightened(mesh.points + inside[:, None] * moves, mesh.tets), mesh.tets, mesh.facets)
 
 
 @benchmark("Taylor, Simo, Zienkiewicz & Chan 1986, Int. J. Numer. Meth. Eng. 22, 39-62", size=0.25)

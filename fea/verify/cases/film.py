@@ -20,7 +20,7 @@ from fea.solvers.static import Model
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, half_ring, rectangle
 from fea.verify.michell import displacement, pressed
-from fea.verify.reproduce.printed import records
+from fea.verify.reproduce.tables import records
 from geometry.arrays import Floats
 from geometry.bodies import Prism
 from geometry.surfaces import Surface

@@ -9,7 +9,7 @@ from fea.contact.interfaces import MatingFaces
 from fea.contact.multipliers import radial
 from fea.solid.stress import matrices
 from fea.solid.traction import traction_forces
-from fea.verify.assembled_body import AssembledBody, along_x, along_y, apart, radius
+from fea.verify.assembled_body import AssembledBody, along_x, apart, radius
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, hoop_stress, nodes_of, pressure, rectangle, uniform
 from fea.verify.cases.assemblies import SIDES, joint
@@ -82,7 +82,8 @@ class _Strip:
         strip = bar((-_HALF, _HALF), _FREE, Surface.LOADED, _FREE, _FREE)
         upper = bar((_HALF, 2 * _HALF), _FREE, _FREE, outer, held)
         interfaces = {(0, 1): _LOWER, (1, 2): _UPPER}
-        mesh = apart(SideBySide((lower, strip, upper)), size, [-_HALF, _HALF], along_y, interfaces)
+        stack, up = SideBySide((lower, strip, upper)), lambda places: places[..., 1]
+        mesh = apart(stack, size, [-_HALF, _HALF], up, interfaces)
         press = traction_forces(mesh, outer, pressure(_PRESSURE))
         ends = (Surface.LOADED, Surface.CLAMPED)
         self._pull = sum(traction_forces(mesh, end, pressure(-1 / (4 * _HALF * size))) for end in ends)

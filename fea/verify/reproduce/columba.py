@@ -6,21 +6,18 @@ the negative of the torque on the crank.
 """
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from fea.base.units import DEG, KG, KG_M2, M_S, M_S2, N_M, RPM, M
-from fea.verify.reproduce.printed import column
-from fea.verify.reproduce.published import Formula, PublishedStudy
+from fea.base.units import DEG, KG, KG_M2, RPM
+from fea.verify.reproduce.tables import PublishedStudy, column
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import center_acceleration, cycle
-from loads.engine import Engine
+from loads.engine import Engine, Kinematics, kinematics
 from loads.gas import Boyle, GasModel, NoGas
-from loads.slider_crank import Kinematics, kinematics
 
 
 @dataclass(frozen=True)
@@ -43,9 +40,6 @@ class Reactions:
     F43y: Floats
     F14y: Floats
     T12: Floats
-
-
-_NAMES = [field.name for field in fields(Reactions)]
 
 
 def solve(
@@ -115,66 +109,40 @@ def boyle() -> Boyle:
     return Boyle(engine(), COMPRESSION_RATIO, ATMOSPHERE)
 
 
-def as_published(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Reactions:
+def motion_at(rpm: float, degrees: Floats) -> Kinematics:
+    """Exact kinematics at crank angles in degrees."""
+    return kinematics(engine(), degrees * DEG, rpm * RPM)
+
+
+def gas_force(degrees: Floats) -> Floats:
+    """Gas force on the piston at crank angles in degrees, N."""
+    return boyle().pressure(degrees * DEG, np.array(0.0)) * PISTON_AREA
+
+
+def as_published(rpm: float, degrees: Floats, *, gas: bool = True) -> Reactions:
     """Solve the worksheet's system: gas pulls the piston towards the head, F14x = +μ F14y throughout."""
-    theta = crank_degrees * DEG
-    force = boyle().pressure(theta, np.array(0.0)) * PISTON_AREA if gas else np.zeros_like(theta)
+    theta = degrees * DEG
+    force = gas_force(degrees) if gas else np.zeros_like(theta)
     return solve(engine(), rod(INERTIA_PRINTED), force, np.full_like(theta, FRICTION), (theta, rpm * RPM))
 
 
-def corrected(rpm: float, crank_degrees: Floats, *, gas: bool = True) -> Mapping[str, Floats]:
-    """Return the same quantities from correct mechanics, N and N·m."""
+def corrected(rpm: float, degrees: Floats, *, gas: bool = True) -> Reactions:
+    """Return the same quantities from correct mechanics."""
     model: GasModel = boyle() if gas else NoGas()
-    c = cycle(engine(), rod(), model, rpm * RPM, crank_degrees * DEG)
+    c = cycle(engine(), rod(), model, rpm * RPM, degrees * DEG)
     pin, crank = c.in_engine_axes(c.pin), c.in_engine_axes(c.crank)
-    forces = (crank.x, crank.y, -crank.x, -crank.y, pin.x, pin.y, c.wall, -c.torque / N_M)
-    return dict(zip(_NAMES, forces, strict=True))
+    return Reactions(crank.x, crank.y, -crank.x, -crank.y, pin.x, pin.y, c.wall, -c.torque)
 
 
-def _worksheet(name: str, *, gas: bool = True) -> Formula:
-    unit = N_M if name == "T12" else 1.0
-    return lambda cells, rpm: getattr(as_published(rpm, cells.degrees, gas=gas), name) / unit
+def centre_acceleration(rpm: float, degrees: Floats) -> Floats:
+    """Acceleration of the rod's centre of gravity, mm/s²."""
+    return np.hypot(*center_acceleration(engine(), rod(), motion_at(rpm, degrees)))
 
 
-def _correct(name: str, *, gas: bool = True) -> Formula:
-    return lambda cells, rpm: corrected(rpm, cells.degrees, gas=gas)[name]
-
-
-def _of_motion(figure: Callable[[Kinematics], Floats]) -> Formula:
-    return lambda cells, rpm: figure(kinematics(engine(), cells.theta, rpm * RPM))
-
-
-def _largest_difference(_: int) -> float:
-    """Of the piston positions of independent software, mm."""
+def largest_difference() -> float:
+    """Largest difference of the piston positions of independent software, mm."""
     position = column("columba2022_working_model", "piston_x_mm")
-    exact = kinematics(engine(), position.theta, 0.0).piston_position
-    return float(np.abs(position.values - exact).max())
+    return float(np.abs(position.values - motion_at(0.0, position.degrees).piston_position).max())
 
 
-_FORMULAS: dict[str, Formula] = {
-    "rod angle": _of_motion(lambda k: -k.rod_angle / DEG),
-    "piston position, mm": _of_motion(lambda k: k.piston_position),
-    "piston position": _of_motion(lambda k: k.piston_position / M),
-    "piston velocity": _of_motion(lambda k: k.piston_velocity / M_S),
-    "rod angular velocity": _of_motion(lambda k: -k.rod_rate),
-    "piston acceleration": _of_motion(lambda k: k.piston_acceleration / M_S2),
-    "rod angular acceleration": _of_motion(lambda k: -k.rod_acceleration),
-    "gas force": _of_motion(lambda k: boyle().pressure(k.crank_angle, np.array(0.0)) * PISTON_AREA),
-    "acceleration of the centre of gravity": _of_motion(
-        lambda k: np.hypot(*center_acceleration(engine(), rod(), k)) / M_S2
-    ),
-    **{name: _correct(name) for name in _NAMES},
-    **{f"{name} without gas": _correct(name, gas=False) for name in _NAMES},
-    **{f"worksheet {name}": _worksheet(name) for name in _NAMES},
-    **{f"worksheet {name} without gas": _worksheet(name, gas=False) for name in _NAMES},
-    "worksheet T12 of the row above": lambda cells, rpm: np.roll(_worksheet("T12")(cells, rpm), 1),
-}
-STUDY = PublishedStudy(
-    SOURCE,
-    _FORMULAS,
-    {
-        "clearance": lambda _: CLEARANCE,
-        "compression_ratio": lambda _: COMPRESSION_RATIO,
-        "largest_difference": _largest_difference,
-    },
-)
+STUDY = PublishedStudy(SOURCE, globals())

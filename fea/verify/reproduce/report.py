@@ -11,10 +11,18 @@ from fea.base.units import DEG, RPM
 from fea.output.plots.figure import new_figure
 from fea.output.terminal.prose import print_lines, terminal
 from fea.study.traces import shipped_trace
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 from fea.verify.reproduce import columba, leon, molina
-from fea.verify.reproduce.printed import Column, PrintedFigure, Status, Table, misprinted, summarise
-from fea.verify.reproduce.published import PublishedStudy, Quantity
+from fea.verify.reproduce.tables import (
+    PrintedColumn,
+    PrintedFigure,
+    PrintedQuantity,
+    PrintedTable,
+    PublishedStudy,
+    Status,
+    misprinted,
+    summarise,
+)
 from geometry.errors import require
 from loads.crank_cycle import CrankCycle
 
@@ -32,9 +40,9 @@ def _draw(study: PublishedStudy) -> "Figure":
     figure = new_figure(*drawing["inches"])
     grid = figure.subplots(-(-len(panels) // columns), columns).ravel()
     for axes, panel in zip(grid, panels, strict=True):
-        quantity, last, scale = Quantity(**panel["quantity"]), panel["last"], panel.get("scale", 1.0)
+        quantity, last, scale = PrintedQuantity(**panel["quantity"]), panel["last"], panel.get("scale", 1.0)
         (rpm,) = quantity.rpm
-        fine = Column.at(np.linspace(0, last, 721))
+        fine = PrintedColumn.at(np.linspace(0, last, 721))
         exact = scale * study.evaluate(quantity.corrected, fine, rpm)
         axes.plot(fine.degrees, exact, label="corrected", color="#1f4e79", linewidth=1.6)
         if quantity.cells:
@@ -56,7 +64,7 @@ def _draw(study: PublishedStudy) -> "Figure":
 SOURCES: dict[str, PublishedStudy] = {study.STUDY.source: study.STUDY for study in (leon, columba, molina)}
 
 
-def reproduce(source: str) -> list[Table]:
+def reproduce(source: str) -> list[PrintedTable]:
     """Compare every printed figure of a study, or of all of them.
 
     Raises `InvalidValue`: there is no such study.
@@ -70,7 +78,7 @@ _WORD = 13  # length of the longest word in a table's name
 _FURTHEST = "largest error (published → corrected)"
 
 
-def print_reproduction(tables: Sequence[Table]) -> None:
+def print_reproduction(tables: Sequence[PrintedTable]) -> None:
     """Print one line per printed table, the misprints and the counts."""
     header = ("table", "cells", "agree", "expl.", "wrong", _FURTHEST)
     for source, of_study in groupby(tables, key=lambda table: table.source):
@@ -80,14 +88,16 @@ def print_reproduction(tables: Sequence[Table]) -> None:
             numbers = (counts.compared, counts.agrees, counts.explained + counts.named, counts.wrong)
             rows.append(((f"{table.name}  {table.title}", *map(str, numbers), _furthest(table)), ""))
         misprints = [f"  {line}" for line in _misprint_lines(study)]
-        said = ["Errors in single cells (rounded intermediate figures are not listed):"] if misprints else []
-        print_table(header, rows, words=("table", _FURTHEST), title=source, longest=_WORD, end=said)
+        heading = (
+            ["Errors in single cells (rounded intermediate figures are not listed):"] if misprints else []
+        )
+        print_table(header, rows, words=("table", _FURTHEST), title=source, longest=_WORD, end=heading)
         print_lines(terminal(), [*misprints, ""])
     print_lines(terminal(), [str(summarise(tables))], "bold")
     print_lines(terminal(), ["All rows: use --json. Report with plots: use --report FILE.md"], "dim")
 
 
-def _furthest(table: Table) -> str:
+def _furthest(table: PrintedTable) -> str:
     worst = table.worst
     if worst is None or worst.published is None:
         return "–"
@@ -99,7 +109,7 @@ def _unit(figure: PrintedFigure) -> str:
     return "" if figure.unit == "1" else f" {figure.unit}"
 
 
-def _misprint_lines(tables: Sequence[Table]) -> Iterator[str]:
+def _misprint_lines(tables: Sequence[PrintedTable]) -> Iterator[str]:
     """One line per error, with the places where it occurs."""
     figures = [f for f in misprinted(tables) if not (_is_rounding(f) and f.status is Status.EXPLAINED)]
     for (name, quantity, what), same in groupby(figures, key=lambda f: (f.table, f.quantity, _what(f))):
@@ -117,9 +127,9 @@ def _what(figure: PrintedFigure) -> str:
     return figure.slip.text
 
 
-def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
+def write_report(path: Path, tables: Sequence[PrintedTable], command: str) -> None:
     """Write the report of the `tables`, which the `command` makes, with its plots next to it."""
-    parts = [f"**{summarise(tables)}**", reading("reproduce")]
+    parts = [f"**{summarise(tables)}**", explanation("reproduce")]
     for source, of_study in groupby(tables, key=lambda table: table.source):
         study = list(of_study)
         plot = path.with_name(f"{path.stem}-{source}.png")
@@ -131,11 +141,11 @@ def write_report(path: Path, tables: Sequence[Table], command: str) -> None:
         parts += ["### Errors in single cells", *_misprints(study)]
         parts += ["### The largest error of each quantity", _largest(study)]
         if source == leon.SOURCE:
-            parts += ["### Effect of the bore", reading("reproduce-bore"), _sensitivity()]
+            parts += ["### Effect of the bore", explanation("reproduce-bore"), _sensitivity()]
     write_document(path, "Published figures against computed ones", command, parts)
 
 
-def _counts(tables: Sequence[Table]) -> str:
+def _counts(tables: Sequence[PrintedTable]) -> str:
     rows = []
     for table in tables:
         counts, worst = summarise([table]), table.worst
@@ -148,7 +158,7 @@ def _counts(tables: Sequence[Table]) -> str:
     return markdown(("table", "content", *numbers, _FURTHEST), rows)
 
 
-def _misprints(tables: Sequence[Table]) -> Iterator[str]:
+def _misprints(tables: Sequence[PrintedTable]) -> Iterator[str]:
     figures = misprinted(tables)
     single = [figure for figure in figures if not _is_rounding(figure)]
     rounded = [figure for figure in figures if _is_rounding(figure)]
@@ -168,7 +178,7 @@ def _misprints(tables: Sequence[Table]) -> Iterator[str]:
         )
 
 
-def _largest(tables: Sequence[Table]) -> str:
+def _largest(tables: Sequence[PrintedTable]) -> str:
     header = ("table", "quantity", "at", "unit", "published", "as published", "corrected", "cause")
     rows = []
     for f in (figure for table in tables for figure in table.wrong_of_each_quantity):

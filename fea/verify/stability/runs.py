@@ -15,7 +15,7 @@ from fea.solid.element import gauss_blocks, tabulate
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.study import load_study
-from fea.verify.stability.outcome import ExtremeRow, Place, Verdict
+from fea.verify.stability.outcome import ExtremeRow, Outcome, Setting, judged
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 from loads.dynamics import cycle
@@ -34,19 +34,21 @@ def engines() -> Iterator[ExtremeRow]:
     a hydraulic lock.
     """
     for rpm in (0.0, 1.0, 6000.0, 20_000.0, 50_000.0):
-        yield _balance(Place("engine speed", "rpm", rpm), rpm=rpm)
+        yield _balance(("engine speed", "rpm", rpm), rpm=rpm)
     for ratio in (0.05, 0.3, 0.6, 0.9):
-        yield _balance(Place("crank ratio", "λ", ratio), ratio=ratio)
+        yield _balance(("crank ratio", "λ", ratio), ratio=ratio)
     for peak in (20.0, 100.0, 399.0):
-        yield _balance(Place("gas pressure at rest", "bar", peak), rpm=0.0, peak=peak)
+        yield _balance(("gas pressure at rest", "bar", peak), rpm=0.0, peak=peak)
 
 
-def _balance(place: Place, *, ratio: float = 1 / 3, rpm: float = 6000.0, peak: float = 60.0) -> ExtremeRow:
+def _balance(
+    setting: Setting, *, ratio: float = 1 / 3, rpm: float = 6000.0, peak: float = 60.0
+) -> ExtremeRow:
     """Judge the balance relative to the largest force on the rod, or to that times the rod's length."""
     engine = Engine(crank_radius=ratio * _LENGTH, rod_length=_LENGTH, bore=76.0, piston_mass=1.0 * KG)
     gas = Otto(engine, 8.0, peak * BAR)
     error = 100 * max(_imbalance(engine, gas, rpm * RPM, angle) for angle in np.arange(0, 4 * math.pi, 0.1))
-    return ExtremeRow.judged(place, error, 1e-10, {})
+    return judged(setting, error, 1e-10, {})
 
 
 def _imbalance(engine: Engine, gas: Otto, speed: float, angle: float) -> float:
@@ -81,7 +83,7 @@ def rods() -> Iterator[ExtremeRow]:
         result = solve_speed(prepare(replace(pulled, rod=table)), None)
         # The written stress must transmit the force; recovered stress is not exactly in equilibrium.
         error = 100 * abs(_section_force(result.cases["given"]) / _PULL - 1)
-        yield ExtremeRow.judged(Place("web of a rod, p2", "mm", web), error, 3.0, result.checks)
+        yield judged(("web of a rod, p2", "mm", web), error, 3.0, result.checks)
     usual, rod = study.engine, prepare(replace(study, mesh=MeshTable(_SIZE)))
     otto = replace(usual, gas="otto", compression_ratio=8.0, peak_pressure_bar=60.0)
     motored = replace(usual, gas="motored", compression_ratio=8.0)
@@ -122,9 +124,9 @@ def _sums(
     try:
         rod = replace(rod, loading=EngineLoading.of(table, rod.mesh.bores.rod_length))
     except InvalidValue:
-        yield from (ExtremeRow(*case, value, verdict=Verdict.REFUSED) for value in speeds)
+        yield from (ExtremeRow(*case, value, verdict=Outcome.REFUSED) for value in speeds)
         return
     for value, rpm in speeds.items():
         result = solve_speed(rod, rpm)
         error = 100 * max(result.checks[name].value for name in ("force_balance", "moment_balance"))
-        yield ExtremeRow.judged(Place(*case, value), error, 1e-8, result.checks)
+        yield judged((*case, value), error, 1e-8, result.checks)

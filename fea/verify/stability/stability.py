@@ -8,39 +8,29 @@ from typing import TYPE_CHECKING
 
 from fea.machine.clock import Listener
 from fea.output.plots.figure import new_figure
-from fea.verify.layout import markdown, print_table, reading, write_document
-from fea.verify.stability import materials, runs, shapes
-from fea.verify.stability.outcome import ExtremeRow, Verdict
-from geometry.errors import require
+from fea.verify.benchmark import compute_rows
+from fea.verify.layout import explanation, markdown, print_table, write_document
+from fea.verify.stability import bodies, runs
+from fea.verify.stability.outcome import ExtremeRow, Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _IN_ORDER = (
-    *(materials.contrast, materials.liner, shapes.slender, shapes.ring, shapes.grading, shapes.slivers),
-    *(shapes.bending, materials.incompressible, materials.membrane, materials.scaling),
+    *(bodies.contrast, bodies.liner, bodies.slender, bodies.ring, bodies.grading, bodies.slivers),
+    *(bodies.bending, bodies.incompressible, bodies.membrane, bodies.scaling),
     *(runs.engines, runs.rods),
 )
 CASES: dict[str, Callable[[], Iterable[ExtremeRow]]] = {case.__name__: case for case in _IN_ORDER}
 
 
 def stability(names: Sequence[str] = (), listener: Listener | None = None) -> list[ExtremeRow]:
-    """Compute some of `CASES`, or all; `listener` is called with the name of each before it begins.
-
-    Raises `InvalidValue`: there is no such case; it is raised before anything is computed.
-    """
-    for name in names:
-        require(name in CASES, "CASE", name, "is not an extreme case", f"Choose from {', '.join(CASES)}.")
-    rows: list[ExtremeRow] = []
-    for name in names or CASES:
-        if listener:
-            listener(name)
-        rows += CASES[name]()
-    return rows
+    """Compute some of `CASES`, or all, as `compute_rows`."""
+    return compute_rows(CASES, "an extreme case", names, listener)
 
 
 _HEADER = ("case", "value", "backward error", "condition", "energy error", "error %", "verdict")
-_STYLE = {Verdict.WRONG: "bold red", Verdict.MARKED: "yellow", Verdict.REFUSED: "yellow"}
+_STYLE = {Outcome.WRONG: "bold red", Outcome.MARKED: "yellow", Outcome.REFUSED: "yellow"}
 
 
 def print_stability(rows: Sequence[ExtremeRow]) -> None:
@@ -58,7 +48,7 @@ def _cells(row: ExtremeRow, digits: int = 0) -> tuple[str, ...]:
 def counts(rows: Sequence[ExtremeRow]) -> str:
     """Return the counts of the outcomes as a sentence."""
     by_verdict = Counter(row.verdict for row in rows)
-    each = ", ".join(f"{by_verdict[verdict]} {verdict.value}" for verdict in Verdict)
+    each = ", ".join(f"{by_verdict[verdict]} {verdict.value}" for verdict in Outcome)
     return f"{len(rows)} extreme cases: {each}."
 
 
@@ -68,7 +58,7 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
     lines = ((*_cells(row, digits=1), ", ".join(row.noticed_by)) for row in rows)
     parts = [
         f"**{counts(rows)}**",
-        reading("stability"),
+        explanation("stability"),
         f"![error against the extreme parameter]({plot.name})",
         markdown((*_HEADER, "noticed by"), lines, "lrrrrr"),
     ]
@@ -77,10 +67,10 @@ def write_report(path: Path, rows: Sequence[ExtremeRow], command: str) -> None:
 
 
 _COLOR = {
-    Verdict.RIGHT: "tab:green",
-    Verdict.MARKED: "tab:orange",
-    Verdict.REFUSED: "tab:gray",
-    Verdict.WRONG: "red",
+    Outcome.RIGHT: "tab:green",
+    Outcome.MARKED: "tab:orange",
+    Outcome.REFUSED: "tab:gray",
+    Outcome.WRONG: "red",
 }
 # Number of values from which labels must be rotated to fit side by side.
 _MANY = 8
@@ -119,7 +109,7 @@ def _draw_case(axes: "Axes", name: str, rows: Sequence[ExtremeRow]) -> None:
     if rows[0].tolerance_percent is not None:
         axes.axhline(rows[0].tolerance_percent, ls="--", color="0.4", lw=1, label="tolerance")
     for place, row in enumerate(rows):
-        if row.verdict in (Verdict.MARKED, Verdict.REFUSED):
+        if row.verdict in (Outcome.MARKED, Outcome.REFUSED):
             label = "reported by fea run"
             axes.axvspan(place - 0.5, place + 0.5, color="#fdebd0", zorder=0, label=label)
     axes.set_title(name, fontsize=9)

@@ -33,7 +33,7 @@ PLANES = (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)
 
 @dataclass(frozen=True)
 class Case:
-    """What is solved: the whole rod as arrays, and the cell that makes it."""
+    """The problem: the whole rod as arrays, and the cell that makes it."""
 
     cell: TetMesh
     whole: MirroredMesh

@@ -9,7 +9,7 @@ Row = dict[str, Any]
 
 
 class Figures:
-    """What the runs say, by program and size.
+    """Figures of the runs, by program and size.
 
     Parameters
     ----------

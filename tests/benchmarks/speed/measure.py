@@ -14,7 +14,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Measured:
-    """What one process took.
+    """Cost of one process.
 
     Attributes
     ----------

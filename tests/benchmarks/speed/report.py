@@ -1,11 +1,18 @@
 """The measured runs as results/speed.md with its plot."""
 
 import math
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 from figures import Figures, Row
 from programs import PROCESSES, PROGRAMS
+
+from fea.output.plots.figure import log_ticks, new_figure
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from scripts import table
 
 GOALS = (
     ("whole", "ngsolve", 0.6),
@@ -141,7 +148,7 @@ def ratios(figures: Figures, size: int) -> list[str]:
 
 
 def floors(figures: Figures) -> Iterator[str]:
-    """What no assembly, however fast, gets below."""
+    """Lower bound of the time of any assembly."""
     for size in figures.sizes("pardiso"):
         if figures.done("pardiso", size) and figures.done("calculix", size):
             phases = sum(figures.stage("pardiso", size, stage) for stage in ("analysis", "factor"))
@@ -251,13 +258,6 @@ def whole_process(figures: Figures) -> Iterator[str]:
         )
 
 
-def table(head: list[str], rows: Iterable[list[str]]) -> Iterator[str]:
-    yield f"| {' | '.join(head)} |"
-    yield f"|{' --- |' * len(head)}"
-    for row in rows:
-        yield f"| {' | '.join(row)} |"
-
-
 def number(value: float) -> str:
     """Three digits at the most; a dash for what is not a number."""
     if math.isnan(value):
@@ -273,10 +273,7 @@ def count(value: float) -> str:
 
 
 def draw(figures: Figures, path: Path) -> None:
-    from matplotlib.figure import Figure
-    from matplotlib.ticker import NullFormatter
-
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    figure = new_figure(10, 4.2)
     for axes, key, label in zip(
         figure.subplots(1, 2), ("seconds", "peak_mb"), ("wall time, s", "peak memory, MB"), strict=True
     ):
@@ -300,8 +297,8 @@ def draw(figures: Figures, path: Path) -> None:
             )
         axes.set_xlabel("degrees of freedom of the whole rod")
         axes.set_ylabel(label)
-        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.grid(visible=True, which="major", alpha=0.3)
         axes.margins(x=0.35)
         axes.spines[["top", "right"]].set_visible(False)
+        log_ticks(axes)
     figure.savefig(path, dpi=120, metadata={"Software": None})

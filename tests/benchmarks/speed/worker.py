@@ -1,4 +1,4 @@
-"""What every measured process does alike: stages against the clock, memory, answers to a file.
+"""Shared by every measured process: stages against the clock, memory, answers to a file.
 
 No import beyond numpy: the peers run in an environment without this project.
 """

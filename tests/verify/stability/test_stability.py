@@ -4,8 +4,8 @@ import pytest
 
 from fea import load_study, run
 from fea.study.flags import Flags
-from fea.verify.stability import materials, runs
-from fea.verify.stability.outcome import ExtremeRow, Place, Verdict
+from fea.verify.stability import bodies, runs
+from fea.verify.stability.outcome import ExtremeRow, Outcome, judged
 from fea.verify.stability.stability import CASES, counts, stability, write_report
 from geometry.errors import InvalidValue
 
@@ -14,17 +14,17 @@ from geometry.errors import InvalidValue
 def rows():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "WEBS", (0.6,))  # thinner ones take seconds, as finer elements below
-        patch.setattr(materials, "MEMBRANE_SIZES", (12.0, 6.0))
+        patch.setattr(bodies, "MEMBRANE_SIZES", (12.0, 6.0))
         # The balance of the loads on the mesh is that of any pin model.
         patch.setattr(runs, "load_study", lambda name: Flags(pressure="cosine-180").applied(load_study(name)))
         return stability()
 
 
 def test_none_is_wrong_and_metals_are_right(rows):
-    assert not [row for row in rows if row.verdict is Verdict.WRONG]
+    assert not [row for row in rows if row.verdict is Outcome.WRONG]
     ordinary = {"material contrast": 1.0, "slenderness, p2": 10.0, "near-incompressible stress, p2": 0.3}
     found = {row.case: row.verdict for row in rows if ordinary.get(row.case) == row.value}
-    assert found == dict.fromkeys(ordinary, Verdict.RIGHT)
+    assert found == dict.fromkeys(ordinary, Outcome.RIGHT)
 
 
 def test_what_breaks_is_marked(rows):
@@ -32,7 +32,7 @@ def test_what_breaks_is_marked(rows):
         row for row in rows if row.case.startswith("near-incompressible") and row.result_error_percent > 20
     ]
     assert len(off) >= 5
-    assert {row.verdict for row in off} == {Verdict.MARKED}
+    assert {row.verdict for row in off} == {Outcome.MARKED}
 
 
 def test_the_condition_follows_slenderness(rows):
@@ -50,7 +50,7 @@ def test_each_is_noticed_before_it_is_off(rows):
     off = [row for row in rows if row.result_error_percent is not None and row.tolerance_percent is not None]
     off = [row for row in off if row.result_error_percent > row.tolerance_percent]
     assert {row.case for row in off} >= {"bending, p1", "wall of a ring, p1"}
-    assert all(row.verdict is Verdict.MARKED for row in off)
+    assert all(row.verdict is Outcome.MARKED for row in off)
     assert all(
         row.noticed_by for row in named(off, "bending, p1", "wall of a ring, p1", "wall of a ring, p2")
     )
@@ -73,19 +73,19 @@ def test_elements_of_second_order_bend_whatever_their_size(rows):
 def test_loads_on_the_mesh_balance_at_every_extreme(rows):
     engines = [row for row in rows if row.case.endswith(", mesh")]
     assert {row.value for row in named(engines, "engine speed, mesh")} >= {0, 1, 20_000}
-    assert {row.value for row in engines if row.verdict is Verdict.REFUSED} == {1000.0}  # bar
-    assert max(row.result_error_percent for row in engines if row.verdict is Verdict.RIGHT) < 1e-11
+    assert {row.value for row in engines if row.verdict is Outcome.REFUSED} == {1000.0}  # bar
+    assert max(row.result_error_percent for row in engines if row.verdict is Outcome.RIGHT) < 1e-11
 
 
 def test_a_case_that_is_off_unnoticed_is_wrong():
     def verdict(error, *noticed_by):
-        return ExtremeRow.judged(Place("c", "p", 1.0), error, 1.0, {}, noticed_by).verdict
+        return judged(("c", "p", 1.0), error, 1.0, {}, noticed_by).verdict
 
-    assert verdict(0.5) is Verdict.RIGHT
-    assert verdict(2.0) is Verdict.WRONG
-    assert verdict(2.0, "a check") is Verdict.MARKED
-    assert verdict(float("nan")) is Verdict.WRONG
-    assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, verdict=Verdict.WRONG)])
+    assert verdict(0.5) is Outcome.RIGHT
+    assert verdict(2.0) is Outcome.WRONG
+    assert verdict(2.0, "a check") is Outcome.MARKED
+    assert verdict(float("nan")) is Outcome.WRONG
+    assert "1 wrong" in counts([ExtremeRow("c", "p", 1.0, verdict=Outcome.WRONG)])
 
 
 def test_a_case_that_is_not_there_is_refused():

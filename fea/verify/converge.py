@@ -1,12 +1,11 @@
-"""Run the comparison within a time limit, each computation in a separate process."""
+"""Compare error against run time within a time limit, each computation in a separate process."""
 
-import dataclasses
 import math
 import shutil
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import TypeVar
@@ -15,17 +14,8 @@ from fea.machine.clock import Listener
 from fea.machine.isolated import fresh
 from fea.output.plots.figure import log_ticks, new_figure
 from fea.study.study import Study
-from fea.verify.cases.elasticity import EQUATOR, GOODIER_EQUATOR, HOOP, LAME_HOOP
-from fea.verify.converge.measurement import (
-    Computation,
-    ConvergenceRow,
-    Measured,
-    Reference,
-    calculix_refuses,
-    compute,
-    rod_reference,
-)
-from fea.verify.converge.series import (
+from fea.verify.cases.elasticity import EQUATOR, HOOP
+from fea.verify.comparison import (
     FLOOR,
     GOAL,
     EqualError,
@@ -35,17 +25,21 @@ from fea.verify.converge.series import (
     pareto,
     same_mesh,
 )
-from fea.verify.layout import Line, markdown, print_table, reading, write_document
+from fea.verify.computations import (
+    QUANTITY,
+    Computation,
+    ConvergenceRow,
+    Reference,
+    calculix_refuses,
+    compute,
+    rod_reference,
+)
+from fea.verify.layout import Line, explanation, markdown, print_table, write_document
 from mesh.sizing import default_size
 
 PROBLEMS = ("rod", "lame", "goodier")
 # Shares of the time. The rod is the main problem; the others show that its result is not accidental.
 SHARE = {"rod": 0.7, "lame": 0.15, "goodier": 0.15}
-QUANTITY = {
-    "rod": "rod: largest von Mises stress",
-    "lame": f"lame: {LAME_HOOP}",
-    "goodier": f"goodier: {GOODIER_EQUATOR}",
-}
 EXACT = {"lame": HOOP, "goodier": EQUATOR}
 # Number of runs of a computation that takes less than LONG seconds; their median counts.
 RUNS, LONG = 3, 5.0
@@ -79,13 +73,11 @@ def series(problem: str, default_size: float, *, calculix: bool = True) -> Itera
         yield [Computation(tool, "p2", problem, percent, first) for percent in TOLERANCES]
 
 
-Outcomes = dict[Computation, Measured]
-
-Outcome = TypeVar("Outcome")
+Result = TypeVar("Result")
 
 
-def _apart(work: Callable[..., Outcome], *arguments: object) -> Outcome | None:
-    """Do it in a fresh interpreter, to measure its peak memory and to survive its crash; None if it fails."""
+def _in_process(work: Callable[..., Result], *arguments: object) -> Result | None:
+    """Work in a fresh interpreter, to measure its peak memory and survive its crash; None if it fails."""
     try:
         with fresh(patient=True) as process:
             return process.run(work, *arguments)
@@ -103,12 +95,12 @@ class Comparison:
 
     @property
     def advice(self) -> list[str]:
-        """What to use for the rod, and what was left out, a sentence each."""
+        """Recommendations for the rod and omissions, a sentence each."""
         refused = [self.refused] if self.refused else []
         return [*advice(self.of("rod"), self.floor("rod")), *refused]
 
     def floor(self, problem: str) -> float:
-        """The error that is known of a problem at best, percent."""
+        """Smallest error of a problem that can be determined, percent."""
         return max(FLOOR, self.references[problem].uncertainty_percent)
 
     def of(self, problem: str) -> list[ConvergenceRow]:
@@ -131,23 +123,23 @@ def converge(study: Study, minutes: float = 10.0, listener: Listener | None = No
         if problem in EXACT:
             references[problem] = Reference(EXACT[problem])
         else:
-            references[problem] = _apart(rod_reference, study) or Reference(math.nan, math.inf)
+            references[problem] = _in_process(rod_reference, study) or Reference(math.nan, math.inf)
         outcomes = _computed(study, problem, default_size(length), 60 * minutes * SHARE[problem], listener)
         truth = references[problem].value
-        rows += [
-            ConvergenceRow(computation, found, QUANTITY[problem], 100 * (found.value / truth - 1))
-            for computation, found in sorted(outcomes.items(), key=lambda it: (it[0].series, -it[0].size))
-        ]
+        outcomes.sort(key=lambda row: (row.computation.series, -row.computation.size))
+        rows += [replace(row, error_percent=100 * (row.value / truth - 1)) for row in outcomes]
     return Comparison(rows, references, calculix_refuses(study))
 
 
-def _computed(study: Study, problem: str, size: float, seconds: float, listener: Listener | None) -> Outcomes:
+def _computed(
+    study: Study, problem: str, size: float, seconds: float, listener: Listener | None
+) -> list[ConvergenceRow]:
     """Refine the series with the cheapest next step, until no step fits into the remaining time."""
     end = time.perf_counter() + seconds
     calculix = problem != "rod" or not calculix_refuses(study)
     waiting = [(0.0, computations) for computations in series(problem, size, calculix=calculix)]
-    outcomes: Outcomes = {}
-    _apart(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
+    outcomes: list[ConvergenceRow] = []
+    _in_process(compute, waiting[0][1][0], study)  # the first computation also pays for reading files
     while waiting:
         waiting.sort(key=lambda item: item[0])
         cost, (computation, *finer) = waiting.pop(0)
@@ -156,17 +148,17 @@ def _computed(study: Study, problem: str, size: float, seconds: float, listener:
         if listener:
             listener(f"{problem}, {computation.tool}, {computation.element}, {computation.size:.3g}")
         start = time.perf_counter()
-        found = _apart(compute, computation, study)
-        if found is None:
-            if finer and not any(done.series == computation.series for done in outcomes):
+        row = _in_process(compute, computation, study)
+        if row is None:
+            if finer and not any(done.computation.series == computation.series for done in outcomes):
                 waiting.append((cost, finer))  # this size was too coarse for the mesher
             continue
         spent = time.perf_counter() - start
         if spent < LONG:  # the median of the times counts
-            again = [_apart(compute, computation, study) for _ in range(RUNS - 1)]
-            times = [each.seconds for each in (found, *again) if each is not None]
-            found = dataclasses.replace(found, seconds=statistics.median(times))
-        outcomes[computation] = found
+            again = [_in_process(compute, computation, study) for _ in range(RUNS - 1)]
+            times = [each.seconds for each in (row, *again) if each is not None]
+            row = replace(row, seconds=statistics.median(times))
+        outcomes.append(row)
         if finer:
             waiting.append((_GROWTH * spent, finer))
     return outcomes
@@ -179,12 +171,15 @@ def print_comparison(comparison: Comparison) -> None:
     """Print one line per computation, and the advice."""
     lines: list[Line] = []
     for row in comparison.rows:
-        found, what = row.measured, row.computation
-        numbers = (f"{found.size:.3g}", str(found.dofs), f"{found.seconds:.2f}", f"{found.peak_memory:.0f}")
-        cells = (what.problem, f"{what.name}, {what.element}", *numbers, f"{found.value:.1f}")
+        it = row.computation
+        cells = (it.problem, f"{it.name}, {it.element}", *_costs(row), f"{row.value:.1f}")
         lines.append(((*cells, f"{row.error_percent:+.2f}"), ""))
     header = ("problem", "tool", "size mm", "dofs", "time s", "MiB", "MPa", "error %")
     print_table(header, lines, words=("tool",), end=comparison.advice, longest=_TOOL)
+
+
+def _costs(row: ConvergenceRow) -> tuple[str, ...]:
+    return f"{row.size:.3g}", str(row.dofs), f"{row.seconds:.2f}", f"{row.peak_memory:.0f}"
 
 
 def write_report(path: Path, comparison: Comparison, command: str) -> None:
@@ -192,7 +187,7 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
     plot = path.with_suffix(".png")
     parts = [
         "\n".join(f"- {line}" for line in comparison.advice),
-        reading("converge").format(LONG=LONG, RUNS=RUNS),
+        explanation("converge").format(LONG=LONG, RUNS=RUNS),
         f"![error against total seconds]({plot.name})",
         *_same_mesh(comparison),
         *_against(comparison),
@@ -204,15 +199,20 @@ def write_report(path: Path, comparison: Comparison, command: str) -> None:
 
 def _same_mesh(comparison: Comparison) -> list[str]:
     """CalculiX beside `fea` on the same meshes of the rod; nothing where they share none."""
-    found = [
-        (f"P{at.order}", f"{at.size:.3g}", f"{at.ours:.2f}", f"{at.bar_percent:.2g}", f"{at.theirs:.2f}",
-         f"{at.difference_percent:.2f}".replace("-", "−"), "yes" if at.within else "**no**")
-        for at in same_mesh(comparison.of("rod"))
-    ]  # fmt: skip
-    if not found:
+    rows = []
+    for ours, theirs in same_mesh(comparison.of("rod")):
+        difference, bar = 100 * (theirs.value / ours.value - 1), ours.bar_percent or 0.0
+        values = (f"{ours.value:.2f}", f"{bar:.2g}", f"{theirs.value:.2f}", _minus(difference))
+        within = "yes" if abs(difference) <= bar else "**no**"
+        rows.append((ours.computation.element.upper(), f"{ours.size:.3g}", *values, within))
+    if not rows:
         return []
     header = ("element", "size mm", "fea MPa", "± %", "CalculiX MPa", "difference %", "within the bar")
-    return ["## The same mesh and forces", reading("converge-same-mesh"), markdown(header, found, "lrrrrrl")]
+    return [
+        "## The same mesh and forces",
+        explanation("converge-same-mesh"),
+        markdown(header, rows, "lrrrrrl"),
+    ]
 
 
 def _against(comparison: Comparison) -> list[str]:
@@ -222,16 +222,16 @@ def _against(comparison: Comparison) -> list[str]:
     if not equal:
         return []
     timed = [
-        (problem, f"{at.seconds:g}", f"{at.ours:.2g}", f"{at.theirs:.2g}", f"{at.theirs / at.ours:.1f}")
+        (problem, f"{seconds:g}", f"{ours:.2g}", f"{theirs:.2g}", f"{theirs / ours:.1f}")
         for problem, rows in of_problem.items()
-        for at in equal_time(*rows)
+        for seconds, ours, theirs in equal_time(*rows)
     ]
-    seconds = ("fea s", "fea, whole s", "CalculiX s", "CalculiX / fea")
+    times = ("fea s", "fea, whole s", "CalculiX s", "CalculiX / fea")
     errors = ("fea error %", "CalculiX error %", "CalculiX / fea")
     return [
         "## Against CalculiX",
-        reading("converge-calculix"),
-        markdown(("problem", "within %", *seconds, f"{GOAL:g} or more"), equal, "lrrrrr"),
+        explanation("converge-calculix"),
+        markdown(("problem", "within %", *times, f"{GOAL:g} or more"), equal, "lrrrrr"),
         markdown(("problem", "after s", *errors), timed, "lrrrr"),
     ]
 
@@ -249,20 +249,23 @@ def _seconds(value: float) -> str:
     return f"{value:.2f}" if math.isfinite(value) else "–"
 
 
+def _minus(value: float) -> str:
+    return f"{value:.2f}".replace("-", "−")
+
+
 def _section(problem: str, comparison: Comparison) -> tuple[str, str, str]:
     rows, reference = comparison.of(problem), comparison.references[problem]
     front = pareto(rows, comparison.floor(problem))
     known = f" ± {reference.uncertainty_percent:.2g} %" if reference.uncertainty_percent else ", exact"
     lines = []
     for row in rows:
-        it, error = row.measured, f"{row.error_percent:.2f}".replace("-", "−")
+        error = _minus(row.error_percent)
         if abs(row.error_percent) < reference.uncertainty_percent:
             error = f"({error})"
-        numbers = (f"{it.size:.3g}", str(it.dofs), f"{it.seconds:.2f}", f"{it.peak_memory:.0f}")
         name, element = row.computation.name, row.computation.element.upper()
-        bar = "" if it.bar_percent is None else f"{it.bar_percent:.2g}"
+        bar = "" if row.bar_percent is None else f"{row.bar_percent:.2g}"
         best = "**yes**" if row in front else ""
-        lines.append((name, element, *numbers, f"{it.value:.2f}", bar, error, best))
+        lines.append((name, element, *_costs(row), f"{row.value:.2f}", bar, error, best))
     header = ("tool", "element", "size mm", "dofs", "seconds", "MiB", "MPa", "± %", "error %", "front")
     table = markdown(header, lines, "llrrrrrrr")
     return f"## {QUANTITY[problem]}", f"Reference: {reference.value:.2f} MPa{known}.", table
@@ -300,4 +303,4 @@ def _draw(comparison: Comparison, path: Path) -> None:
 
 
 def _points(rows: Sequence[ConvergenceRow]) -> tuple[list[float], list[float]]:
-    return [row.measured.seconds for row in rows], [max(abs(row.error_percent), FLOOR / 2) for row in rows]
+    return [row.seconds for row in rows], [max(abs(row.error_percent), FLOOR / 2) for row in rows]

@@ -1,10 +1,10 @@
-"""What the extreme cases are made of: slivers, graded meshes and exact solutions."""
+"""Ingredients of the extreme cases: slivers, graded meshes and exact solutions."""
 
 import numpy as np
 import pytest
 
-from fea.verify.stability import materials
-from fea.verify.stability.shapes import (
+from fea.verify.stability import bodies
+from fea.verify.stability.bodies import (
     BALL,
     BALL_SIZE,
     RING_BORE,
@@ -39,10 +39,10 @@ def test_the_graded_mesh_grows_a_thousandfold():
 def test_a_liner_of_the_same_material_is_none():
     """Then the two rings are one: Lame's cylinder in plane strain."""
     E, nu = 210e3, 0.3
-    a, b, p = materials.BORE, materials.EYE, materials.LINER_PRESSURE
-    places = (a, materials.INTERFACE)
+    a, b, p = bodies.BORE, bodies.EYE, bodies.LINER_PRESSURE
+    places = (a, bodies.INTERFACE)
     exact = [(1 + nu) / E * p * a**2 / (b**2 - a**2) * ((1 - 2 * nu) * r + b**2 / r) for r in places]
-    assert materials.liner_displacement(1.0) == pytest.approx(exact, rel=1e-12)
+    assert bodies.liner_displacement(1.0) == pytest.approx(exact, rel=1e-12)
 
 
 def test_a_thin_ring_bends_as_a_beam():

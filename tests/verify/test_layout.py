@@ -2,8 +2,8 @@
 
 import pytest
 
-from fea.verify.converge.converge import Comparison, print_comparison
-from fea.verify.converge.measurement import Computation, ConvergenceRow, Measured, Reference
+from fea.verify.computations import Computation, ConvergenceRow, Reference
+from fea.verify.converge import Comparison, print_comparison
 from fea.verify.reproduce.report import print_reproduction, reproduce
 
 TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
@@ -12,9 +12,10 @@ TOOLS = ("fea", "fea --tolerance", "fea --size 12.1 --tolerance", "CalculiX")
 @pytest.mark.parametrize("width", [60, 80])
 def test_error_against_run_time(width, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", str(width))
-    measured = Measured(12.1, 2012345, 123.45, 12345.0, 717.9)
+    measured = {"size": 12.1, "dofs": 2012345, "seconds": 123.45, "peak_memory": 12345.0, "value": 717.9}
     rows = [
-        ConvergenceRow(Computation(tool, "p2", "goodier", 5.0), measured, "peak", -12.34) for tool in TOOLS
+        ConvergenceRow(Computation(tool, "p2", "goodier", 5.0), **measured, error_percent=-12.34)
+        for tool in TOOLS
     ]
     print_comparison(Comparison(rows, {"rod": Reference(733.8)}))
     text = capsys.readouterr().out

@@ -1,6 +1,7 @@
 """The computations of the comparison, each run in a separate process, and the rod's reference."""
 
 import dataclasses
+import math
 import os
 import subprocess
 import time
@@ -27,7 +28,14 @@ from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import MeshTable
 from fea.study.study import Study
-from fea.verify.cases.elasticity import goodier_body, goodier_equator, lame_body, lame_hoop
+from fea.verify.cases.elasticity import (
+    GOODIER_EQUATOR,
+    LAME_HOOP,
+    goodier_body,
+    goodier_equator,
+    lame_body,
+    lame_hoop,
+)
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from geometry.system import peak_memory
@@ -68,44 +76,43 @@ class Computation:
         return self.problem, self.tool, self.element
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The outcome of a computation."""
+QUANTITY = {
+    "rod": "rod: largest von Mises stress",
+    "lame": f"lame: {LAME_HOOP}",
+    "goodier": f"goodier: {GOODIER_EQUATOR}",
+}
 
+
+@dataclass(frozen=True)
+class ConvergenceRow:
+    """A computation with its outcome."""
+
+    computation: Computation
     size: float  #: element size, mm (of the first mesh if there are several)
     dofs: int  #: degrees of freedom of the meshed body (the whole rod)
     seconds: float  #: wall time from the geometry to the stress, the median of its runs
     peak_memory: float  #: peak memory of the process, MiB
     value: float  #: the quantity, MPa
     error_bar: float | None = None  #: estimated error of the value, MPa; None where nothing estimates it
+    error_percent: float = math.nan  #: error of the value, once there is a reference
 
     @property
     def bar_percent(self) -> float | None:
         """The estimated error relative to the value, percent; None where nothing estimates it."""
         return None if self.error_bar is None else 100 * self.error_bar / self.value
 
-
-@dataclass(frozen=True)
-class ConvergenceRow:
-    """A computation with its outcome and its error."""
-
-    computation: Computation
-    measured: Measured
-    quantity: str
-    error_percent: float
-
     def as_dict(self) -> dict[str, object]:
         """Return the row with the names that other programs rely on."""
         return {
             "tool": self.computation.tool,
             "element": self.computation.element,
-            "size_mm": self.measured.size,
-            "dofs": self.measured.dofs,
-            "seconds": self.measured.seconds,
-            "peak_memory_MiB": self.measured.peak_memory,
-            "quantity": self.quantity,
-            "value": self.measured.value,
-            "error_bar_percent": self.measured.bar_percent,
+            "size_mm": self.size,
+            "dofs": self.dofs,
+            "seconds": self.seconds,
+            "peak_memory_MiB": self.peak_memory,
+            "quantity": QUANTITY[self.computation.problem],
+            "value": self.value,
+            "error_bar_percent": self.bar_percent,
             "error_percent": self.error_percent,
         }
 
@@ -115,7 +122,7 @@ _BODIES = {"lame": (lame_body, lame_hoop), "goodier": (goodier_body, goodier_equ
 _TINY = 8.0
 
 
-def compute(computation: Computation, study: Study) -> Measured:
+def compute(computation: Computation, study: Study) -> ConvergenceRow:
     """Run a computation; `study` is that of the rod."""
     # A small model imports and starts every library: this time is not part of the comparison.
     loaded, quantity = _BODIES["lame"]
@@ -127,7 +134,7 @@ def compute(computation: Computation, study: Study) -> Measured:
     start = time.perf_counter()
     size, dofs, value, bar = _rod(computation, study) if of_rod else _body(computation)
     seconds = time.perf_counter() - start
-    return Measured(size, dofs, seconds, peak_memory(of_children=by_calculix), value, bar)
+    return ConvergenceRow(computation, size, dofs, seconds, peak_memory(of_children=by_calculix), value, bar)
 
 
 def _body(computation: Computation) -> tuple[float, int, float, None]:
@@ -135,11 +142,11 @@ def _body(computation: Computation) -> tuple[float, int, float, None]:
     body = loaded(computation.size, computation.order)
     if computation.tool == "CalculiX":
         stress = _calculix(body.mesh, {"material": body.material}, Step("", body.forces, body.fixed))
-        return computation.size, body.mesh.points.size, quantity(body.mesh, stress).computed, None
-    solved = body.solved()
-    if computation.tool == "fea, mean":
-        solved = dataclasses.replace(solved, known=(), traction=None)
-    return computation.size, solved.dofs, quantity(solved.mesh, solved.stress).computed, None
+    else:
+        if computation.tool == "fea, mean":
+            body = dataclasses.replace(body, known=(), traction=None)
+        stress = body.solved().stress
+    return computation.size, body.mesh.points.size, quantity(body.mesh, stress).computed, None
 
 
 def _rod(computation: Computation, study: Study) -> tuple[float, int, float, float]:
@@ -147,8 +154,8 @@ def _rod(computation: Computation, study: Study) -> tuple[float, int, float, flo
     if computation.adaptive:
         options = dataclasses.replace(study.analysis, tolerance_percent=computation.size)
         table = MeshTable(size_mm=computation.first_size)
-        found = refined_rod(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
-        return found.rod.mesh.meshing.size, *_peak(found.at(speed))
+        refined = refined_rod(dataclasses.replace(study, mesh=table, analysis=options), (speed,), clock)
+        return refined.rod.mesh.meshing.size, *_peak(refined.at(speed))
     rod = prepare(_meshed(computation, study), clock, known_traction=computation.tool != "fea, mean")
     return computation.size, *_peak(solve_speed(rod, speed))
 
@@ -173,31 +180,32 @@ def calculix_refuses(study: Study) -> str:
     return ""
 
 
-def _calculix_rod(computation: Computation, study: Study) -> Measured:
+def _calculix_rod(computation: Computation, study: Study) -> ConvergenceRow:
     """Solve the rod by CalculiX, under the nodal forces that the pins exert in `fea` on the same mesh."""
     clock = Clock()
-    asked = _meshed(computation, study)
-    rod = prepare(asked, clock)
+    meshed = _meshed(computation, study)
+    rod = prepare(meshed, clock)
     mesh = rod.mesh.cell
     loads = rod.loading.at(rod.mass, study.speeds()[0])
     # Geometry, mesh and loads are made by fea for both programs; the time in which fea assembles, and finds
     # where the pins touch, is not counted here.
     before = sum(clock.seconds[stage] for stage in ("geometry", "mesh", "loads"))
     (response, *_) = rod.pins.respond(loads.cases[:1])
-    held = asked.analysis.support == "clamped"
+    held = meshed.analysis.support == "clamped"
     fixed = clamped(mesh, Surface.BIG_END_BORE) if held else determinate_restraints(mesh)
     materials = dict(zip(rod.mesh.parts, rod.materials, strict=True))
     start = time.perf_counter()
     stress = _calculix(mesh, materials, Step("", response.forces.symmetric, fixed))
     seconds = before + time.perf_counter() - start
     largest = _peak_of_counted(rod, stress)
-    return Measured(computation.size, mesh.points.size, seconds, peak_memory(of_children=True), largest)
+    memory = peak_memory(of_children=True)
+    return ConvergenceRow(computation, computation.size, mesh.points.size, seconds, memory, largest)
 
 
 def _peak_of_counted(rod: PreparedRod, stress: Floats) -> float:
     """Largest von Mises stress, MPa, away from the singular places that `fea` leaves out."""
-    found = np.nan_to_num(von_mises(stress))
-    return peak(found, np.zeros_like(found), rod.fields.errors.masked).value
+    value = np.nan_to_num(von_mises(stress))
+    return peak(value, np.zeros_like(value), rod.fields.errors.masked).value
 
 
 def _calculix(mesh: TetMesh, materials: Mapping[str, Material], step: Step) -> Floats:
@@ -269,9 +277,9 @@ def rod_reference(study: Study) -> Reference:
         ratio = np.ones_like(case.von_mises)
         for share, factor in HOT.items():
             ratio[case.von_mises > share * case.peak.value] = scale * factor
-        fields = [field for field in (wanted_sizes(mesh, ratio),) if field]
+        wanted = wanted_sizes(mesh, ratio)
         fine = dataclasses.replace(plain, mesh=MeshTable(size_mm=scale * mesh.meshing.size))
-        rod = prepare(fine, mesh=mesh_study(fine, wanted=fields))
+        rod = prepare(fine, mesh=mesh_study(fine, wanted=[wanted] if wanted else []))
         values.append(first_case(solve_speed(rod, speed)).max_von_mises)
         del rod
     return extrapolated(SCALES, values)

@@ -4,11 +4,10 @@ import math
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from fea.verify.converge.measurement import ConvergenceRow
+from fea.verify.computations import ConvergenceRow
 
 # Smaller errors, percent, come from the reference or are accidental; `floor` is what they count as.
 FLOOR = 0.05
@@ -20,7 +19,7 @@ _BEST_RATE = 2
 def pareto(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[ConvergenceRow]:
     """The rows of one problem that no other row beats in both time and error, the fastest first."""
     best: list[ConvergenceRow] = []
-    for row in sorted(rows, key=lambda row: (row.measured.seconds, abs(row.error_percent))):
+    for row in sorted(rows, key=lambda row: (row.seconds, abs(row.error_percent))):
         if not best or max(abs(row.error_percent), floor) < max(abs(best[-1].error_percent), floor):
             best.append(row)
     return best
@@ -55,13 +54,13 @@ def fastest_within(rows: Sequence[ConvergenceRow], percent: float) -> dict[tuple
     for tool, series in by_tool(rows).items():
         within = [row for row, error in zip(series, settled(series), strict=True) if error <= percent]
         if within:
-            fastest[tool] = min(within, key=lambda row: row.measured.seconds)
+            fastest[tool] = min(within, key=lambda row: row.seconds)
     return fastest
 
 
 def seconds_to(rows: Sequence[ConvergenceRow], percent: float, floor: float = FLOOR) -> float:
     """Time after which a series stays below an error, interpolated logarithmically; infinite if never."""
-    seconds = [row.measured.seconds for row in rows]
+    seconds = [row.seconds for row in rows]
     errors = settled(rows, floor)
     if not errors or errors[-1] > percent:
         return np.inf
@@ -77,7 +76,7 @@ def error_after(rows: Sequence[ConvergenceRow], seconds: float, floor: float = F
 
     It is infinite before the first row, and that of the last row after it.
     """
-    points = sorted(zip((row.measured.seconds for row in rows), settled(rows, floor), strict=True))
+    points = sorted(zip((row.seconds for row in rows), settled(rows, floor), strict=True))
     if not points or seconds < points[0][0]:
         return np.inf
     times, errors = np.array(points).T
@@ -116,59 +115,22 @@ class EqualError:
         return self.ratio >= GOAL
 
 
-class EqualTime(NamedTuple):
-    """What two programs reach in the same time."""
-
-    seconds: float
-    #: ours, theirs: errors of `fea` and of CalculiX, each at its best, percent
-    ours: float
-    theirs: float
-
-
-@dataclass(frozen=True)
-class SameMesh:
-    """What two programs find on one mesh under the same nodal forces."""
-
-    order: int  #: of the elements
-    size: float  #: element size, mm
-    #: ours, theirs: the quantity found by `fea` and by CalculiX, MPa
-    ours: float
-    theirs: float
-    bar_percent: float  #: estimated error of ours
-
-    @property
-    def difference_percent(self) -> float:
-        """CalculiX's value relative to ours."""
-        return 100 * (self.theirs / self.ours - 1)
-
-    @property
-    def within(self) -> bool:
-        """Whether CalculiX's value lies within the error bar of ours."""
-        return abs(self.difference_percent) <= self.bar_percent
-
-
-def same_mesh(rows: Sequence[ConvergenceRow]) -> list[SameMesh]:
-    """Each mesh that `fea` and CalculiX both solved, coarse to fine; rows without error bars have none."""
+def same_mesh(rows: Sequence[ConvergenceRow]) -> list[tuple[ConvergenceRow, ConvergenceRow]]:
+    """Rows of `fea` and of CalculiX on the same meshes, coarse to fine, where `fea` estimates its error."""
     series = by_tool(rows)
     return [
-        SameMesh(
-            own.computation.order,
-            own.computation.size,
-            own.measured.value,
-            other.measured.value,
-            own.measured.bar_percent,
-        )
-        for (tool, element), ours in series.items()
+        (ours, theirs)
+        for (tool, element), of_fea in series.items()
         if tool == "fea"
-        for own in ours
-        for other in series.get(("CalculiX", element), ())
-        if other.computation.size == own.computation.size and own.measured.bar_percent is not None
+        for ours in of_fea
+        for theirs in series.get(("CalculiX", element), ())
+        if theirs.computation.size == ours.computation.size and ours.error_bar is not None
     ]
 
 
 def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualError]:
     """Compare at each of `PERCENTS`; empty without CalculiX."""
-    longest = max((row.measured.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
+    longest = max((row.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
     programs = (_ours(rows), WHOLE, THEIRS)
     if not longest:
         return []
@@ -180,19 +142,18 @@ def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[Eq
     return compared
 
 
-def equal_time(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualTime]:
-    """Compare at each of `SECONDS`, as far as both have rows."""
+def equal_time(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[tuple[float, float, float]]:
+    """Seconds, of `SECONDS` as far as both have rows, and errors of `fea` and CalculiX then, percent."""
     programs = (_ours(rows), THEIRS)
     longest = min(
-        max((row.measured.seconds for row in rows if row.computation.tool in tools), default=0.0)
-        for tools in programs
+        max((row.seconds for row in rows if row.computation.tool in tools), default=0.0) for tools in programs
     )
     compared = []
     for seconds in (time for time in SECONDS if time <= longest):
         after = partial(error_after, seconds=seconds, floor=floor)
         ours, theirs = (_best(rows, tools, after) for tools in programs)
         if math.isfinite(ours) and math.isfinite(theirs):
-            compared.append(EqualTime(seconds, ours, theirs))
+            compared.append((seconds, ours, theirs))
     return compared
 
 
@@ -223,12 +184,12 @@ def _sentence(
     ours = {kind: row for kind, row in fastest.items() if kind[0] != "CalculiX"}
     if not ours:
         return f"Within {percent:g} %: no computation reached this within the time limit."
-    (tool, element), best = min(ours.items(), key=lambda item: item[1].measured.seconds)
+    (tool, element), best = min(ours.items(), key=lambda item: item[1].seconds)
     finest = min(by_tool(rows)[tool, element], key=lambda row: row.computation.size)
     meshes = "the finest mesh of the comparison" if best is finest else "confirmed by all finer meshes"
     text = (
         f"For a peak within {percent:g} %, {meshes}, use `{best.computation.name}` "
-        f"with {element.upper()} elements: {best.measured.seconds:.1f} s at {best.measured.dofs} dofs"
+        f"with {element.upper()} elements: {best.seconds:.1f} s at {best.dofs} dofs"
     )
     if against is not None:
         text += "; CalculiX " + _calculix(against)

@@ -1,24 +1,30 @@
-"""Published figures as printed, as recomputed, and why they differ.
+"""Published tables: figures as printed, as recomputed, and why they differ.
 
 *As published* is the printed formula, including the error made in evaluating it, applied to the printed
 intermediate figures; *corrected* comes from the mechanics of this project. A printed figure must agree with
-the former to one unit of its last digit, or have an explanation. The printed tables are package data, read as
-text because the number of printed digits matters.
+the former to one unit of its last digit, or have an explanation.
+
+Package data describes each study: ``published/SOURCE.toml`` lists its tables, with an expression for every
+figure, and CSV files hold the printed cells as text, because the number of printed digits matters.
 """
 
+import ast
 import csv
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections import ChainMap, Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import cached_property
+from itertools import groupby
+from string import Formatter
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fea.base.shipped import shipped_text
-from fea.base.units import DEG
+from fea.base import units
+from fea.base.shipped import shipped_text, shipped_toml
 from geometry.arrays import Floats
 
 
@@ -30,13 +36,13 @@ class Cell(NamedTuple):
     digit: float
 
 
-class Column(tuple[Cell, ...]):
+class PrintedColumn(tuple[Cell, ...]):
     """The printed cells of one column, without the blank ones."""
 
     __slots__ = ()
 
     @classmethod
-    def at(cls, degrees: Floats) -> "Column":
+    def at(cls, degrees: Floats) -> "PrintedColumn":
         """Return cells with nothing in them at crank angles."""
         return cls(Cell(str(angle), "", 1.0) for angle in degrees.tolist())
 
@@ -44,11 +50,6 @@ class Column(tuple[Cell, ...]):
     def degrees(self) -> Floats:
         """Crank angles."""
         return np.array([float(cell.key) for cell in self])
-
-    @property
-    def theta(self) -> Floats:
-        """Crank angles, rad."""
-        return self.degrees * DEG
 
     @property
     def values(self) -> Floats:
@@ -63,7 +64,7 @@ def records(name: str) -> list[dict[str, str]]:
 
 def column(
     name: str, title: str, key: str | None = None, content: Mapping[str, str] = MappingProxyType({})
-) -> Column:
+) -> PrintedColumn:
     """Return a column of a published table; a single 0 gets the finest digit of its column.
 
     `key`: the column that names the cells, by default the first; `content`: of other columns of the rows.
@@ -72,7 +73,14 @@ def column(
     key = next(iter(rows[0])) if key is None else key
     texts = [(row[key], row[title]) for row in rows if row[title]]
     finest = max(decimals(text) for _, text in texts)
-    return Column(Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts)
+    return PrintedColumn(
+        Cell(k, text, 10.0 ** -(decimals(text) if float(text) else finest)) for k, text in texts
+    )
+
+
+def printed(name: str, title: str) -> Floats:
+    """The figures of a column of a published table."""
+    return column(name, title).values
 
 
 def decimals(text: str) -> int:
@@ -179,7 +187,7 @@ class PrintedFigure:
 
 
 @dataclass(frozen=True)
-class Table:
+class PrintedTable:
     """A printed table compared cell by cell: its study, number and content, and in words what is wrong."""
 
     source: str
@@ -209,7 +217,7 @@ class Table:
         return max(self.wrong_of_each_quantity, key=relative, default=None)
 
 
-class Summary(NamedTuple):
+class FigureCounts(NamedTuple):
     """Numbers of printed figures: all, by `Status`, and those that differ from the correct ones."""
 
     compared: int
@@ -228,15 +236,152 @@ class Summary(NamedTuple):
         )
 
 
-def summarise(tables: Iterable[Table]) -> Summary:
+def summarise(tables: Iterable[PrintedTable]) -> FigureCounts:
     """Count the printed figures of some tables."""
     figures = [f for table in tables for f in table.figures if f.status is not Status.NOT_PRINTED]
     counts = Counter(figure.status for figure in figures)
     by_status = {status.value: counts[status] for status in Status if status is not Status.NOT_PRINTED}
-    return Summary(compared=len(figures), wrong=sum(figure.is_wrong for figure in figures), **by_status)
+    return FigureCounts(compared=len(figures), wrong=sum(figure.is_wrong for figure in figures), **by_status)
 
 
-def misprinted(tables: Sequence[Table]) -> list[PrintedFigure]:
+def misprinted(tables: Sequence[PrintedTable]) -> list[PrintedFigure]:
     """Figures that are wrong on their own, rather than by the formula."""
     bad = (Status.EXPLAINED, Status.NAMED, Status.UNEXPLAINED)
     return [figure for table in tables for figure in table.figures if figure.status in bad]
+
+
+@dataclass(frozen=True)
+class PrintedQuantity:
+    """A quantity of a table as the file describes it; its own keys precede those of the table's `common`.
+
+    Formulas are expressions, see `PublishedStudy`, or numbers. In texts, ``{name}`` is the value of an
+    expression without cells, or another text of the file.
+    """
+
+    name: str
+    unit: str
+    corrected: str  #: formula of correct mechanics
+    published: str | float | None = None  #: formula as printed, if another than that
+    #: cells, column, key: the file of the printed cells, their column and that of the crank angle, by default
+    #: the first; without a file nothing is printed
+    cells: str = ""
+    column: str = ""
+    key: str | None = None
+    rows: Mapping[str, str] = field(default_factory=dict)  #: what other columns must contain
+    #: speeds; successive quantities with the same ones alternate
+    rpm: Sequence[int] = (0,)
+    at: str | None = None  #: the place of a cell with its ``{key}``; by default crank angle and speed
+    cause: str = ""  #: why the two formulas differ
+    #: errors of cells by their keys, ``*`` for all others, or an expression that finds them
+    slips: str | Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    misprints: Sequence[str] = ()  #: keys of cells with one wrong digit
+
+
+# Expressions that every study has: the crank angles of the cells and the speed, rad and rad/s.
+_SHARED = {"degrees": "cells.degrees", "theta": "degrees * DEG", "omega": "rpm * RPM"}
+
+
+@dataclass(frozen=True)
+class PublishedStudy:
+    """A published study: its tables, read from package data, and the names that their formulas use.
+
+    A formula is a Python expression whose value is broadcast to the printed cells. It may use the `names` of
+    the study's module, units and functions of NumPy, the ``expressions`` of the file, ``degrees``, ``theta``
+    and ``omega``, the cells themselves and their speed, ``rpm``.
+    """
+
+    source: str
+    names: dict[str, Any]
+
+    @cached_property
+    def data(self) -> dict[str, Any]:
+        """The content of the study's file."""
+        return shipped_toml(f"verify/published/{self.source}.toml")
+
+    @cached_property
+    def _shared(self) -> dict[str, str]:
+        shared: dict[str, str] = self.data.get("expressions", {})
+        return _SHARED | shared
+
+    def tables(self) -> list[PrintedTable]:
+        """Compare all tables, in the order of the study."""
+        return [
+            PrintedTable(
+                *(self.source, table["name"], table["title"], tuple(self._figures(table))),
+                remarks=tuple(self.text(remark, 0) for remark in table.get("remarks", ())),
+            )
+            for table in self.data["table"]
+        ]
+
+    def evaluate(self, formula: str | float, cells: PrintedColumn, rpm: int) -> Floats:
+        """Evaluate a formula for each of the cells."""
+        value = self._value(formula, cells=cells, rpm=rpm) if isinstance(formula, str) else formula
+        return np.broadcast_to(value, len(cells))
+
+    def _value(self, expression: str, **given: object) -> Any:
+        tree = ast.parse(expression, mode="eval")
+        named = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        used = {name: self._value(self._shared[name], **given) for name in named & self._shared.keys()}
+        names = ChainMap(used, given, self.names, {"column": column}, vars(units), vars(np))
+        return eval(expression, {}, names)  # noqa: S307 - the files of this package
+
+    def printed(self, quantity: PrintedQuantity, rpm: int) -> PrintedColumn:
+        """Return the printed cells of a quantity; a blank one if nothing is printed."""
+        if not quantity.cells:
+            return PrintedColumn([Cell("", "", 1.0)])
+        rows = {name: self.text(content, rpm) for name, content in quantity.rows.items()}
+        return column(quantity.cells, self.text(quantity.column, rpm), quantity.key, rows)
+
+    def text(self, text: str, rpm: int, key: str = "") -> str:
+        """Fill in what a text names: expressions, other texts of the file, the speed, the crank angle."""
+        texts = {"key": key, **self.data.get("texts", {})}
+        named = {name for _, name, *_ in Formatter().parse(text) if name and name not in texts}
+        return text.format(**texts, **{name: self._value(name, rpm=rpm) for name in named})
+
+    def _figures(self, table: dict[str, Any]) -> Iterator[PrintedFigure]:
+        quantities = [PrintedQuantity(**table.get("common", {}) | given) for given in table["quantity"]]
+        for speeds, alternating in groupby(quantities, key=lambda quantity: quantity.rpm):
+            together = list(alternating)
+            for rpm in speeds:
+                for quantity in together:
+                    yield from self._compared(table["name"], quantity, rpm)
+
+    def _compared(self, table: str, quantity: PrintedQuantity, rpm: int) -> Iterator[PrintedFigure]:
+        cells = self.printed(quantity, rpm)
+        as_published = self.evaluate(quantity.published or quantity.corrected, cells, rpm)
+        corrected = self.evaluate(quantity.corrected, cells, rpm)
+        slips = self._slips(quantity, cells, rpm, as_published)
+        at = ("{rpm} rpm, {key}°" if rpm else "{key}°") if quantity.at is None else quantity.at
+        for number, cell in enumerate(cells):
+            yield PrintedFigure(
+                source=self.source,
+                table=table,
+                quantity=quantity.name,
+                at=self.text(at, rpm, cell.key),
+                unit=quantity.unit,
+                published=float(cell.text) if cell.text else None,
+                digit=cell.digit,
+                as_published=float(as_published[number]),
+                corrected=float(corrected[number]),
+                formula_cause=self.text(quantity.cause, rpm),
+                slip=slips.get(cell.key),
+            )
+
+    def _slips(
+        self, quantity: PrintedQuantity, cells: PrintedColumn, rpm: int, as_published: Floats
+    ) -> Mapping[str, Slip]:
+        if isinstance(quantity.slips, str):
+            by_key: dict[str, Slip] = self._value(quantity.slips, cells=cells, rpm=rpm)
+            return by_key
+        slips = {}
+        for number, cell in enumerate(cells):
+            given = quantity.slips.get(cell.key, quantity.slips.get("*"))
+            if cell.key in quantity.misprints:
+                slips[cell.key] = wrong_digit(cell.text, float(as_published[number]))
+            elif given is not None:
+                value = given.get("value")
+                if value is not None:
+                    value = float(self.evaluate(value, cells, rpm)[number])
+                text = self.text(given["text"], rpm, cell.key)
+                slips[cell.key] = Slip(text, value, given.get("is_rounding", False))
+        return slips

@@ -1,1 +1,0 @@
-"""Error against total run time."""
