@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fea.rod.places import SurfaceRegions
 
 from fea.base.choices import Element, Region
 from fea.base.material import Marin, Material, SurfaceFinish
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
+from fea.rod.places import SurfaceRegions
 from fea.study.rod_table import RodTable
 from fea.study.study import load_study
 from geometry.cad.formats import export_step
