@@ -5,11 +5,10 @@ from typing import Any
 
 from fea.analysis.rod_report import fitted
 from fea.study.documents import template
-from fea.study.presets import EnginePreset, Figure, engine_preset
-from fea.study.rod_kinds import rod_of_kind
-from fea.study.rod_table import LEAST, MASS_KEYS
+from fea.study.engine_table import EnginePreset, Figure, engine_preset
+from fea.study.files import toml_text
+from fea.study.rod_table import LEAST, MASS_KEYS, rod_of_kind
 from fea.study.study import parse_study
-from fea.study.tables import toml_text
 from geometry.dimensions import dimensions, key
 
 _MATERIAL = """[material]

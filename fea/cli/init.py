@@ -70,7 +70,7 @@ def init(
 
 
 def _millimetres(name: str, text: str) -> float:
-    from fea.study.quantities import quantity
+    from fea.study.tables import quantity
 
     flag = f"--{name.replace('_', '-')}"
     try:
@@ -99,7 +99,7 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
     name
         A material, by one of its names.
     """
-    from fea.study.materials import LIBRARY, library_material
+    from fea.study.material_table import LIBRARY, library_material
     from fea.study.tables import unit_of
 
     found = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]

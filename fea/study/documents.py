@@ -11,12 +11,11 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import Any
 
-from fea.study.materials import LIBRARY
-from fea.study.presets import engine_names
-from fea.study.quantities import own_unit, stem
+from fea.study.engine_table import engine_names
+from fea.study.material_table import LIBRARY
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
-from fea.study.tables import Key, hints_of, keys_of, options_of, required, unit_of
+from fea.study.tables import Key, hints_of, keys_of, options_of, own_unit, required, stem, unit_of
 from geometry.imports import UNITS
 from geometry.presets import PRESETS
 

@@ -1,26 +1,113 @@
-"""[engine]: the engine and its gas."""
+"""[engine]: the engine and its gas, and the library of real engines, each figure with its source.
+
+An engine of the library is a file of `fea/studies/engines`: ``[engine]`` and ``[rod]`` hold figures by the
+keys of a study, ``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in
+``assumed`` where the estimate comes from.
+"""
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from fea.base.note import Note, assumptions, warning
+from fea.base.shipped import shipped_names, shipped_toml
 from fea.base.units import BAR, DEG, KG, N_M
-from fea.study.paths import located
-from fea.study.presets import EnginePreset, engine_preset
-from fea.study.tables import key, within
+from fea.study.files import TomlTable, located
+from fea.study.tables import checked, key, nearest, within
 from fea.study.trace_columns import TraceKeys
-from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
+from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
+
+_FOLDER = "studies/engines"
+
+
+class Figure(NamedTuple):
+    """A figure of an engine."""
+
+    value: float | int | str  #: in the unit of its key
+    origin: str  #: its source, a key of `EnginePreset.sources`; or how it was estimated
+    assumed: bool  #: whether it is an estimate
+
+
+@dataclass(frozen=True)
+class EnginePreset:
+    """An engine of the library."""
+
+    #: name, title: its name in a study, and what it is
+    name: str
+    title: str
+    layout: str  #: ``in-line``, ``V`` or ``flat``
+    sources: Mapping[str, str]  #: what is cited, by the names that the figures give
+    #: engine, rod: figures by the keys of [engine] and of [rod]
+    engine: Mapping[str, Figure]
+    rod: Mapping[str, Figure]
+    redline: Figure  #: the highest speed that the engine is meant for, rpm
+
+    def entries(self) -> TomlTable:
+        """Return the keys of [engine] with their values."""
+        return {key: figure.value for key, figure in self.engine.items()}
+
+    @property
+    def redline_rpm(self) -> float:
+        """The redline as a number."""
+        return float(self.redline.value)
+
+    @property
+    def rod_length(self) -> float:
+        """Distance of the bores' centres of its own rod, mm."""
+        return float(self.rod["length_mm"].value)
+
+
+@cache
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all engines."""
+    return shipped_names(_FOLDER)
+
+
+def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
+    """Return an engine by its name; `where` names the key. Raises `InvalidValue`: unknown name."""
+    if name not in engine_names():
+        remedy = nearest(name, engine_names())
+        raise InvalidValue(where, name, "is not an engine of the library", remedy)
+    return _read(name)
+
+
+@cache
+def _read(name: str) -> EnginePreset:
+    raw = shipped_toml(f"{_FOLDER}/{name}.toml")
+    engine, rod, speed = (
+        {
+            key: Figure(entry["value"], entry.get("assumed") or entry["source"], "assumed" in entry)
+            for key, entry in raw[table].items()
+        }
+        for table in ("engine", "rod", "speed")
+    )
+    title, layout, sources = raw["title"], raw["layout"], raw["sources"]
+    return EnginePreset(name, title, layout, sources, engine, rod, redline=speed["redline_rpm"])
+
+
+def with_preset(raw: object) -> object:
+    """Return what a study says of its engine, with the figures of the preset that it names filled in.
+
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library. Raises `InvalidValue`:
+    there is no engine of that name.
+    """
+    if isinstance(raw, str):
+        return {**engine_preset(raw, "engine").entries(), "preset": raw}
+    if not isinstance(raw, Mapping) or "preset" not in raw:
+        return raw
+    return {**engine_preset(checked("engine.preset", raw["preset"], str)).entries(), **raw}
+
 
 _CYCLES = ("boyle", "otto", "motored", "none")
 _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load gives
@@ -138,7 +225,7 @@ class EngineTable(
 
     def with_gas(self, gas: str) -> "EngineTable":
         """Return the table with another gas; keys that say how a file is to be read stay for files only."""
-        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(self.given)
+        unused: TomlTable = {} if _is_file(gas) else dict.fromkeys(self.given)
         return dataclasses.replace(self, gas=gas, **unused)
 
     def engine(self, rod_length: float) -> Engine:
@@ -218,7 +305,7 @@ class EngineTable(
         except InvalidValue:  # the file is gone: the study still says what was asked for
             return self
 
-    def _imported(self, rod_ratio: float = ROD_RATIO) -> Imported:
+    def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
         for name in ("atmosphere_bar", "intake_pressure_bar"):
             if getattr(self, name) is not None:
                 require_positive(f"engine.{name}", getattr(self, name))

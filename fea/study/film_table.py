@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fea.base.shipped import shipped_toml
-from fea.study.tables import Table, key, not_negative, one_of, within
+from fea.study.tables import StudyTable, key, not_negative, one_of, within
 from geometry.errors import InvalidValue, require, require_positive
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
@@ -32,7 +32,7 @@ _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
 @dataclass(frozen=True)
 class FilmTable(
-    Table,
+    StudyTable,
     table="film",
     intro="The oil films of both bearings; switches them on. What is left out is assumed, and the run says "
     "what",

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from fea.study.files import TomlTable
 from fea.study.material_table import MaterialTable
-from fea.study.quantities import own_unit
 from fea.study.study import TABLES, Study
-from fea.study.tables import Key, checked, hints_of, keys_of, number_of, unit_of, unknown_key
-from fea.study.toml_files import TomlTable
+from fea.study.tables import Key, checked, hints_of, keys_of, number_of, own_unit, unit_of, unknown_key
 from geometry.errors import require
 
 

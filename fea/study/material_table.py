@@ -1,10 +1,13 @@
-"""[material] of a study file."""
+"""[material] of a study, and the library of materials: `materials.toml`, and bolts by their grades."""
 
-from dataclasses import dataclass
+import difflib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
-from fea.base.choices import Finish, Loading
+from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
     Basquin,
@@ -19,10 +22,87 @@ from fea.base.material import (
 )
 from fea.base.shipped import shipped_toml
 from fea.base.units import GPA, KG_M3
-from fea.study.materials import library_material
-from fea.study.tables import Table, entries_of, key, within
-from fea.study.toml_files import TomlTable
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
+from fea.study.files import TomlTable
+from fea.study.tables import StudyTable, entries_of, key, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
+
+
+@dataclass(frozen=True)
+class LibraryMaterial:
+    """A material of the library."""
+
+    name: str
+    title: str  #: what it is
+    also: tuple[str, ...]  #: other names
+    figures: Mapping[str, float]  #: by the keys of [material]
+    sources: Mapping[str, str]  #: where figures come from, by those keys; also of what could not be found
+
+    @property
+    def source(self) -> str:
+        """The sources as one text: each, with its figures where there are several."""
+        by_text: dict[str, list[str]] = {}
+        for name, text in self.sources.items():
+            by_text.setdefault(text, []).append(name)
+        several = len(by_text) > 1
+        return " ".join(f"{', '.join(keys)}: {text}" if several else text for text, keys in by_text.items())
+
+
+def _materials() -> Iterator[LibraryMaterial]:
+    for name, table in shipped_toml("study/materials.toml").items():
+        yield from _variants(name, table)
+    for grade in BoltGrade:
+        least, name = bolt_strength(grade, 0.0), f"bolt-{grade}"
+        figures = {"E_GPa": 205.0, "nu": 0.30, "density_kg_m3": 7850.0}
+        strengths = {"yield_MPa": least.yield_strength, "ultimate_MPa": least.ultimate}
+        sources = dict.fromkeys(figures | strengths, grade_source(grade))
+        yield LibraryMaterial(name, f"Bolt, {grade}", (), figures | strengths, sources)
+
+
+def _variants(name: str, table: TomlTable) -> Iterator[LibraryMaterial]:
+    title, also, source, usual = (table.pop(key, "") for key in ("title", "also", "source", "usual"))
+    variants = table.pop("variants", {"": {}})
+    if table.pop("interpolate", False):
+        # At every whole hardness, linear between those that are given, MPa without decimals.
+        known = {int(hardness): figures for hardness, figures in variants.items()}
+        found = {str(hardness): dict(figures) for hardness, figures in known.items()}
+        for low, high in pairwise(sorted(known)):
+            for hardness in range(low + 1, high):
+                share = (hardness - low) / (high - low)
+                found[str(hardness)] = {
+                    key: float(round((1 - share) * value + share * known[high][key]))
+                    for key, value in known[low].items()
+                }
+        variants = {hardness: found[hardness] for hardness in sorted(found)}
+    by_figure = source if isinstance(source, dict) else {", ".join(table): source}
+    sources = {key: text for keys, text in by_figure.items() for key in keys.split(", ")}
+    for variant, figures in variants.items():
+        names = tuple(also) if variant == usual else ()
+        own = f"{name}-{variant}" if variant else name
+        yield LibraryMaterial(own, title, names, table | figures, sources)
+
+
+LIBRARY = {material.name: material for material in _materials()}
+# As names are compared: without regard to case, blanks and hyphens.
+_IGNORED = str.maketrans("", "", " -_")
+
+
+def _plain(name: str) -> str:
+    return name.casefold().translate(_IGNORED)
+
+
+_BY_NAME = {_plain(name): each for each in LIBRARY.values() for name in (*each.also, each.name)}
+
+
+def library_material(where: str, name: str) -> LibraryMaterial:
+    """Return a material by one of its names; `where` names the key. Raises `InvalidValue`: unknown name."""
+    if found := _BY_NAME.get(_plain(name)):
+        return found
+    near = difflib.get_close_matches(_plain(name), _BY_NAME, n=3, cutoff=0.5)
+    names = ", ".join(dict.fromkeys(_BY_NAME[plain].name for plain in near))
+    remedy = f"Did you mean {names}? " if near else ""
+    raise InvalidValue(where, name, "is not in the library", f"{remedy}`fea materials` lists all names.")
+
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
@@ -87,7 +167,7 @@ _LARGEST_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
-class MaterialTable(Table, table="material"):
+class MaterialTable(StudyTable, table="material"):
     """[material]: a preset's name, or the constants; constants override those of a preset.
 
     `size_mm`, `loading` and `reliability_percent` convert limits of specimens into limits of the part, and so
@@ -266,4 +346,39 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
             return of["thermal_expansion_1_K"], metal
     raise InvalidValue(
         key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."
+    )
+
+
+DEFAULT_GRADE = BoltGrade.G10_9
+_ASSUMED = {BUSHING: "cusn8p", SHELL: "steel-backed-shell"}
+
+
+def table_name(part: str) -> str:
+    """Return the name of the [material.…] table that a part's material stands in."""
+    return SHELL if part in SHELLS else part
+
+
+def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: MaterialTable) -> MaterialTable:
+    """Material of a part: of its [material.<part>] table in `given`, or `otherwise`, that of rod and cap."""
+    name = table_name(part)
+    if part in given or name in given:
+        return given[part if part in given else name]
+    return MaterialTable(preset=_ASSUMED[name]) if name in _ASSUMED else otherwise
+
+
+def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -> MaterialTable:
+    """Return the material of the bolts: that of [material.bolt], completed by a property class."""
+    bolts = given.get(BOLT, MaterialTable())
+    return bolts if bolts.preset else replace(bolts, preset=f"bolt-{grade or DEFAULT_GRADE}")
+
+
+def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:
+    """Say which materials of parts are assumed, with their figures."""
+    names = dict.fromkeys(table_name(part) for part in parts if part not in given)
+    tables = {name: MaterialTable(preset=_ASSUMED[name]).resolved() for name in names if name in _ASSUMED}
+    return tuple(
+        f"{name} of {_ASSUMED[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
+        f"([material.{name}])"
+        for name, table in tables.items()
+        if name not in given
     )

@@ -1,57 +1,25 @@
-"""The tables of a study about loads, mesh, analysis, pins, duty, optimisation and output."""
+"""The tables of a study about given forces, mesh, analysis, pins, optimisation and output."""
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import MISSING, dataclass
 from functools import partial
 from pathlib import Path
 
 from fea.base import choices
-from fea.study.engine_table import located_gas
-from fea.study.paths import absolute, parse_speeds
+from fea.study.files import absolute
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import LEAST, dimension_of
-from fea.study.tables import Table, choice, key, not_negative, read_keys, switch, within
+from fea.study.tables import StudyTable, choice, key, not_negative, read_keys, switch, within
 from geometry.dimensions import dimensions
 from geometry.dimensions import key as key_of
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.errors import require, require_number, require_positive
 
-# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
-LARGEST_RPM = 50_000.0
-DEFAULT_RPM = 6000.0
 LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
 
 
 @dataclass(frozen=True)
-class SpeedTable(Table, table="speed"):
-    """[speed]."""
-
-    rpm: float | tuple[float, ...] | None = key(
-        "6000",
-        "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
-        stated=True,
-        flag="rpm",
-        help="Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
-        kind=str,
-        parse=parse_speeds,
-    )
-
-    def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
-        """Return the speeds, rpm, in the order given; without any, `default`."""
-        given = default if self.rpm is None else self.rpm
-        values = given if isinstance(given, tuple) else (given,)
-        require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
-        for value in values:
-            within(0, LARGEST_RPM)("speed.rpm", value)
-        named = {f"{value:g}": value for value in reversed(values)}
-        for value in values:
-            rule = f"equals {named[f'{value:g}']!r} to six digits, so both would have the same name"
-            require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
-        return tuple(dict.fromkeys(values))
-
-
-@dataclass(frozen=True)
 class ForcesTable(
-    Table,
+    StudyTable,
     table="forces",
     intro="Instead of [engine] and [speed]: given forces on the piston pin, [axial, transverse], tension "
     "positive",
@@ -71,7 +39,7 @@ class ForcesTable(
 
 
 @dataclass(frozen=True)
-class MeshTable(Table, table="mesh"):
+class MeshTable(StudyTable, table="mesh"):
     """[mesh]."""
 
     size_mm: float | None = key(
@@ -86,7 +54,7 @@ class MeshTable(Table, table="mesh"):
 
 
 @dataclass(frozen=True)
-class AnalysisTable(Table, table="analysis"):
+class AnalysisTable(StudyTable, table="analysis"):
     """[analysis]."""
 
     support: choices.Support = choice(
@@ -184,7 +152,7 @@ class AnalysisTable(Table, table="analysis"):
 
 
 @dataclass(frozen=True)
-class OutputTable(Table, table="output"):
+class OutputTable(StudyTable, table="output"):
     """[output]."""
 
     screenshot: bool | None = key(
@@ -239,7 +207,7 @@ PINS = (PISTON_PIN, CRANK_PIN)
 
 @dataclass(frozen=True)
 class ContactTable(
-    Table,
+    StudyTable,
     table="contact",
     intro='The pins, with pressure = "contact": what is left out is assumed from the bores, and the run says '
     "what",
@@ -275,67 +243,6 @@ class ContactTable(
         require(given is None or len(given) == 2, "contact.small_end_relief_mm", list(given or ()), rule)
 
 
-# Each entry takes a cycle over all nodes, in about a second.
-MOST_ENTRIES = 100
-# Shares may be rounded.
-_ROUNDING_PERCENT = 0.1
-
-
-@dataclass(frozen=True)
-class DutyTable(
-    Table,
-    table="duty",
-    intro="How long the engine runs at which speeds, for the life of the rod; switches the crank cycle on. "
-    "Without [speed] these speeds are run. Needs the S-N line of [material] or of its preset.",
-    optional=True,
-):
-    """[duty]: speeds with the hours at each, or with their shares of the time."""
-
-    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", "", require_positive, default=MISSING)
-    hours: tuple[float, ...] | None = key(
-        "[600, 350, 50]", "of a stretch of use, a value for each speed", require_positive
-    )
-    share_percent: tuple[float, ...] | None = key("[60, 35, 5]", "instead of hours", require_positive)
-    gas: tuple[str, ...] | None = key(
-        '["motored", "otto", "otto"]', "a value for each speed, as gas in [engine]; default: that one"
-    )
-
-    def __post_init__(self) -> None:
-        require(len(self.rpm) > 0, "duty.rpm", [], "must contain at least one speed")
-        count, rule = len(self.rpm), f"must contain at most {MOST_ENTRIES} speeds"
-        require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
-        if (self.hours is None) == (self.share_percent is None):
-            rule = "is missing" if self.hours is None else "cannot be combined with share_percent"
-            remedy = "Give either hours or share_percent, a value for each speed."
-            raise InvalidValue("duty.hours", None if self.hours is None else list(self.hours), rule, remedy)
-        super().__post_init__()
-        for name in ("hours", "share_percent", "gas"):
-            given = getattr(self, name)
-            rule = f"must have as many values as duty.rpm ({len(self.rpm)})"
-            require(given is None or len(given) == len(self.rpm), f"duty.{name}", list(given or ()), rule)
-        if self.share_percent is not None:
-            total, rule = sum(self.share_percent), "must add up to 100"
-            whole = abs(total - 100) <= _ROUNDING_PERCENT
-            require(whole, "duty.share_percent", list(self.share_percent), f"{rule}, not to {total:g}")
-
-    @property
-    def shares(self) -> tuple[float, ...]:
-        """Share of the time at each speed; they add up to 1."""
-        given = self.hours or self.share_percent or ()
-        return tuple(value / sum(given) for value in given)
-
-    @property
-    def speeds(self) -> tuple[float, ...]:
-        """Speeds, rpm, each once."""
-        return tuple(dict.fromkeys(self.rpm))
-
-    def located(self, folder: Path) -> "DutyTable":
-        """Return the table with the paths of files made absolute."""
-        if self.gas is None:
-            return self
-        return replace(self, gas=tuple(located_gas("duty.gas", gas, folder) for gas in self.gas))
-
-
 # With fewer no direction can be compared with another; with more than a quadratic model of each figure gains.
 FEWEST, MOST = 20, 10_000
 _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
@@ -343,7 +250,7 @@ _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 @dataclass(frozen=True)
 class OptimiseTable(
-    Table,
+    StudyTable,
     table="optimise",
     intro="What fea optimise may change, and the factors that the lightest rod must meet; other commands "
     "ignore it",

@@ -12,8 +12,7 @@ from typing import Any
 from fea.base.note import UNITS, Note, doubt
 from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS
-from fea.study.quantities import Written, own_unit
-from fea.study.tables import unit_of
+from fea.study.tables import Written, own_unit, unit_of
 from geometry.errors import is_finite
 
 # What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.

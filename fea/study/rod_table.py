@@ -1,4 +1,7 @@
-"""[rod]: a preset, dimensions, a CAD file, a mesh, or mass properties alone (for the dynamics)."""
+"""[rod]: a preset, dimensions, a CAD file, a mesh, or mass properties alone (for the dynamics).
+
+Rods by kind have cap screws and the proportions of `rod_kinds.toml`.
+"""
 
 import dataclasses
 import math
@@ -8,11 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.base.note import Note, warning
+from fea.base.shipped import shipped_toml
 from fea.base.units import KG, KG_M2
-from fea.study.paths import absolute, is_file, located
-from fea.study.quantities import Written
+from fea.study.assembly_table import Thread, parse_thread
+from fea.study.files import TomlTable, absolute, is_file, located
 from fea.study.tables import (
-    Table,
+    StudyTable,
+    Written,
     entries_of,
     full_key,
     key,
@@ -23,13 +28,13 @@ from fea.study.tables import (
     switch,
     unknown_key,
 )
-from fea.study.toml_files import TomlTable
 from geometry.assembly import Assembly
-from geometry.dimensions import dimensions, options
+from geometry.dimensions import ShankSection, dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFormat, MissingCap, RodFile, is_cad, require_readable
 from geometry.mass import MassProperties
+from geometry.outline import bosses
 from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from mesh.files.tets import FORMATS as MESH_FORMATS
@@ -54,7 +59,7 @@ _FIELDS = {key_of(field.name): field.name for field in dataclasses.fields(Rod)} 
 
 
 @dataclass(frozen=True)
-class _Sources(Table, table="rod"):
+class _Sources(StudyTable, table="rod"):
     preset: str | None = key(
         '"leon-2001"',
         "a published rod; other keys override its dimensions",
@@ -346,3 +351,47 @@ def _mass(given: Mapping[str, Any]) -> MassProperties | None:
     moment = given["inertia_kg_m2"] * KG_M2
     center = (given["center_of_gravity_mm"], 0.0, 0.0)
     return MassProperties(given["mass_kg"] * KG, center, (zero, zero, (0.0, 0.0, moment)))
+
+
+_KINDS = shipped_toml("study/rod_kinds.toml")
+# Of rod bolts; a fine thread each.
+_THREADS = ("1/4-28 UNF", "5/16-24 UNF", "3/8-24 UNF", "7/16-20 UNF", "1/2-20 UNF")
+# Radius of the seat of a head over the bolt's diameter: flanges of 12-point bolts are about 1.55 d wide.
+_HEAD = 0.8
+_OF_BORES = ("big_end_bore", "small_end_bore")
+
+
+@dataclass(frozen=True)
+class RodOfKind:
+    """A rod in the proportions of its kind."""
+
+    rod: Rod
+    thread: Thread  #: of its cap screws
+    #: title, material, grade: of the kind, and in a study those of the rod and of its bolts
+    title: str
+    material: str
+    grade: str
+
+
+def rod_of_kind(
+    kind: str, length: float, big_end_bore: float, small_end_bore: float, thread: str | None = None
+) -> RodOfKind:
+    """Return a rod of a kind, by the distance and the diameters of its bores, mm.
+
+    Its cap screws are of the given `thread`, or of one that suits the big end. Raises `InvalidValue`: there
+    is no such kind, or a dimension breaks a rule.
+    """
+    one_of(_KINDS)("--kind", kind)
+    told = _KINDS[kind]
+    threads = [parse_thread("--thread", name) for name in ((thread,) if thread else _THREADS)]
+    screw = min(threads, key=lambda one: abs(one.diameter - told["bolt"] * big_end_bore))
+    bores = dict(zip(_OF_BORES, (big_end_bore, small_end_bore), strict=True))
+    given = {name: round(share * bores[bore], 2) for bore in _OF_BORES for name, share in told[bore].items()}
+    section = ShankSection(told["shank_section"])
+    given |= {"cap_bolt": screw.diameter}
+    rod = proportioned(length, *bores.values(), shank_section=section, **given)
+    boss = bosses(rod)
+    if boss is not None:  # the head's seat begins where the fillet ends
+        given["cap_bolt_spacing"] = round(2 * (boss.seat + _HEAD * screw.diameter), 2)
+        rod = proportioned(length, *bores.values(), shank_section=section, **given)
+    return RodOfKind(rod, screw, told["title"], told["material"], told["grade"])

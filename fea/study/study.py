@@ -10,30 +10,25 @@ from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.base.shipped import shipped_names, shipped_text, shipped_toml
-from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable, assembled, bolt_material, table_name
-from fea.study.engine_table import EngineTable
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
+from fea.study.engine_table import EngineTable, engine_preset, with_preset
+from fea.study.files import TomlTable, is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
-from fea.study.material_table import SN_KEYS, MaterialTable
+from fea.study.material_table import SN_KEYS, MaterialTable, assembled, bolt_material, table_name
 from fea.study.option_tables import (
-    DEFAULT_RPM,
     PINS,
     AnalysisTable,
     ContactTable,
-    DutyTable,
     ForcesTable,
     MeshTable,
     OptimiseTable,
     OutputTable,
-    SpeedTable,
 )
-from fea.study.paths import is_file, located, require_text
 from fea.study.pin_models import PARTS
 from fea.study.plausibility import Finding, findings, magnitudes, spared
-from fea.study.presets import engine_preset, with_preset
-from fea.study.quantities import with_units
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
-from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
-from fea.study.toml_files import TomlTable, parse_toml, read_toml
+from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
+from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known

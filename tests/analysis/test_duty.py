@@ -18,7 +18,8 @@ from fea.judge.life_line import LifeLine
 from fea.machine.clock import Clock
 from fea.rod.loading import DutyLoads
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import DutyTable, MeshTable
+from fea.study.option_tables import MeshTable
+from fea.study.speed_tables import DutyTable
 from fea.study.study import Study, parse_study
 from geometry.errors import InvalidValue
 

@@ -6,7 +6,7 @@ from assemblies import BOLTED
 
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
-from fea.study.option_tables import SpeedTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import load_study
 
 EVERY = AssemblyTable(

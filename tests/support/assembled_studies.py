@@ -7,7 +7,8 @@ from rod_studies import random_study
 
 from fea.base.choices import CONTACT, PinBody
 from fea.study.assembly_table import AssemblyTable
-from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
+from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from geometry.errors import InvalidValue
 from mesh.sizing import default_size

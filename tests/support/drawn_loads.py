@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 
 from fea.base.choices import Support
-from fea.study.option_tables import AnalysisTable, ForcesTable, SpeedTable
+from fea.study.option_tables import AnalysisTable, ForcesTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 
 PRESSURES = ("cosine-180", "cosine-120", "uniform-120", "webster")

@@ -4,8 +4,8 @@ import numpy as np
 from rods import random_rod
 
 from fea.study.engine_table import EngineTable
-from fea.study.option_tables import SpeedTable
 from fea.study.rod_table import RodTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from geometry.dimensions import ShankSection
 from geometry.errors import InvalidValue
