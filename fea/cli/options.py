@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from cyclopts import Parameter
 
+from fea.base.choices import UnitSystem
+from fea.output.units import shown_in
+
 if TYPE_CHECKING:
     from fea.study.flags import Flags
     from fea.study.study import Study
@@ -55,9 +58,6 @@ class Printed:
         if self.json:
             print_json(figures, digits)
         elif not self.quiet:
-            from fea.base.choices import UnitSystem
-            from fea.output.units import shown_in
-
             with shown_in(UnitSystem.SI if study is None else study.output.units):
                 table()
             print_written(written)

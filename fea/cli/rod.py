@@ -7,6 +7,8 @@ from typing import Literal
 
 from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, asked_for, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
+from fea.output.target import require_target
+from fea.output.units import shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require
@@ -59,7 +61,6 @@ def rod(
         return 0 if best.met else CHECK_FAILED
 
     from fea.analysis.rod_report import rod_report
-    from fea.output.target import require_target
     from fea.output.terminal.rod import print_rod
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
@@ -103,7 +104,6 @@ def modes(
         Write the mode shapes to this .vtu file, which `fea view` can draw.
     """
     from fea.analysis.modes import modes_report
-    from fea.output.target import require_target
     from fea.output.terminal.rod import print_modes
 
     require_target("--vtu", vtu, (".vtu",))
@@ -139,9 +139,7 @@ def loads(
         Plot the cycle to this file (.png, .pdf, .svg).
     """
     from fea.analysis.forces import stacked, study_forces
-    from fea.output.target import require_target
     from fea.output.terminal.rod import print_forces
-    from fea.output.units import shown_in
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))

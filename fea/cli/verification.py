@@ -8,9 +8,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fea.cli.options import Markdown, Printed
+from fea.machine.clock import stages
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.output.target import require_target
-from fea.study.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY, load_study
+from geometry.errors import require_positive
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,6 @@ def verify(*cases: str, shown: Options = _NOTHING) -> int:
     cases
         Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
     """
-    from fea.machine.clock import stages
     from fea.verify.verify import print_verification, write_report
     from fea.verify.verify import verify as compute
 
@@ -62,7 +63,6 @@ def stability(*cases: str, shown: Options = _NOTHING) -> int:
     cases
         Cases to solve (contrast, slender, incompressible, …); default: all of them.
     """
-    from fea.machine.clock import stages
     from fea.verify.stability.stability import print_stability, write_report
     from fea.verify.stability.stability import stability as compute
 
@@ -86,11 +86,8 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
         Time for all compared computations, in minutes; the reference solution, on a very fine mesh of the
         rod, takes some minutes more.
     """
-    from fea.machine.clock import stages
-    from fea.study.study import load_study
     from fea.verify.converge.converge import converge as compute
     from fea.verify.converge.converge import print_comparison, write_report
-    from geometry.errors import require_positive
 
     require_positive("--minutes", minutes)
     asked = load_study(study)
