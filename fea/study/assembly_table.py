@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from fea.base.choices import BoltGrade, Lubricant, Split, ThreadRolled
 from fea.base.shipped import shipped_toml
 from fea.base.units import INCH
-from fea.study.tables import StudyTable, key, nearest, not_negative, within
-from geometry.errors import InvalidValue, require, require_positive
+from fea.study.tables import NotNegative, Positive, StudyTable, key, nearest, within
+from geometry.errors import InvalidValue, require
 from geometry.rod import Rod
 
 # Names of the [material.…] tables, and of the parts that they are for.
@@ -233,18 +233,17 @@ class AssemblyTable(
         "or the angle in degrees between the normal of an oblique joint and the rod",
         default=Split.STRAIGHT,
     )
-    bolt_preload_kN: float | None = key(
-        "28.0",
-        "of each bolt; or one of the next two. Default: 90 % of its yield strength, as in VDI 2230",
-        require_positive,
+    bolt_preload_kN: Positive | None = key(
+        "28.0", "of each bolt; or one of the next two. Default: 90 % of its yield strength, as in VDI 2230"
     )
-    bolt_torque_Nm: float | None = key("35.0", "", require_positive)
+    bolt_torque_Nm: Positive | None = key("35.0")
     bolt_angle_deg: float | None = key(
-        "60.0", "by which the bolt is turned on after bolt_torque_Nm, the snug torque", within(1.0, 360.0)
+        "60.0",
+        "by which the bolt is turned on after bolt_torque_Nm, the snug torque",
+        within(1.0, 360.0),
+        needs="bolt_torque_Nm, the snug torque from which it counts",
     )
-    bolt_stretch_mm: float | None = key(
-        "0.12", "of the bolt between its ends; 0.001 inch is 0.0254 mm", require_positive
-    )
+    bolt_stretch_mm: Positive | None = key("0.12", "of the bolt between its ends; 0.001 inch is 0.0254 mm")
     bolt_lubricant: Lubricant | None = key(
         '"moly"', '"oil", "as-delivered" or "dry": the friction of thread and head where it is not given'
     )
@@ -261,31 +260,23 @@ class AssemblyTable(
     bolt_thread_rolled: ThreadRolled | None = key(
         '"before-heat-treatment"', 'or "after-heat-treatment", which bears more'
     )
-    bolt_grip_mm: float | None = key(
-        "40.0",
-        "from the seat of the head to that of the nut; less: a screw in a threaded hole",
-        require_positive,
+    bolt_grip_mm: Positive | None = key(
+        "40.0", "from the seat of the head to that of the nut; less: a screw in a threaded hole"
     )
-    bolt_engaged_mm: float | None = key("10.0", "thread of a screw in the rod", require_positive)
-    bolt_head_mm: float | None = key("11.6", "outer diameter of the seat under the head", require_positive)
-    bolt_nut_mm: float | None = key("11.6", "under the nut", require_positive)
-    bolt_shank_mm: float | None = key("8.0", "", require_positive)
-    bolt_free_thread_mm: float | None = key("12.8", "length of thread within the grip", not_negative)
-    bolt_embedding_um: float | None = key(
-        "11.0", "of all surfaces of a bolt together, which takes some of its preload", not_negative
+    bolt_engaged_mm: Positive | None = key("10.0", "thread of a screw in the rod")
+    bolt_head_mm: Positive | None = key("11.6", "outer diameter of the seat under the head")
+    bolt_nut_mm: Positive | None = key("11.6", "under the nut")
+    bolt_shank_mm: Positive | None = key("8.0")
+    bolt_free_thread_mm: NotNegative | None = key("12.8", "length of thread within the grip")
+    bolt_embedding_um: NotNegative | None = key(
+        "11.0", "of all surfaces of a bolt together, which takes some of its preload"
     )
     bolt_tightening_factor: float | None = key(
         "1.6", "largest over least preload of the way of tightening", within(1.0, _LARGEST_TIGHTENING_FACTOR)
     )
-    bushing_interference_mm: float | None = key(
-        "0.04", "diametral; without it the bushing is bonded", not_negative
-    )
-    shell_thickness_mm: float | None = key(
-        "1.5", "bearing shells inside the big end's ring", require_positive
-    )
-    shell_interference_mm: float | None = key(
-        "0.03", "diametral, from the crush of both shells", not_negative
-    )
+    bushing_interference_mm: NotNegative | None = key("0.04", "diametral; without it the bushing is bonded")
+    shell_thickness_mm: Positive | None = key("1.5", "bearing shells inside the big end's ring")
+    shell_interference_mm: NotNegative | None = key("0.03", "diametral, from the crush of both shells")
     joint_friction: float | None = key("0.15", "between cap and rod", within(0.0, _LARGEST_FRICTION))
     temperature_C: float | None = key(
         "120.0",
@@ -301,9 +292,6 @@ class AssemblyTable(
             rule = f"cannot be combined with {' and '.join(given[1:])}"
             for name in given[:-1]:
                 raise InvalidValue(f"assembly.{name}", getattr(self, name), rule, "Keep one of them.")
-        rule, snug = "needs bolt_torque_Nm, the snug torque from which it counts", self.bolt_torque_Nm
-        angle = self.bolt_angle_deg
-        require(angle is None or snug is not None, "assembly.bolt_angle_deg", angle, rule, "Give both.")
         _ = self.thread, self.grade
 
     @property

@@ -20,7 +20,7 @@ from fea.base.note import Note, assumptions, warning
 from fea.base.shipped import shipped_names, shipped_toml
 from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.files import TomlTable, located
-from fea.study.tables import checked, key, nearest, within
+from fea.study.tables import Positive, checked, key, nearest, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
@@ -142,7 +142,9 @@ class EngineTable(
         within(0.0, 360.0, " degrees"),
     )
     banks: str | None = key(
-        '"ABAB"', "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately"
+        '"ABAB"',
+        "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately",
+        needs="bank_angle_deg, the angle between the banks",
     )
     crank_pins_deg: tuple[float, ...] | None = key(
         "[0, 0, 240, 240]",
@@ -179,11 +181,10 @@ class EngineTable(
     )
     atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
-    gas_scale: float | None = key(
+    gas_scale: Positive | None = key(
         "1.5",
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
         "gauge pressure of any other gas; default: 1",
-        require_positive,
     )
     full_load: tuple[dict[str, float], ...] | None = key(
         "[{ rpm = 3000, peak_pressure_bar = 70 }, { rpm = 6000, torque_Nm = 210 }]",
@@ -265,8 +266,6 @@ class EngineTable(
 
     def _axes(self) -> tuple[float, ...]:
         """Axis of each cylinder from that of the first, rad; empty for an in-line engine."""
-        rule = "needs bank_angle_deg, the angle between the banks"
-        require(self.banks is None or self.bank_angle_deg is not None, "engine.banks", self.banks, rule)
         if self.bank_angle_deg is None:
             return ()
         banks = self.banks or ("AB" * self.cylinders)[: self.cylinders]

@@ -24,7 +24,7 @@ from fea.base.shipped import shipped_toml
 from fea.base.units import GPA, KG_M3
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
 from fea.study.files import TomlTable
-from fea.study.tables import StudyTable, entries_of, key, within
+from fea.study.tables import Positive, StudyTable, entries_of, key, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
 
 
@@ -179,10 +179,8 @@ class MaterialTable(StudyTable, table="material"):
     density_kg_m3: float | None = key("7700.0", stated=True)
     yield_MPa: float | None = key("620.4", stated=True)
     ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
-    endurance_MPa: float | None = key(
-        "360.0",
-        "of polished specimens, fully reversed tension; default for steel: half the ultimate",
-        require_positive,
+    endurance_MPa: Positive | None = key(
+        "360.0", "of polished specimens, fully reversed tension; default for steel: half the ultimate"
     )
     endurance_cycles: float | None = key(
         "5e8", "for which that limit holds, of a metal without a true one, as aluminium", within(1e4, 1e11)

@@ -9,7 +9,16 @@ from fea.base import choices
 from fea.study.files import absolute
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import LEAST, dimension_of
-from fea.study.tables import StudyTable, choice, key, not_negative, read_keys, switch, within
+from fea.study.tables import (
+    NotNegative,
+    Positive,
+    StudyTable,
+    choice,
+    key,
+    read_keys,
+    switch,
+    within,
+)
 from geometry.dimensions import dimensions
 from geometry.dimensions import key as key_of
 from geometry.errors import require, require_number, require_positive
@@ -42,10 +51,9 @@ class ForcesTable(
 class MeshTable(StudyTable, table="mesh"):
     """[mesh]."""
 
-    size_mm: float | None = key(
+    size_mm: Positive | None = key(
         "3.0",
         "element size, smaller on fillets, bores and webs: no refinement unless a tolerance is given",
-        require_positive,
         flag="size",
     )
     element: choices.Element = choice(
@@ -105,11 +113,10 @@ class AnalysisTable(StudyTable, table="analysis"):
     )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
-    tolerance_percent: float | None = key(
+    tolerance_percent: NotNegative | None = key(
         "2",
         "refine the mesh until the error bar of the smallest safety factor is at most this; default: 5, but "
         "none with an element size or first-order elements; 0: never",
-        not_negative,
         flag="tolerance",
     )
     all_cases: bool = switch(
@@ -117,10 +124,9 @@ class AnalysisTable(StudyTable, table="analysis"):
         "all_cases",
     )
     draft: bool = switch("stop at the first mesh of a refinement, with the error bars as they are", "draft")
-    min_safety: float | None = key(
+    min_safety: Positive | None = key(
         "1.5",
         "exit with code 6 unless every safety factor of the run, less its error bar, reaches this",
-        require_positive,
         flag="min_safety",
     )
 
@@ -227,13 +233,13 @@ class ContactTable(
         'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
         default=choices.PinBody.ELASTIC,
     )
-    piston_pin_bore_mm: float | None = key("14.4", "0: a solid pin", not_negative)
-    piston_pin_length_mm: float | None = key("64.8", "", not_negative)
-    piston_boss_gap_mm: float | None = key(
-        "26.4", "distance of the piston's bosses, beyond which they carry the pin", not_negative
+    piston_pin_bore_mm: NotNegative | None = key("14.4", "0: a solid pin")
+    piston_pin_length_mm: NotNegative | None = key("64.8")
+    piston_boss_gap_mm: NotNegative | None = key(
+        "26.4", "distance of the piston's bosses, beyond which they carry the pin"
     )
-    small_end_relief_mm: tuple[float, ...] | None = key(
-        "[4.0, 0.02]", "length and radial depth by which the bore widens towards its ends", require_positive
+    small_end_relief_mm: tuple[Positive, ...] | None = key(
+        "[4.0, 0.02]", "length and radial depth by which the bore widens towards its ends"
     )
 
     def __post_init__(self) -> None:
@@ -265,25 +271,20 @@ class OptimiseTable(
         entries=lambda: [key_of(name) for name in dimensions()],
         default=dict,
     )
-    min_yield_safety: float | None = key(
-        "1.2",
-        "over the whole cycle, less the error bar; default of all three: min_safety, or 1",
-        require_positive,
+    min_yield_safety: Positive | None = key(
+        "1.2", "over the whole cycle, less the error bar; default of all three: min_safety, or 1"
     )
-    min_fatigue_safety: float | None = key("1.3", "less the error bar of the stress", require_positive)
-    min_buckling_safety: float | None = key("3.0", "against buckling as a column", require_positive)
-    min_film_um: float | None = key(
+    min_fatigue_safety: Positive | None = key("1.3", "less the error bar of the stress")
+    min_buckling_safety: Positive | None = key("3.0", "against buckling as a column")
+    min_film_um: Positive | None = key(
         "1.0",
         "oil film of the big end, as [film] says, over the crank cycle at each speed, less its error bar",
-        require_positive,
     )
-    min_rpm: float | None = key(
-        "7500", "speed, rpm, at which they must hold too, as at the study's own speeds", require_positive
+    min_rpm: Positive | None = key(
+        "7500", "speed, rpm, at which they must hold too, as at the study's own speeds"
     )
-    least_wall_mm: float | None = key(
-        "3.0",
-        "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod",
-        require_positive,
+    least_wall_mm: Positive | None = key(
+        "3.0", "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod"
     )
     evaluations: int | None = key("150", "most meshes to be solved", within(FEWEST, MOST))
 

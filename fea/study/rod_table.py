@@ -16,6 +16,7 @@ from fea.base.units import KG, KG_M2
 from fea.study.assembly_table import Thread, parse_thread
 from fea.study.files import TomlTable, absolute, is_file, located
 from fea.study.tables import (
+    Positive,
     StudyTable,
     Written,
     entries_of,
@@ -96,15 +97,14 @@ class _Sources(StudyTable, table="rod"):
         '"rod.inp"',
         "tetrahedra, solved as they are: .inp, .msh, .unv, .bdf, .med, .mesh, .vol, .vtk, .vtu, .xdmf; .stl",
     )
-    mass_kg: float | None = key(
+    mass_kg: Positive | None = key(
         "0.8",
         "mass properties: with length_mm alone they are enough for `fea loads`; with dimensions they are the "
         "targets of `fea rod --fit`",
-        require_positive,
     )
     center_of_gravity_mm: float | None = key("64.0", "from the crank pin")
-    inertia_kg_m2: float | None = key(
-        "0.0038", "about the pin-parallel axis through the centre of gravity", require_positive
+    inertia_kg_m2: Positive | None = key(
+        "0.0038", "about the pin-parallel axis through the centre of gravity"
     )
 
 

@@ -6,8 +6,8 @@ from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 
 from fea.study.engine_table import located_gas
-from fea.study.tables import StudyTable, key, quantity, within
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from fea.study.tables import Positive, StudyTable, key, quantity, within
+from geometry.errors import InvalidValue, require, require_number
 
 _FORMS = 'Write 6000, 800,3000,6000 or 800:9000:200 (both ends included), in rpm or with a unit: "100 Hz".'
 _MOST_SPEEDS = 2000
@@ -123,11 +123,9 @@ class DutyTable(
 ):
     """[duty]: speeds with the hours at each, or with their shares of the time."""
 
-    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", "", require_positive, default=MISSING)
-    hours: tuple[float, ...] | None = key(
-        "[600, 350, 50]", "of a stretch of use, a value for each speed", require_positive
-    )
-    share_percent: tuple[float, ...] | None = key("[60, 35, 5]", "instead of hours", require_positive)
+    rpm: tuple[Positive, ...] = key("[2000, 4000, 6000]", "", default=MISSING)
+    hours: tuple[Positive, ...] | None = key("[600, 350, 50]", "of a stretch of use, a value for each speed")
+    share_percent: tuple[Positive, ...] | None = key("[60, 35, 5]", "instead of hours")
     gas: tuple[str, ...] | None = key(
         '["motored", "otto", "otto"]', "a value for each speed, as gas in [engine]; default: that one"
     )

@@ -25,7 +25,7 @@ from fea.study.option_tables import (
     OutputTable,
 )
 from fea.study.pin_models import PARTS
-from fea.study.plausibility import Finding, findings, magnitudes, spared
+from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
@@ -156,7 +156,7 @@ class Study:
             remedy = 'Use support = "clamped", or set the transverse component to 0.'
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
 
-    def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
+    def unusual(self, measured: Mapping[str, float] | None = None) -> list[ImplausibleValue]:
         """Values outside engines' ranges, the gravest first; `measured`: a file's lengths by key."""
         lengths = dict(measured or {}) if self.rod.from_file else {}
         values = {**self._magnitudes(), **lengths}
@@ -164,10 +164,10 @@ class Study:
         extremes: list[float | None] = [max(speeds)] if speeds else [None]
         if speeds and min(speeds) < max(speeds) / _ONE_SERIES:
             extremes.append(min(speeds))
-        found: dict[str, Finding] = {}
+        found: dict[str, ImplausibleValue] = {}
         for rpm in extremes:
             at = values if rpm is None else {**values, "speed.rpm": rpm}
-            for finding in findings(at, frozenset(lengths)):
+            for finding in implausible_values(at, frozenset(lengths)):
                 found.setdefault(finding.key, finding)
         return sorted(found.values(), key=lambda finding: not finding.refused)
 
@@ -410,7 +410,7 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
     try:
         return read_rod(raw["rod"], folder)
     except InvalidValue as error:
-        found = [each for each in findings(magnitudes(raw)) if each.unit and each.key[:4] == "rod."]
+        found = [each for each in implausible_values(magnitudes(raw)) if each.unit and each.key[:4] == "rod."]
         if not found or not isinstance(error.value, float):
             raise
         remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()

@@ -12,11 +12,11 @@ import typing
 from collections.abc import Callable, Collection, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
-from typing import Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from fea.base.units import OTHER_UNITS, WRITTEN
 from fea.study.files import TomlTable
-from geometry.errors import InvalidValue, is_finite, require, require_number, shown
+from geometry.errors import InvalidValue, is_finite, require, require_number, require_positive, shown
 
 AnyTable = TypeVar("AnyTable")
 # Refuses a value, given the name of its key; called for each entry of a list.
@@ -29,6 +29,26 @@ _PLAIN = str.maketrans({"³": "3", "²": "2", "µ": "u", "/": "_", "·": "_", "�
 _SPELT = {"inches": ("in", "inch"), "lb": ("lbs",), "Mpsi": ("Msi",)}
 
 
+def not_negative(name: str, value: object) -> None:
+    """Refuse a number below zero."""
+    require(require_number(name, value) >= 0, name, value, "must not be negative")
+
+
+def within(least: float, most: float, unit: str = "") -> Check:
+    """Return the check that refuses numbers outside of bounds."""
+
+    def check(name: str, value: object) -> None:
+        rule = f"must lie between {least:g} and {most:g}{unit}"
+        require(least <= require_number(name, value) <= most, name, value, rule)
+
+    return check
+
+
+# Types of keys whose values are checked.
+Positive = Annotated[float, require_positive]
+NotNegative = Annotated[float, not_negative]
+
+
 @dataclasses.dataclass(frozen=True)
 class Key:
     """What a declaration says of a key beside its name, type and default."""
@@ -36,7 +56,8 @@ class Key:
     example: str = ""  #: a value in TOML, for the commented study
     #: describes it there, in the schema and in the help of its flag; the unit follows from the name
     comment: str = ""
-    check: Check | None = None  #: refuses values
+    check: Check | None = None  #: refuses values, beside what their type says
+    needs: str = ""  #: another key without which this one has no effect, and why: ``"bore_mm, which …"``
     stated: bool = False  #: whether the commented study states the example, and not as a comment
     above: str = ""  #: a comment there on this key and those that follow it
     alias: str = ""  #: an earlier name of key and flag that is still read
@@ -84,10 +105,15 @@ class StudyTable:
 
     def __post_init__(self) -> None:
         for name, declared in keys_of(type(self)).items():
-            value = getattr(self, name)
-            if declared.check is not None and value is not None:
+            value, where = getattr(self, name), f"{self.TABLE}.{name}"
+            if value is None:
+                continue
+            for check in checks_of(type(self))[name]:
                 for entry in value if isinstance(value, tuple) else (value,):
-                    declared.check(f"{self.TABLE}.{name}", entry)
+                    check(where, entry)
+            other = declared.needs.replace(":", ",").partition(",")[0]
+            complete, remedy = not other or getattr(self, other) is not None, f"Give {other}, too."
+            require(complete, where, value, f"needs {declared.needs}", remedy)
 
 
 @cache
@@ -104,6 +130,20 @@ def hints_of(cls: Any) -> dict[str, Any]:
     """Return the annotated types of the keys of a table, in the same order."""
     hints = typing.get_type_hints(cls)
     return {name: hints[name] for name in keys_of(cls)}
+
+
+@cache
+def checks_of(cls: Any) -> dict[str, list[Check]]:
+    """Return what checks the values of each key: by its type, and by its declaration."""
+    hints = typing.get_type_hints(cls, include_extras=True)
+    declared = {name: key.check for name, key in keys_of(cls).items()}
+    return {name: [*_annotated(hints[name]), *([check] if check else [])] for name, check in declared.items()}
+
+
+def _annotated(hint: Any) -> list[Check]:
+    if typing.get_origin(hint) is Annotated:
+        return list(hint.__metadata__)
+    return [check for part in typing.get_args(hint) for check in _annotated(part)]
 
 
 class Written(float):
@@ -130,21 +170,6 @@ def unit_of(name: str) -> tuple[str, str]:
     if unit in (name, "hours", "rpm"):
         return name.replace("_", " "), ""
     return stem(name).replace("_", " "), WRITTEN.get(unit, unit)
-
-
-def not_negative(name: str, value: object) -> None:
-    """Refuse a number below zero."""
-    require(require_number(name, value) >= 0, name, value, "must not be negative")
-
-
-def within(least: float, most: float, unit: str = "") -> Check:
-    """Return the check that refuses numbers outside of bounds."""
-
-    def check(name: str, value: object) -> None:
-        rule = f"must lie between {least:g} and {most:g}{unit}"
-        require(least <= require_number(name, value) <= most, name, value, rule)
-
-    return check
 
 
 def one_of(valid: Iterable[str]) -> Check:
@@ -304,7 +329,8 @@ def checked(name: str, value: object, hint: Any) -> Any:
 
 def options_of(hint: Any) -> list[Any]:
     """Return the types that a hint allows beside None."""
-    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    several = typing.get_origin(hint) in (typing.Union, types.UnionType)
+    options = typing.get_args(hint) if several else (hint,)
     return [option for option in options if option is not types.NoneType]
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
 from fea.study.files import TomlTable
-from fea.study.tables import StudyTable, key, keys_of, within
+from fea.study.tables import Positive, StudyTable, key, keys_of, within
 from fea.study.trace_table import DOCUMENTED, TraceTable
 from geometry.arrays import Floats
-from geometry.errors import InvalidValue, require, require_positive
+from geometry.errors import InvalidValue, require
 from loads.compression import compression
 
 _CYCLE, _REVOLUTION, _HALF_TURN = 720.0, 360.0, 180.0  # degrees
@@ -31,12 +31,16 @@ class TraceKeys(StudyTable, table="engine"):
         "These keys decide:",
     )
     time_column: str | int | None = key(
-        "1", "of a recording over time with a trigger: its times, in any unit; default: equal steps"
+        "1",
+        "of a recording over time with a trigger: its times, in any unit; default: equal steps",
+        needs="trigger_column: times do not give crank angles",
     )
     trigger_column: str | int | None = key(
         "3", "name or number of the column of a trigger or encoder, whose rises through its middle count"
     )
-    trigger_pulses: int | None = key("1", "of it in a revolution of the crank", within(1, 7200))
+    trigger_pulses: int | None = key(
+        "1", "of it in a revolution of the crank", within(1, 7200), needs="trigger_column"
+    )
     angle_offset_deg: float | None = key(
         "360.0",
         "added to the angles of the file, so that firing TDC is at 360",
@@ -45,12 +49,14 @@ class TraceKeys(StudyTable, table="engine"):
     pressure_column: str | int | None = key(
         "2", 'name or number of the column of pressures; or "2-61", cycles to be averaged'
     )
-    gain_bar_V: float | None = key(
-        "20.0",
-        "of the sensor with its amplifier, where the column of pressures holds volts",
-        require_positive,
+    gain_bar_V: Positive | None = key(
+        "20.0", "of the sensor with its amplifier, where the column of pressures holds volts"
     )
-    offset_V: float | None = key("0.5", "at pressure 0, with gain_bar_V; default: 0")
+    offset_V: float | None = key(
+        "0.5",
+        "at pressure 0, with gain_bar_V; default: 0",
+        needs="gain_bar_V, which turns volts into pressures",
+    )
     pressure_unit: PressureUnit | None = key('"bar"', "of the pressures in the file; or kPa, MPa, Pa, psi")
     pressure_reference: PressureReference | None = key(
         '"absolute"', 'of those pressures, less atmosphere_bar; or "gauge"'
@@ -74,24 +80,14 @@ class TraceKeys(StudyTable, table="engine"):
         """The keys that say something of how to read a trace."""
         return {name: value for name in keys_of(TraceKeys) if (value := getattr(self, name)) is not None}
 
-    def require_consistent(self) -> None:
-        """Refuse keys that contradict each other or have no effect."""
-        triggered, gain, remove = self.trigger_column is not None, self.gain_bar_V, "Remove one of them."
-        no_angles = "needs trigger_column: times do not give crank angles"
-        name_it = "Name the column of the trigger."
+    def __post_init__(self) -> None:
+        super().__post_init__()
         both = "cannot be combined with trigger_column, which gives the angles"
-        volts = "needs gain_bar_V, which turns volts into pressures"
-        in_bar = "cannot be combined with gain_bar_V, which gives bar"
-        other_unit = gain is not None and self.pressure_unit not in (None, PressureUnit.BAR)
-        for name, refused, rule, remedy in (
-            ("angle_column", triggered, both, remove),
-            ("time_column", not triggered, no_angles, name_it),
-            ("trigger_pulses", not triggered, no_angles, name_it),
-            ("offset_V", gain is None, volts, ""),
-            ("pressure_unit", other_unit, in_bar, ""),
-        ):
-            value = getattr(self, name)
-            require(value is None or not refused, f"engine.{name}", value, rule, remedy)
+        alone = self.trigger_column is None or self.angle_column is None
+        require(alone, "engine.angle_column", self.angle_column, both, "Remove one of them.")
+        rule, unit = "cannot be combined with gain_bar_V, which gives bar", self.pressure_unit
+        in_bar = self.gain_bar_V is None or unit in (None, PressureUnit.BAR)
+        require(in_bar, "engine.pressure_unit", unit, rule)
 
 
 # Words of headings. Those of other pressures, and of what is derived from a cylinder's, exclude both.
@@ -194,7 +190,6 @@ class Columns(NamedTuple):
 
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     """Choose columns by keys, names or content. Raises `InvalidValue`: a key names none, or several fit."""
-    keys.require_consistent()
     chosen: dict[str, str | int] = {}
     trigger = _given(table, "trigger_column", keys.trigger_column)
     time = _given(table, "time_column", keys.time_column)
