@@ -4,13 +4,16 @@ import tomllib
 from importlib.resources import files
 from typing import Any
 
+# Values by key, as a TOML file holds them.
+TomlTable = dict[str, Any]
+
 
 def shipped_text(path: str) -> str:
     """Return the text of a file."""
     return (files("fea") / path).read_text(encoding="utf-8")
 
 
-def shipped_toml(path: str) -> dict[str, Any]:
+def shipped_toml(path: str) -> TomlTable:
     """Return the tables of a file."""
     return tomllib.loads(shipped_text(path))
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import Any
 
+from fea.base.shipped import TomlTable
 from fea.study.engine_table import engine_names
 from fea.study.material_table import LIBRARY
 from fea.study.rod_table import sufficient
@@ -81,15 +82,13 @@ def _entry(name: str, declared: Key) -> list[str]:
 
 _TITLE = "Study of a connecting rod for fea"
 _TYPES = {int: "integer", str: "string", bool: "boolean"}
-_NUMBER: dict[str, Any] = {"type": "number"}
+_NUMBER: TomlTable = {"type": "number"}
 _QUANTITY = (
     r"[0-9].*([A-DF-Za-df-z%\"'°]|[^ -~]|[eE][^0-9+-])"  # a number and its unit, which may end in a digit
 )
 
-Schema = dict[str, Any]
 
-
-def study_schema() -> Schema:
+def study_schema() -> TomlTable:
     """Return the schema (draft 2020-12) of a study as a TOML or JSON document."""
     tables = {name: _schema_of(cls) for name, cls in TABLES.items()}
     named: dict[str, dict[str, Iterable[str]]] = {
@@ -129,9 +128,9 @@ def is_schema(text: str) -> bool:
     return f'"title": "{_TITLE}"' in text
 
 
-def _schema_of(cls: Any) -> Schema:
+def _schema_of(cls: Any) -> TomlTable:
     defaults = {field.name: field.default for field in dataclasses.fields(cls)}
-    properties: dict[str, Schema] = {}
+    properties: dict[str, TomlTable] = {}
     for name, declared in keys_of(cls).items():
         takes_text = own_unit(name) or declared.entries()
         number = {"type": ["number", "string"], "pattern": _QUANTITY} if takes_text else _NUMBER
@@ -150,26 +149,26 @@ def _schema_of(cls: Any) -> Schema:
     return {"type": "object", "properties": properties, "additionalProperties": False} | needed
 
 
-def _kind(cls: Any, name: str, number: Schema) -> Schema:
+def _kind(cls: Any, name: str, number: TomlTable) -> TomlTable:
     """Return the type of a key, in which `number` is that of a real number."""
     kinds = [_type(option, number) for option in options_of(hints_of(cls)[name])]
     return kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
 
 
-def _needs(names: Iterable[str]) -> Schema:
+def _needs(names: Iterable[str]) -> TomlTable:
     ways = [dict.fromkeys((name, stem(name))) for name in names]
     return {"allOf": [{"anyOf": [{"required": [key]} for key in keys]} for keys in ways]}
 
 
-def _reference(name: str) -> Schema:
+def _reference(name: str) -> TomlTable:
     return {"$ref": f"#/$defs/{name}"}
 
 
-def _choices(names: Iterable[str]) -> Schema:
+def _choices(names: Iterable[str]) -> TomlTable:
     return {"type": "string", "enum": sorted(names)}
 
 
-def _type(option: Any, number: Schema) -> Schema:
+def _type(option: Any, number: TomlTable) -> TomlTable:
     if typing.get_origin(option) is tuple:
         return {"type": "array", "items": _type(typing.get_args(option)[0], number)}
     if typing.get_origin(option) is dict:

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.note import Note, assumptions, warning
-from fea.base.shipped import shipped_names, shipped_toml
+from fea.base.shipped import TomlTable, shipped_names, shipped_toml
 from fea.base.units import BAR, DEG, KG, N_M
-from fea.study.files import TomlTable, located
+from fea.study.files import located
 from fea.study.tables import Positive, checked, key, nearest, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from fea.base.shipped import TomlTable
 from geometry.errors import InvalidValue, require
-
-# Values by key, as a file holds them.
-TomlTable = dict[str, Any]
 
 _LONGEST = 4096  # bytes of a path, on Linux; elsewhere fewer
 # A key with 64 dotted parts or more, refused because the parser's time grows with their square.
@@ -62,7 +60,7 @@ def require_size(name: str, path: Path, largest: int) -> None:
     require(size <= largest, name, str(path), rule, "Check that it is the right file.")
 
 
-def read_toml(what: str, path: Path) -> Mapping[str, Any]:
+def read_toml(what: str, path: Path) -> TomlTable:
     """Return the tables of a file, `what` in messages. Raises `InvalidValue`: unreadable, no valid TOML."""
     try:
         require_size(what, path, _LARGEST)
@@ -72,7 +70,7 @@ def read_toml(what: str, path: Path) -> Mapping[str, Any]:
     return parse_toml(what, path.name, text)
 
 
-def parse_toml(what: str, name: str, text: str) -> Mapping[str, Any]:
+def parse_toml(what: str, name: str, text: str) -> TomlTable:
     """Return the tables of the text of a file; errors as `read_toml`."""
     rule, remedy = "nests its keys too deeply", "Use one level of tables, or two as in [material.bushing]."
     require(_NESTED.search(text) is None, what, name, rule, remedy)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from fea.study.files import TomlTable
+from fea.base.shipped import TomlTable
 from fea.study.material_table import MaterialTable
 from fea.study.study import TABLES, Study
 from fea.study.tables import Key, checked, hints_of, keys_of, number_of, own_unit, unit_of, unknown_key

@@ -20,10 +20,9 @@ from fea.base.material import (
     load_factor,
     size_factor,
 )
-from fea.base.shipped import shipped_toml
+from fea.base.shipped import TomlTable, shipped_toml
 from fea.base.units import GPA, KG_M3
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
-from fea.study.files import TomlTable
 from fea.study.tables import Positive, StudyTable, entries_of, key, within
 from geometry.errors import InvalidValue, require, require_number, require_positive
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.base.note import Note, warning
-from fea.base.shipped import shipped_toml
+from fea.base.shipped import TomlTable, shipped_toml
 from fea.base.units import KG, KG_M2
 from fea.study.assembly_table import Thread, parse_thread
-from fea.study.files import TomlTable, absolute, is_file, located
+from fea.study.files import absolute, is_file, located
 from fea.study.tables import (
     Positive,
     StudyTable,

@@ -9,10 +9,10 @@ from typing import Any
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
-from fea.base.shipped import shipped_names, shipped_text, shipped_toml
+from fea.base.shipped import TomlTable, shipped_names, shipped_text, shipped_toml
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.engine_table import EngineTable, engine_preset, with_preset
-from fea.study.files import TomlTable, is_file, located, parse_toml, read_toml, require_text, toml_text
+from fea.study.files import is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
 from fea.study.material_table import SN_KEYS, MaterialTable, assembled, bolt_material, table_name
 from fea.study.option_tables import (

@@ -14,8 +14,8 @@ from enum import StrEnum
 from functools import cache
 from typing import Annotated, Any, ClassVar, TypeVar
 
+from fea.base.shipped import TomlTable
 from fea.base.units import OTHER_UNITS, WRITTEN
-from fea.study.files import TomlTable
 from geometry.errors import InvalidValue, is_finite, require, require_number, require_positive, shown
 
 AnyTable = TypeVar("AnyTable")
@@ -104,11 +104,12 @@ class StudyTable:
             cls.TABLE, cls.INTRO, cls.OPTIONAL = table, intro, optional
 
     def __post_init__(self) -> None:
-        for name, declared in keys_of(type(self)).items():
+        cls: Any = type(self)
+        for name, declared in keys_of(cls).items():
             value, where = getattr(self, name), f"{self.TABLE}.{name}"
             if value is None:
                 continue
-            for check in checks_of(type(self))[name]:
+            for check in checks_of(cls)[name]:
                 for entry in value if isinstance(value, tuple) else (value,):
                     check(where, entry)
             other = declared.needs.replace(":", ",").partition(",")[0]
@@ -217,7 +218,7 @@ def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
     return cls(**values)
 
 
-def read_keys(cls: type[Any], where: str, raw: object) -> TomlTable:
+def read_keys(cls: Any, where: str, raw: object) -> TomlTable:
     """Return the values of a TOML table as the types of the keys of `cls`; see `read_table`."""
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
@@ -233,7 +234,7 @@ def read_keys(cls: type[Any], where: str, raw: object) -> TomlTable:
     return values
 
 
-def in_own_units(cls: type[Any], where: str, raw: Mapping[str, Any]) -> TomlTable:
+def in_own_units(cls: Any, where: str, raw: Mapping[str, Any]) -> TomlTable:
     """Return a TOML table whose values with units stand as numbers, by the keys that name their units.
 
     So do those of the tables in it. Errors as of `quantity`, and for a value that is given by both keys.
@@ -366,5 +367,6 @@ def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one return a
 
 def entries_of(table: Any) -> TomlTable:
     """Return the keys of a table that say something, by name; those that are None or empty are left out."""
-    values = {name: getattr(table, name) for name in keys_of(type(table))}
+    cls: Any = type(table)
+    values = {name: getattr(table, name) for name in keys_of(cls)}
     return {name: value for name, value in values.items() if value not in (None, (), {})}

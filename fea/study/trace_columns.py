@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.study.files import TomlTable
+from fea.base.shipped import TomlTable
 from fea.study.tables import Positive, StudyTable, key, keys_of, within
 from fea.study.trace_table import DOCUMENTED, TraceTable
 from geometry.arrays import Floats

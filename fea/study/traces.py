@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.base.shipped import shipped_text
+from fea.base.shipped import TomlTable, shipped_text
 from fea.base.units import BAR, DEG, RPM
-from fea.study.files import TomlTable
 from fea.study.trace_columns import TraceKeys, is_documented, speed_of, trace_columns
 from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
 from fea.study.trace_table import DOCUMENTED, TraceTable, find_table, read_text

@@ -9,8 +9,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fea.base.shipped import shipped_toml
-from fea.study.files import TomlTable, is_file, read_toml
+from fea.base.shipped import TomlTable, shipped_toml
+from fea.study.files import is_file, read_toml
 from fea.study.speed_tables import SpeedTable
 from fea.study.study import (
     TABLES,
