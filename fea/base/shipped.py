@@ -1,4 +1,4 @@
-"""What comes with the package, by paths that begin at it."""
+"""Data files of the package, by paths that begin at it."""
 
 import tomllib
 from importlib.resources import files

@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fea.base.choices import UnitSystem
-from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, Threads, asked_for, print_written, takes
+from fea.cli.options import (
+    FILE_FLAGS,
+    USUAL,
+    Printing,
+    StudyName,
+    Threads,
+    load_with_flags,
+    print_written,
+    takes,
+)
 from fea.machine.clock import progress_line, stages
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.output.target import near
@@ -61,9 +70,9 @@ def sweep(
     """
     from fea.apps.sweep.sweep_file import load_sweep, study_text
 
-    asked = load_sweep(file)
+    loaded = load_sweep(file)
     if study is not None:
-        sys.stdout.write(study_text(asked, study))
+        sys.stdout.write(study_text(loaded, study))
         return 0
     from fea.apps.sweep.base import require_extra
 
@@ -72,8 +81,8 @@ def sweep(
 
     with shown_in(units):
         report = run_sweep(
-            asked,
-            Path("results") / asked.name if out is None else out,
+            loaded,
+            Path("results") / loaded.name if out is None else out,
             workers=workers,
             address=cluster,
             retry_failed=retry_failed,
@@ -87,15 +96,15 @@ def sweep(
 def _print_sweep(report: "SweepReport") -> None:
     from fea.output.terminal.prose import print_lines, terminal
 
-    said = f"{report.done} rows done, {report.computed} rods computed now"
-    lines = [f"{said}; {report.failed} failed, {report.untrusted} not to be trusted"]
+    done = f"{report.done} rows done, {report.computed} rods computed now"
+    lines = [f"{done}; {report.failed} failed, {report.untrusted} not to be trusted"]
     often = sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]
     lines += [f"  {count} ×: {reason}" for reason, count in often]
     if report.reasons:
         lines.append("Failed rods are tried again with --retry-failed.")
-    for one in report.statistics.probabilities:
-        bounds = f"{one.low:.3g} and {one.high:.3g}"
-        lines.append(f"P({one.name} < 1) = {one.estimate:.3g}, 95 % between {bounds}")
+    for chance in report.statistics.probabilities:
+        bounds = f"{chance.low:.3g} and {chance.high:.3g}"
+        lines.append(f"P({chance.name} < 1) = {chance.estimate:.3g}, 95 % between {bounds}")
     print_lines(terminal(), lines)
     print_written(near(file) for file in sorted(report.folder.glob("[rs]*")))
 
@@ -138,25 +147,25 @@ def optimise(
     out
         Directory of the results; default: results/STUDY-optimised. Only an earlier search is ever replaced.
     """
-    asked = asked_for(study, flags, threads)
-    table = asked.optimise or OptimiseTable()
+    loaded = load_with_flags(study, flags, threads)
+    table = loaded.optimise or OptimiseTable()
     if free:
         table = replace(table, free=parse_free(free))
     if evaluations is not None:
         table = replace(table, evaluations=evaluations)
     if min_film_um is not None:
         table = replace(table, min_film_um=number_of("--min-film-um", min_film_um, "min_film_um"))
-    asked = replace(asked, optimise=table)
-    asked.require_plausible()
+    loaded = replace(loaded, optimise=table)
+    loaded.require_plausible()
 
     from fea.apps.optimise.figures import print_table
     from fea.apps.optimise.run_optimise import optimise as optimised
 
-    folder = Path("results") / f"{asked.name}-optimised" if out is None else out
+    folder = Path("results") / f"{loaded.name}-optimised" if out is None else out
     silent, first = printing.silent, "meshing the first rod"
-    with shown_in(asked.output.units), progress_line(first, silent=silent) as show:
-        figures, complaint = optimised(asked, folder, show)
-    printing.show(figures, lambda: print_table(figures, folder), asked)
+    with shown_in(loaded.output.units), progress_line(first, silent=silent) as show:
+        figures, complaint = optimised(loaded, folder, show)
+    printing.show(figures, lambda: print_table(figures, folder), loaded)
     if complaint:
         sys.stderr.write(f"fea: {complaint}\n")
     if not figures.trusted:
@@ -204,7 +213,7 @@ def limits(
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """
-    asked = asked_for(study, flags, threads)
+    loaded = load_with_flags(study, flags, threads)
     least_rpm = number_of("--min-rpm", min_rpm, "rpm")
     least_boost = number_of("--min-boost", min_boost, "boost_bar")
     if min_rpm is not None:
@@ -214,11 +223,11 @@ def limits(
 
     from fea.apps.limits.run_limits import limits as find_limits
 
-    folder = Path("results") / f"{asked.name}-limits" if out is None else out
-    with shown_in(asked.output.units), stages(silent=printing.silent) as listener:
-        figures = find_limits(asked, folder, listener, at_rpm=least_rpm, duty=duty)
+    folder = Path("results") / f"{loaded.name}-limits" if out is None else out
+    with shown_in(loaded.output.units), stages(silent=printing.silent) as listener:
+        figures = find_limits(loaded, folder, listener, at_rpm=least_rpm, duty=duty)
     reached = figures.reaches(least_rpm, least_boost)
-    printing.show(figures, lambda: _print_limits(figures, folder, reached=reached), asked)
+    printing.show(figures, lambda: _print_limits(figures, folder, reached=reached), loaded)
     if not figures.trusted:
         return CHECK_FAILED
     return 0 if reached else UNSAFE
@@ -261,8 +270,8 @@ def studio(
         Print the address of the page, but do not open it.
     """
     require(0 <= port <= _LARGEST_PORT, "--port", port, f"must lie between 0 and {_LARGEST_PORT}")
-    asked = asked_for(study, flags, threads)
-    asked.require_loading()
+    loaded = load_with_flags(study, flags, threads)
+    loaded.require_loading()
 
     if find_spec("websockets") is None:
         raise ImportError("fea studio needs websockets, not installed here: pip install websockets")
@@ -276,4 +285,4 @@ def studio(
 
             webbrowser.open(address)
 
-    run_studio(asked, Path("results") / f"{asked.name}-studio", port, opened)
+    run_studio(loaded, Path("results") / f"{loaded.name}-studio", port, opened)

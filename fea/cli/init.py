@@ -102,22 +102,24 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
     from fea.study.material_table import LIBRARY, library_material
     from fea.study.tables import unit_of
 
-    found = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
+    shown = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
     if json:
-        print_json([vars(material) | {"temperature_C": 20.0, "stress_ratio": -1.0} for material in found])
+        print_json([vars(material) | {"temperature_C": 20.0, "stress_ratio": -1.0} for material in shown])
         return
     if name is None:
         sys.stdout.write(_ROW.format("", "E", "yield", "ultimate", "endurance", "cycles", "also"))
-        for one in found:
-            cells = (f"{one.figures[key]:g}" if key in one.figures else "–" for key in _LISTED)
-            sys.stdout.write(_ROW.format(one.name, *cells, ", ".join(one.also)))
+        for material in shown:
+            cells = (f"{material.figures[key]:g}" if key in material.figures else "–" for key in _LISTED)
+            sys.stdout.write(_ROW.format(material.name, *cells, ", ".join(material.also)))
     else:
-        (one,) = found
-        sys.stdout.write(f"{one.name}: {one.title}{''.join(f'; {also}' for also in one.also)}\n")
-        for key, value in one.figures.items():
+        (material,) = shown
+        sys.stdout.write(
+            f"{material.name}: {material.title}{''.join(f'; {also}' for also in material.also)}\n"
+        )
+        for key, value in material.figures.items():
             words, unit = unit_of(key)
             sys.stdout.write(f"  {words}: {value:g} {unit}".rstrip() + "\n")
-        sys.stdout.write(f"Source: {one.source}\n")
+        sys.stdout.write(f"Source: {material.source}\n")
     sys.stdout.write(_CONDITIONS)
 
 

@@ -29,14 +29,14 @@ def run(
     verbose: options.Verbose = False,
 ) -> int:
     """Analyse a rod: stresses and safety factors at the peaks of the crank cycle."""
-    asked = options.asked_for(study, flags, threads)
+    loaded = options.load_with_flags(study, flags, threads)
 
     from fea.apps.run_study import AFTER_THE_MESH, run_study
 
     ahead = AFTER_THE_MESH if printing.silent else (*AFTER_THE_MESH, "fea.output.terminal.run")
     hint = "--draft ends with the first mesh, a larger --tolerance with a coarser one"
     with stages(silent=printing.silent, hint=hint) as listener:
-        reports = run_study(asked, listener, ahead)
+        reports = run_study(loaded, listener, ahead)
     summaries = [report.summary for report in reports]
 
     def table() -> None:
@@ -45,10 +45,10 @@ def run(
         print_runs([(report.folder, report.summary) for report in reports], verbose=verbose)
 
     films = (near(report.film) for report in reports if report.film)
-    printing.show(options.one_or_all(summaries), table, asked, films)
+    printing.show(options.one_or_all(summaries), table, loaded, films)
     for text in dict.fromkeys(report.without_pictures for report in reports if report.without_pictures):
         sys.stderr.write(f"fea: {text}\n")
-    code = verdict(summaries, asked.analysis.min_safety)
+    code = verdict(summaries, loaded.analysis.min_safety)
     return MACHINE if code == 0 and any(report.without_pictures for report in reports) else code
 
 

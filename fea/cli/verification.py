@@ -88,10 +88,10 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
     from fea.verify.converge import converge as comparison
 
     require_positive("--minutes", minutes)
-    asked = load_study(study)
-    asked.require_plausible()
+    loaded = load_study(study)
+    loaded.require_plausible()
     with stages(silent=shown.quiet or shown.json) as listener:
-        result = comparison.converge(asked, minutes, listener)
+        result = comparison.converge(loaded, minutes, listener)
     command = f"fea converge {study} --minutes {minutes:g}"
     shown.write(command, lambda file, text: comparison.write_report(file, result, text))
     figures = [row.as_dict() for row in result.rows]

@@ -8,7 +8,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from fea.base.choices import BoltGrade, Lubricant, Split, ThreadRolled
+from fea.base.choices import BoltGrade, CapJoint, Lubricant, ThreadRolled
 from fea.base.shipped import shipped_toml
 from fea.base.units import INCH
 from fea.study.tables import NotNegative, Positive, StudyTable, key, nearest, within
@@ -146,14 +146,14 @@ def _unified(key: str, name: str, size: str, count: str | None, series: str | No
         diameter = 0.06 + 0.013 * int(size[1:])  # ASME B1.1: numbered sizes
     else:
         diameter = float(top) / (float(bottom or 1) or math.inf)
-    known = next((label for label, row in _UNIFIED_SIZES.items() if math.isclose(row[0], diameter)), size)
-    standard = dict(zip("CF", _UNIFIED_SIZES.get(known, [0, 0, 0])[1:], strict=False)).get(kind[-1:], 0)
+    label = next((label for label, row in _UNIFIED_SIZES.items() if math.isclose(row[0], diameter)), size)
+    standard = dict(zip("CF", _UNIFIED_SIZES.get(label, [0, 0, 0])[1:], strict=False)).get(kind[-1:], 0)
     threads = float(count or standard)
     remedy = 'Give threads per inch, as "3/8-24", or the series of a standard size, as "3/8 UNF".'
     require(threads > 0, key, name, "does not say how many threads an inch has", remedy)
-    rule = f"contradicts itself: {known} {kind} has {standard:g} threads per inch"
+    rule = f"contradicts itself: {label} {kind} has {standard:g} threads per inch"
     require(not standard or threads == standard, key, name, rule, remedy)
-    return UnifiedThread(INCH * diameter, INCH / threads, known, larger_root="J" in kind)
+    return UnifiedThread(INCH * diameter, INCH / threads, label, larger_root="J" in kind)
 
 
 def thread_in_hole(hole: float) -> Thread | None:
@@ -200,8 +200,8 @@ def grade_source(grade: BoltGrade) -> str:
     """Return where the strengths of a grade come from."""
     up_to = ", up to M16" if grade is BoltGrade.G8_8 else ""
     least = f"Bolt of property class {grade}, least strengths of ISO 898-1:2013, table 3{up_to}"
-    said = _DATA["sources"].get(grade, f"{least}; elastic constants typical of steel.")
-    return f"{said} The endurance of threads is that of VDI 2230, not of this table."
+    source = _DATA["sources"].get(grade, f"{least}; elastic constants typical of steel.")
+    return f"{source} The endurance of threads is that of VDI 2230, not of this table."
 
 
 # Of joint planes: an oblique split of 30° to 60° is usual.
@@ -228,10 +228,10 @@ class AssemblyTable(
 ):
     """[assembly]: one of preload, torque and stretch; `fea.judge.bolt_choice` assumes what is left out."""
 
-    split: Split | float = key(
+    split: CapJoint | float = key(
         '"straight"',
         "or the angle in degrees between the normal of an oblique joint and the rod",
-        default=Split.STRAIGHT,
+        default=CapJoint.STRAIGHT,
     )
     bolt_preload_kN: Positive | None = key(
         "28.0", "of each bolt; or one of the next two. Default: 90 % of its yield strength, as in VDI 2230"
@@ -297,7 +297,7 @@ class AssemblyTable(
     @property
     def split_angle(self) -> float:
         """Angle of the joint plane's normal from the rod's axis, degrees."""
-        return 0.0 if isinstance(self.split, Split) else float(self.split)
+        return 0.0 if isinstance(self.split, CapJoint) else float(self.split)
 
     @property
     def bushing_touches(self) -> bool:

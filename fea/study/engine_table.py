@@ -259,7 +259,7 @@ class EngineTable(
             top, even = pin + axis / DEG, number * phase
             fires.append(top + 360.0 * round((even - top) / 360.0))
         listed = ", ".join(f"{angle:g}" for angle in fires)
-        ordered = all(one <= other for one, other in itertools.pairwise(fires))
+        ordered = all(first <= second for first, second in itertools.pairwise(fires))
         rule = f"puts the cylinders out of their order: they would fire at {listed} degrees"
         require(ordered, name, pins, rule, "List pins and banks in the order of firing.")
         return tuple(angle * DEG for angle in fires)

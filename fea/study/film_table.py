@@ -133,5 +133,5 @@ def grade(name: str) -> tuple[float, float]:
         raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
     winter = (parts[1] or "").rstrip("-")
     exact = f"{winter}-{parts[2]}"
-    found = grades[exact if exact in grades else parts[2]]
-    return found["kinematic_100_mm2_s"], found["high_shear_150_mPas"]
+    oil = grades[exact if exact in grades else parts[2]]
+    return oil["kinematic_100_mm2_s"], oil["high_shear_150_mPas"]

@@ -63,22 +63,22 @@ def _variants(name: str, table: TomlTable) -> Iterator[LibraryMaterial]:
     variants = table.pop("variants", {"": {}})
     if table.pop("interpolate", False):
         # At every whole hardness, linear between those that are given, MPa without decimals.
-        known = {int(hardness): figures for hardness, figures in variants.items()}
-        found = {str(hardness): dict(figures) for hardness, figures in known.items()}
-        for low, high in pairwise(sorted(known)):
+        given = {int(hardness): figures for hardness, figures in variants.items()}
+        every = {str(hardness): dict(figures) for hardness, figures in given.items()}
+        for low, high in pairwise(sorted(given)):
             for hardness in range(low + 1, high):
                 share = (hardness - low) / (high - low)
-                found[str(hardness)] = {
-                    key: float(round((1 - share) * value + share * known[high][key]))
-                    for key, value in known[low].items()
+                every[str(hardness)] = {
+                    key: float(round((1 - share) * value + share * given[high][key]))
+                    for key, value in given[low].items()
                 }
-        variants = {hardness: found[hardness] for hardness in sorted(found)}
+        variants = {hardness: every[hardness] for hardness in sorted(every)}
     by_figure = source if isinstance(source, dict) else {", ".join(table): source}
     sources = {key: text for keys, text in by_figure.items() for key in keys.split(", ")}
     for variant, figures in variants.items():
         names = tuple(also) if variant == usual else ()
-        own = f"{name}-{variant}" if variant else name
-        yield LibraryMaterial(own, title, names, table | figures, sources)
+        full_name = f"{name}-{variant}" if variant else name
+        yield LibraryMaterial(full_name, title, names, table | figures, sources)
 
 
 LIBRARY = {material.name: material for material in _materials()}
@@ -95,8 +95,8 @@ _BY_NAME = {_plain(name): each for each in LIBRARY.values() for name in (*each.a
 
 def library_material(where: str, name: str) -> LibraryMaterial:
     """Return a material by one of its names; `where` names the key. Raises `InvalidValue`: unknown name."""
-    if found := _BY_NAME.get(_plain(name)):
-        return found
+    if material := _BY_NAME.get(_plain(name)):
+        return material
     near = difflib.get_close_matches(_plain(name), _BY_NAME, n=3, cutoff=0.5)
     names = ", ".join(dict.fromkeys(_BY_NAME[plain].name for plain in near))
     remedy = f"Did you mean {names}? " if near else ""
@@ -337,9 +337,9 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
         rule = f"must not be negative and be at most {_LARGEST:g}"
         require(0 <= given <= _LARGEST, key, given, rule, "That of steel is 11.5e-6.")
         return given, None
-    known = {name: getattr(resolved, name) for name in ("E_GPa", "density_kg_m3")}
+    constants = {name: getattr(resolved, name) for name in ("E_GPa", "density_kg_m3")}
     for metal, of in _METALS.items():
-        if all(value and of[name][0] <= value <= of[name][1] for name, value in known.items()):
+        if all(value and of[name][0] <= value <= of[name][1] for name, value in constants.items()):
             return of["thermal_expansion_1_K"], metal
     raise InvalidValue(
         key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."

@@ -42,7 +42,7 @@ class PlausibleRange:
         return replace(self, key=f"{table}.{self.key}", of=of)
 
     def scale(self, values: Mapping[str, float]) -> float | None:
-        """What bounds are multiplied by; None where the range does not apply."""
+        """Factor of the bounds; None where the range does not apply."""
         table = self.key.rpartition(".")[0]
         below = self.below.items()
         if not all(values.get(f"{table}.{gate}", math.inf) < most for gate, most in below):
@@ -161,11 +161,11 @@ def _likely(
     best, chosen = cost(values) - _BETTER, (left.key, "")
     for key in (each for each in (left.key, *left.of) if not isinstance(values[each], Written)):
         scaled = measured if key in measured else (key,)
-        for factor, said in _conversions(key, values[key], of_file=key in measured):
+        for factor, unit in _conversions(key, values[key], of_file=key in measured):
             changed = {**values, **{name: values[name] * factor for name in scaled}}
             least = cost(changed)
             if least < best and abs(left.excess(changed)) < abs(left.excess(values)):
-                best, chosen = least, (key, said)
+                best, chosen = least, (key, unit)
     return chosen
 
 

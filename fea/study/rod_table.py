@@ -114,12 +114,12 @@ def _declared() -> list[tuple[str, Any, Any]]:
     usual = proportioned(**least)
     keys = []
     for field in dataclasses.fields(Rod):
-        value, told = getattr(usual, field.name), field.metadata
+        value, about = getattr(usual, field.name), field.metadata
         shown = f'"{value}"' if isinstance(value, str) else str(float(f"{value:.3g}"))
         declared = key(
-            told.get("example", shown),
-            told["help"],
-            above=told.get("above", ""),
+            about.get("example", shown),
+            about["help"],
+            above=about.get("above", ""),
             stated=field.name in least,
             flag=field.name if key_of(field.name) in _BORES else "",
             help=f"Diameter of the bore of a file's {field.name[:-5].replace('_', ' ')}, mm.",
@@ -382,16 +382,18 @@ def rod_of_kind(
     is no such kind, or a dimension breaks a rule.
     """
     one_of(_KINDS)("--kind", kind)
-    told = _KINDS[kind]
+    proportions = _KINDS[kind]
     threads = [parse_thread("--thread", name) for name in ((thread,) if thread else _THREADS)]
-    screw = min(threads, key=lambda one: abs(one.diameter - told["bolt"] * big_end_bore))
+    screw = min(threads, key=lambda thread: abs(thread.diameter - proportions["bolt"] * big_end_bore))
     bores = dict(zip(_OF_BORES, (big_end_bore, small_end_bore), strict=True))
-    given = {name: round(share * bores[bore], 2) for bore in _OF_BORES for name, share in told[bore].items()}
-    section = ShankSection(told["shank_section"])
+    given = {
+        name: round(share * bores[bore], 2) for bore in _OF_BORES for name, share in proportions[bore].items()
+    }
+    section = ShankSection(proportions["shank_section"])
     given |= {"cap_bolt": screw.diameter}
     rod = proportioned(length, *bores.values(), shank_section=section, **given)
     boss = bosses(rod)
     if boss is not None:  # the head's seat begins where the fillet ends
         given["cap_bolt_spacing"] = round(2 * (boss.seat + _HEAD * screw.diameter), 2)
         rod = proportioned(length, *bores.values(), shank_section=section, **given)
-    return RodOfKind(rod, screw, told["title"], told["material"], told["grade"])
+    return RodOfKind(rod, screw, proportions["title"], proportions["material"], proportions["grade"])

@@ -164,12 +164,12 @@ class Study:
         extremes: list[float | None] = [max(speeds)] if speeds else [None]
         if speeds and min(speeds) < max(speeds) / _ONE_SERIES:
             extremes.append(min(speeds))
-        found: dict[str, ImplausibleValue] = {}
+        worst: dict[str, ImplausibleValue] = {}
         for rpm in extremes:
             at = values if rpm is None else {**values, "speed.rpm": rpm}
             for finding in implausible_values(at, frozenset(lengths)):
-                found.setdefault(finding.key, finding)
-        return sorted(found.values(), key=lambda finding: not finding.refused)
+                worst.setdefault(finding.key, finding)
+        return sorted(worst.values(), key=lambda finding: not finding.refused)
 
     def _magnitudes(self) -> dict[str, float]:
         tables: TomlTable = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
@@ -252,10 +252,10 @@ class Study:
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part, by `part_material_table`. Raises `InvalidValue`: no such part."""
         names = list(parts)
-        known = {*names, *PINS}
+        allowed = {*names, *PINS}
         if self.assembly is not None:
-            known |= {BOLT, *map(table_name, names)}
-        for part in self.part_material.keys() - known:
+            allowed |= {BOLT, *map(table_name, names)}
+        for part in self.part_material.keys() - allowed:
             remedy = f"The parts of this rod are: {', '.join(names)}."
             raise InvalidValue(f"[material.{part}]", None, "does not name a part of this rod", remedy)
         tables = [self.part_material_table(name) for name in names]
@@ -421,10 +421,10 @@ def _switched_on(raw: Mapping[str, Any]) -> TomlTable:
     """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
-    asked: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
-    if not asked or not isinstance(analysis, Mapping):
+    switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
+    if not switched or not isinstance(analysis, Mapping):
         return dict(raw)
-    return {**raw, "analysis": {**asked, **analysis}}
+    return {**raw, "analysis": {**switched, **analysis}}
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[TomlTable, dict[str, MaterialTable]]:

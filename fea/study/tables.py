@@ -51,7 +51,7 @@ NotNegative = Annotated[float, not_negative]
 
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """What a declaration says of a key beside its name, type and default."""
+    """Declaration of a key, beside its name, type and default."""
 
     example: str = ""  #: a value in TOML, for the commented study
     #: describes it there, in the schema and in the help of its flag; the unit follows from the name
@@ -241,16 +241,16 @@ def in_own_units(cls: Any, where: str, raw: Mapping[str, Any]) -> TomlTable:
     """
     values: TomlTable = {}
     for given, value in raw.items():
-        name, said = full_key(given, keys_of(cls)), f"{where}.{given}"
-        require(name not in values, said, value, "is given twice, with its unit and without", "Remove one.")
+        name, place = full_key(given, keys_of(cls)), f"{where}.{given}"
+        require(name not in values, place, value, "is given twice, with its unit and without", "Remove one.")
         if isinstance(value, Mapping):
             entries = keys_of(cls)[given].entries() if given in keys_of(cls) else keys_of(cls)
             values[name] = {
-                (own := full_key(key, entries)): number_of(f"{said}.{key}", entry, own, bare=own != key)
+                (own := full_key(key, entries)): number_of(f"{place}.{key}", entry, own, bare=own != key)
                 for key, entry in value.items()
             }
         else:
-            values[name] = number_of(said, value, name, bare=name != given)
+            values[name] = number_of(place, value, name, bare=name != given)
     return values
 
 

@@ -133,8 +133,8 @@ def _is_angle(name: str) -> bool:
 
 def _is_pressure(name: str) -> bool:
     words = _words(name)
-    known = bool(words & _PRESSURES) or any(re.fullmatch(r"p_?(?:cyl|zyl)\w*", word) for word in words)
-    return known and not words & _OTHERS
+    named = bool(words & _PRESSURES) or any(re.fullmatch(r"p_?(?:cyl|zyl)\w*", word) for word in words)
+    return named and not words & _OTHERS
 
 
 def _plain(name: str) -> str:
@@ -237,8 +237,8 @@ def _turned(times: Floats, signal: Floats, pulses: int, source: str) -> Floats:
 
 def _at_equal_steps(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
     """Angles from 0 on, in equal steps that divide a revolution, and the pressures (m, k) there."""
-    known = np.isfinite(angles)
-    angles, pressures = angles[known], pressures[known]
+    turning = np.isfinite(angles)
+    angles, pressures = angles[turning], pressures[turning]
     places = np.ceil(_REVOLUTION / np.median(np.diff(angles)))
     count = round(float(angles[-1]) * places / _REVOLUTION)
     at = np.arange(count) * (_REVOLUTION / places)

@@ -28,7 +28,7 @@ SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What else the study says of the gas."""
+    """The rest of the study that bears on a trace."""
 
     atmosphere: float = ATMOSPHERE  #: absolute pressure in the crankcase, MPa
     compression_ratio: float | None = None
@@ -359,7 +359,7 @@ def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUn
 def _zero(
     angles: Floats, pressures: Floats, unit: PressureUnit, fit: Compression | None, around: Surroundings
 ) -> tuple[float, float, str]:
-    """What makes the pressures of the file absolute, bar, its standard deviation, and what shows it."""
+    """Return the offset to absolute pressure, bar, its standard deviation, and what shows it."""
     bdc = (angles >= _AT_BDC[0]) & (angles <= _AT_BDC[1])
     if around.intake is not None and bdc.any():
         intake = around.intake / BAR
