@@ -4,8 +4,10 @@ import difflib
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from typing import Any
 
 import pint
@@ -26,8 +28,8 @@ _CHARACTERS = str.maketrans(
         **dict.fromkeys("\u200b\u2060\ufeff\u00ad"),
     }
 )
-_RAISED = "⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
-_POWER = re.compile(f"[{_RAISED}]+")
+_POWER = re.compile("[⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_FRACTION = re.compile("[¼-¾⅐-⅞]")
 _DIGITS = r"\d{1,3}(?:'\d{3})+|\d{1,3}(?:[ ]\d{3})+|\d{1,3}(?:_\d{3})+|\d+"
 _NUMBER = re.compile(
     rf"""(?P<sign>[+-]?)(?:
@@ -98,16 +100,10 @@ _TEMPERATURES = {
 
 def normal(text: str) -> str:
     """Return a text with one character for each of its meanings, and powers as ``^2``."""
-    plain = "".join(
-        f" {unicodedata.normalize('NFKC', letter)}"
-        if unicodedata.decomposition(letter).startswith("<fraction>")
-        else unicodedata.normalize("NFKC", letter)
-        if letter not in f"{_RAISED}º˚´″″'"
-        else letter
-        for letter in text.translate(_CHARACTERS)
-    ).translate(_CHARACTERS)
-    raised = _POWER.sub(lambda found: f"^{unicodedata.normalize('NFKC', found[0])}", plain)
-    return re.sub(r"\s+", " ", raised.translate(_CHARACTERS)).strip()
+    plain = _POWER.sub(lambda raised: f"^{unicodedata.normalize('NFKC', raised[0])}", text)
+    plain = _FRACTION.sub(r" \g<0>", plain.translate(_CHARACTERS))
+    plain = unicodedata.normalize("NFKC", plain).translate(_CHARACTERS)
+    return re.sub(r"\s+", " ", plain).strip()
 
 
 def number(text: str) -> tuple[float, str] | None:
@@ -156,13 +152,11 @@ def readings(unit: str) -> Iterator[str]:
         unit = pattern.sub(new, unit)
     unit = _GROUP.sub(lambda found: "/" + re.sub(r"[· ]+", "/", found[1].strip()), unit)
     parts = _parts(re.sub(r"^\((.*)\)$", r"\1", unit))
-    for sticky in (False, True):
-        for joined in (False, True):
-            for any_case in (False, True):
-                words = _factors(parts, sticky=sticky, joined=joined, any_case=any_case)
-                yield _expression(words)
-                if len(words) > 1:
-                    yield _expression([(_FORCES.get(name, name), power) for name, power in words])
+    for sticky, joined, any_case in product((False, True), repeat=3):
+        words = _factors(parts, sticky=sticky, joined=joined, any_case=any_case)
+        yield _expression(words)
+        if len(words) > 1:
+            yield _expression([(_FORCES.get(name, name), power) for name, power in words])
 
 
 Factors = list[tuple[str, int]]
@@ -196,7 +190,7 @@ def _require_clear(word: str, *, alone: bool) -> None:
     for kind in ("ambiguous", "doubtful_alone") if alone else ("ambiguous",):
         known = word if word in words["names"] or kind != "ambiguous" else word.lower()
         if why := words[kind].get(word, words[kind].get(known)):
-            raise AmbiguousUnitError(f"{word} {why}")
+            raise _AmbiguousUnitError(f"{word} {why}")
 
 
 def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, any_case: bool) -> Factors:
@@ -240,7 +234,7 @@ def _words() -> Mapping[str, Mapping[str, str]]:
     }
 
 
-class AmbiguousUnitError(ValueError):
+class _AmbiguousUnitError(ValueError):
     """A word of a unit has more meanings than one; its text says which."""
 
 
@@ -256,7 +250,7 @@ _PRESSURES = ("bar", "MPa", "GPa")
 _ATMOSPHERE = 1.01325  # bar
 
 
-class WrongKindError(ValueError):
+class _WrongKindError(ValueError):
     """A unit of another dimension than that of a key, which it holds."""
 
 
@@ -287,43 +281,34 @@ def _unit(name: str, value: str, written: str, unit: str) -> tuple[Any, str]:
     """Return what is written as a unit of `pint`, and what a pressure refers to; "" if it says nothing."""
     if written.replace("^", "") == unit:
         return _own(unit), ""
-    base, refers_to = reference(written) if unit in _PRESSURES else (written, "")
     try:
-        found = _read(written, unit)
-        if isinstance(found, Exception) and refers_to:
-            without = _read(base, unit)
-            if not isinstance(without, Exception):
-                return without, refers_to
-    except AmbiguousUnitError as error:
+        return _read(written, unit), ""
+    except _AmbiguousUnitError as error:
         rule = f"has a unit with more meanings than one: {written}"
         raise InvalidValue(name, value, rule, f"{error}.") from error
-    if isinstance(found, Exception):
-        raise _refusal(name, value, written, unit, found) from found
-    return found, ""
+    except Exception as error:
+        base, refers_to = reference(written) if unit in _PRESSURES else ("", "")
+        if refers_to:
+            with suppress(Exception):
+                return _read(base, unit), refers_to
+        raise _refusal(name, value, written, unit, error) from error
 
 
 def _read(written: str, unit: str) -> Any:
-    """Return the first reading of the wanted dimension, or the error of the likeliest that is none."""
-    registry, error = _registry(), None
-    wanted = _own(unit).dimensionality
-    try:
-        for expression in readings(written):
-            try:
-                found = registry.parse_units(expression)
-            except Exception as unknown:  # noqa: BLE001 - what a text that is no unit may raise is not documented
-                error = error or unknown
-                continue
-            if found.dimensionality == wanted:
-                return found
-            if unit == "rpm" and found == registry.parse_units("1/minute"):
-                return registry.parse_units("turn/minute")
-            if not isinstance(error, WrongKindError):
-                error = WrongKindError(found)
-    except AmbiguousUnitError:
-        raise
-    except ValueError as formless:
-        return formless
-    return error
+    """Return the first reading of the wanted dimension; without one, raise the error of the likeliest."""
+    registry, errors = _registry(), list[Exception]()
+    for expression in readings(written):
+        try:
+            given = registry.parse_units(expression)
+        except Exception as unknown:  # noqa: BLE001 - what a text that is no unit may raise is not documented
+            errors.append(unknown)
+            continue
+        if given.dimensionality == _own(unit).dimensionality:
+            return given
+        if unit == "rpm" and given == registry.parse_units("1/minute"):
+            return registry.parse_units("turn/minute")
+        errors.append(_WrongKindError(given))
+    raise next((error for error in errors if isinstance(error, _WrongKindError)), errors[0])
 
 
 def _refusal(name: str, value: str, written: str, unit: str, error: Exception) -> InvalidValue:
@@ -333,7 +318,7 @@ def _refusal(name: str, value: str, written: str, unit: str, error: Exception) -
         near = difflib.get_close_matches(unknown.lower(), _others(unit), n=1, cutoff=0.4)
         remedy = f"Did you mean {near[0]}? {listed}" if near else listed
         return InvalidValue(name, value, f"has an unknown unit: {unknown}", remedy)
-    if not isinstance(error, WrongKindError):
+    if not isinstance(error, _WrongKindError):
         return InvalidValue(name, value, f"has a unit that cannot be read: {written}", listed)
     dimension = error.args[0].dimensionality
     kinds = {kind: _registry().parse_units(kind).dimensionality for kind in ("stokes", "1/second")}

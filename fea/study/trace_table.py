@@ -39,7 +39,7 @@ _MOST_COLUMNS = 1000
 _MOST_NAME_LINES = 3  # names, units and symbols stand in lines of their own
 
 
-class TextLine(NamedTuple):
+class _TextLine(NamedTuple):
     """A line of a file that is not blank."""
 
     number: int
@@ -51,7 +51,7 @@ class TextLine(NamedTuple):
         return self.text.lstrip().startswith(_COMMENTS)
 
 
-class Form(NamedTuple):
+class _Form(NamedTuple):
     """How the lines of a table are written; `numbers` are the columns (from 0) that hold numbers."""
 
     separator: str | None
@@ -59,7 +59,7 @@ class Form(NamedTuple):
     cells: int
     numbers: tuple[int, ...]
 
-    def fits(self, line: TextLine) -> bool:
+    def fits(self, line: _TextLine) -> bool:
         """Whether a line that is no comment is a row of the table."""
         cells = _cells(line.text, self.separator)
         return len(cells) == self.cells and all(_is_number(cells[i], comma=self.comma) for i in self.numbers)
@@ -107,7 +107,7 @@ def find_table(text: str, source: str) -> TraceTable:
     Raises `InvalidValue`, with the line: there is no table of two columns, or a line breaks its form.
     """
     numbered = enumerate(re.split("\r\n|\r|\n", text), 1)
-    lines = [TextLine(number, line[:_LONGEST_LINE]) for number, line in numbered if line.strip()]
+    lines = [_TextLine(number, line[:_LONGEST_LINE]) for number, line in numbered if line.strip()]
     require(bool(lines), "engine.gas", source, "contains no data", _REMEDY)
     sample = lines[:_SAMPLE]
     form = _form([line for line in sample if not line.is_comment], source)
@@ -127,7 +127,7 @@ def _is_number(cell: str, *, comma: bool) -> bool:
     return bool((_COMMA if comma else _POINT).fullmatch(cell)) or cell.lower() in _NOT_FINITE
 
 
-def _form(sample: Sequence[TextLine], source: str) -> Form:
+def _form(sample: Sequence[_TextLine], source: str) -> _Form:
     counts = [count for separator in _SEPARATORS if (count := _commonest(separator, sample)) is not None]
     require(bool(counts), "engine.gas", source, "contains no table with two columns of numbers", _REMEDY)
     most = max(lines for _, lines in counts)
@@ -138,20 +138,20 @@ def _form(sample: Sequence[TextLine], source: str) -> Form:
     return best
 
 
-def _commonest(separator: str | None, sample: Sequence[TextLine]) -> tuple[Form, int] | None:
-    forms: Counter[Form] = Counter()
+def _commonest(separator: str | None, sample: Sequence[_TextLine]) -> tuple[_Form, int] | None:
+    forms: Counter[_Form] = Counter()
     for line in sample:
         cells = _cells(line.text, separator)
         for comma in (False, True) if separator != "," else (False,):
             numbers = tuple(i for i, cell in enumerate(cells) if _is_number(cell, comma=comma))
             if len(numbers) >= 2:  # an angle and a pressure
-                forms[Form(separator, comma, len(cells), numbers)] += 1
+                forms[_Form(separator, comma, len(cells), numbers)] += 1
     # Whole numbers fit either decimal sign, and the point goes first.
     best = max(forms, key=lambda form: (forms[form], len(form.numbers), not form.comma), default=None)
     return None if best is None else (best, forms[best])
 
 
-def _names(above: Sequence[TextLine], form: Form, source: str) -> tuple[str, ...]:
+def _names(above: Sequence[_TextLine], form: _Form, source: str) -> tuple[str, ...]:
     """Names of the columns: the lines above the first row with as many cells, joined column by column."""
     rows: list[list[str]] = []
     for line in reversed(above[-_MOST_NAME_LINES:]):
@@ -168,7 +168,7 @@ def _names(above: Sequence[TextLine], form: Form, source: str) -> tuple[str, ...
     return tuple(" ".join(parts).strip() for parts in zip(*rows, strict=True)) or ("",) * form.cells
 
 
-def _headings(text: str, form: Form) -> list[str] | None:
+def _headings(text: str, form: _Form) -> list[str] | None:
     """Return a name for every column, None where a line has another number of cells."""
     if form.separator is None:
         # Names of several words are farther apart than these, or their units in brackets end them.
@@ -180,7 +180,7 @@ def _headings(text: str, form: Form) -> list[str] | None:
     return cells + [""] * unnamed if cells and 0 <= unnamed <= blanks else None
 
 
-def _rows(lines: Iterable[TextLine], form: Form, names: tuple[str, ...], source: str) -> TraceTable:
+def _rows(lines: Iterable[_TextLine], form: _Form, names: tuple[str, ...], source: str) -> TraceTable:
     """Read the rows; in the documented format no line may have more cells than the header."""
     rows = [line for line in lines if not line.is_comment]
     pattern, sign = (_COMMA, "comma") if form.comma else (_POINT, "point")

@@ -128,7 +128,7 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     pressures, width = smoothed(angles, recorded_pressures, recording.step, asked_width)
     fit = compression(angles, pressures, around.compression_ratio, around.rod_ratio)
     by_heading = replace(keys, pressure_unit=columns.unit, pressure_reference=columns.reference)
-    scale = pressure_scale(angles, pressures, fit, by_heading, around=around, source=source)
+    scale = _pressure_scale(angles, pressures, fit, by_heading, around=around, source=source)
     unit, absolute = scale.unit, scale.absolute(pressures, atmosphere)
     gauge = absolute - atmosphere
 
@@ -181,7 +181,7 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
 
 
 def _summary(
-    trace: Trace, recording: Recording, scale: "Scale", atmosphere: float, assumed: list[_Assumption]
+    trace: Trace, recording: Recording, scale: "_Scale", atmosphere: float, assumed: list[_Assumption]
 ) -> str:
     """Say how many cycles were averaged and what was assumed; "" where there is nothing to say."""
     cycles, pressures = "", trace.pressures[0]
@@ -242,7 +242,7 @@ _LEAST = 1.0  # percentile: the least pressure, above the noise
 
 
 @dataclass(frozen=True)
-class Scale:
+class _Scale:
     """Unit, reference and zero of the pressures of a file, and what shows them."""
 
     unit: PressureUnit
@@ -261,7 +261,7 @@ def _base(reference: PressureReference, atmosphere: float) -> float:
     return atmosphere if reference is PressureReference.GAUGE else 0.0
 
 
-def pressure_scale(
+def _pressure_scale(
     angles: Floats,
     pressures: Floats,
     fit: Compression | None,
@@ -269,7 +269,7 @@ def pressure_scale(
     *,
     around: Surroundings,
     source: str,
-) -> Scale:
+) -> _Scale:
     """Decide how pressures (n,) over angles (n,), degrees from firing TDC, are read.
 
     A unit that nothing names is that which alone puts the absolute pressure at which the intake shuts within
@@ -283,7 +283,7 @@ def pressure_scale(
     if doubt and around.intake is None:
         reference, why = _by_level(pressures, unit, keys, atmosphere, source)
         doubts = () if fit is None and offset is not None else (doubt,)
-        return Scale(unit, reference, offset or 0.0, shown_by=why, doubts=doubts)
+        return _Scale(unit, reference, offset or 0.0, shown_by=why, doubts=doubts)
     zero, error, why = _zero(angles, pressures, unit, fit, around)
     references = [keys.pressure_reference] if keys.pressure_reference else list(PressureReference)
     away = {each: zero - (offset or 0.0) - _base(each, atmosphere) for each in references}
@@ -298,7 +298,7 @@ def pressure_scale(
                 f"{zero - _base(nearest, atmosphere):.2f}: check it, the unit and pressure_reference, or "
                 "leave it out"
             )
-        scale = Scale(unit, nearest, offset or 0.0, shown_by=why, doubts=(doubt,))
+        scale = _Scale(unit, nearest, offset or 0.0, shown_by=why, doubts=(doubt,))
     else:
         reference = keys.pressure_reference or PressureReference.ABSOLUTE
         # Off by an atmosphere is exactly that, as if the other reference were meant.
@@ -310,7 +310,7 @@ def pressure_scale(
             f"{why} shows a zero that is off by {shift}; the pressures are shifted by that "
             "(pressure_offset_bar sets it)"
         )
-        scale = Scale(unit, reference, offset, error, why, (doubt, shifted))
+        scale = _Scale(unit, reference, offset, error, why, (doubt, shifted))
     if fit is not None and keys.pressure_unit is not None:
         _require_an_engine(fit, unit, pressures, source)
     return scale
@@ -384,7 +384,7 @@ def _by_level(
     if _THROTTLED <= least <= _AMBIENT:
         return PressureReference.ABSOLUTE, why
     peaks = {
-        each: Scale(unit, each).absolute(pressures.max(), atmosphere) - atmosphere
+        each: _Scale(unit, each).absolute(pressures.max(), atmosphere) - atmosphere
         for each in PressureReference
     }
     listed = " or ".join(f"{unit} {each} (peak {peak:.4g} bar gauge)" for each, peak in peaks.items())
