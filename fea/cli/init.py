@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cli.options import Json, print_json
+from fea.output.target import require_target
 from geometry.errors import InvalidValue, require, require_positive
 
 
@@ -15,9 +16,9 @@ def init(
     *,
     engine: str | None = None,
     kind: str | None = None,
-    length: str | None = None,
-    big_end_bore: str | None = None,
-    small_end_bore: str | None = None,
+    length: float | str | None = None,
+    big_end_bore: float | str | None = None,
+    small_end_bore: float | str | None = None,
     thread: str | None = None,
 ) -> None:
     """Write a study file with comments, ready to edit.
@@ -41,7 +42,7 @@ def init(
     """
     from fea.study.documents import template
 
-    require(not file.is_dir(), "FILE", str(file), "is a directory", "Name a file.")
+    require_target("FILE", file, (file.suffix.lower(),))
     if not file.suffix:
         file = file.with_suffix(".toml")
     if engine is None:
@@ -49,9 +50,14 @@ def init(
         text = template()
     else:
         from fea.analysis.engine_study import engine_study
+        from fea.study.tables import number_of
 
         lengths = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
-        given = {name: _millimetres(name, text) for name, text in lengths.items() if text}
+        given = {
+            name: require_positive(flag := f"--{name.replace('_', '-')}", number_of(flag, value, "length_mm"))
+            for name, value in lengths.items()
+            if value is not None
+        }
         rule, remedy = "is missing, and length, bores and thread belong to it", "Add --kind h-beam."
         require(kind is not None or not (given or thread), "--kind", None, rule, remedy)
         text = engine_study(engine, kind, **given, thread=thread)
@@ -61,22 +67,9 @@ def init(
     except FileExistsError:
         rule = "already exists and is not overwritten"
         raise InvalidValue("FILE", str(file), rule, "Name another file.") from None
-    except FileNotFoundError:
-        rule, remedy = "is in a directory that does not exist", "Create the directory first."
-        raise InvalidValue("FILE", str(file), rule, remedy) from None
     sys.stdout.write(f"Wrote {file}. Edit it, then run: fea run {file}\n")
     if schema := _schema_beside(file):
         sys.stdout.write(f"Wrote {schema}, from which editors complete and check the keys.\n")
-
-
-def _millimetres(name: str, text: str) -> float:
-    from fea.study.tables import quantity
-
-    flag = f"--{name.replace('_', '-')}"
-    try:
-        return require_positive(flag, float(text))
-    except ValueError:
-        return require_positive(flag, quantity(flag, text, "mm"))
 
 
 def _schema_beside(study: Path) -> Path | None:

@@ -171,7 +171,7 @@ class EngineTable(
     )
     compression_ratio: float | None = key("10.0", stated=True)
     peak_pressure_bar: float | None = key("60.0", stated=True)
-    intake_pressure_bar: float | None = key(
+    intake_pressure_bar: Positive | None = key(
         "1.01325", 'for "otto" and "motored", absolute; of a trace, that to which its zero is pegged'
     )
     boost_bar: float | None = key(
@@ -179,7 +179,7 @@ class EngineTable(
         "gauge pressure in the intake, in place of intake_pressure_bar: of computed cycles; or with a "
         "trace the boost with which it was measured, from which fea limits counts",
     )
-    atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
+    atmosphere_bar: Positive | None = key("1.01325", "pressure in the crankcase")
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
     gas_scale: Positive | None = key(
         "1.5",
@@ -277,18 +277,18 @@ class EngineTable(
     def gas_model(self, engine: Engine) -> GasModel:
         """Return the cylinder pressure. Raises `InvalidValue`: a missing key, or a trace of not one cycle."""
         gas: GasModel = NoGas()
+        missing = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
         if self.gas in SHIPPED:
             gas = shipped_trace(self.gas)
         elif _is_file(self.gas):
             gas = self._imported(engine.crank_radius / engine.rod_length).trace
         elif self.gas == "boyle":
-            gas = Boyle(engine, self._needed("compression_ratio"), self.atmosphere)
+            gas = Boyle(engine, self.needed("compression_ratio", *missing), self.atmosphere)
         elif self.gas != "none":
-            ratio, atmosphere = self._needed("compression_ratio"), self.atmosphere
-            intake = self.intake
-            peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
+            ratio = self.needed("compression_ratio", *missing)
+            peak = self.needed("peak_pressure_bar", *missing) * BAR if self.gas == "otto" else None
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio)
         return scaled(gas, self.gas_scale or 1.0)
 
     def library(self) -> EnginePreset | None:
@@ -305,9 +305,6 @@ class EngineTable(
             return self
 
     def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
-        for name in ("atmosphere_bar", "intake_pressure_bar"):
-            if getattr(self, name) is not None:
-                require_positive(f"engine.{name}", getattr(self, name))
         given = self.intake_pressure_bar is not None or self.boost_bar is not None
         intake = self.intake if given else None
         around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
@@ -331,12 +328,6 @@ class EngineTable(
         if self.boost_bar is not None:
             return self.atmosphere + self.boost_bar * BAR
         return self.atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
-
-    def _needed(self, key: str) -> float:
-        value = getattr(self, key)
-        rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
-        require(value is not None, f"engine.{key}", None, rule, remedy)
-        return float(value)
 
 
 def located_gas(name: str, gas: str, folder: Path) -> str:

@@ -161,6 +161,7 @@ def _require_slope(key: str, value: object, exponent: float) -> None:
 # Finishes of forgings and rolled bars, of which the bores and the faces beside them are machined.
 _RAW = (Finish.HOT_ROLLED, Finish.AS_FORGED, Finish.SHOT_PEENED)
 _PEENED = (Finish.SHOT_PEENED, Finish.MACHINED_PEENED)
+_REMEDY = "Give it or a preset in [material]."
 # Larger gains than this are known of surface treatments of sharply notched parts only.
 _LARGEST_FACTOR = 2.0
 
@@ -245,8 +246,8 @@ class MaterialTable(StudyTable, table="material"):
         return Material(
             youngs_modulus=modulus,
             poissons_ratio=nu,
-            density=_needed(table, "density_kg_m3") * KG_M3,
-            yield_strength=_needed(table, "yield_MPa"),
+            density=table.needed("density_kg_m3", remedy=_REMEDY) * KG_M3,
+            yield_strength=table.needed("yield_MPa", remedy=_REMEDY),
             ultimate_strength=table.ultimate_MPa,
             endurance_limit=None if endurance is None else marin.load * factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
@@ -263,8 +264,8 @@ class MaterialTable(StudyTable, table="material"):
     def stiffness(self) -> tuple[float, float]:
         """Return Young's modulus, MPa, and Poisson's ratio."""
         table = self.resolved()
-        modulus = require_positive("material.E_GPa", _needed(table, "E_GPa"))
-        nu = _needed(table, "nu")
+        modulus = require_positive("material.E_GPa", table.needed("E_GPa", remedy=_REMEDY))
+        nu = table.needed("nu", remedy=_REMEDY)
         require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
         return modulus * GPA, nu
 
@@ -310,12 +311,6 @@ class MaterialTable(StudyTable, table="material"):
             rule, remedy = "is known of steel only", "Give the factor as a number instead."
             require(steel, name, made, rule, remedy)
         return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed, not steel)
-
-
-def _needed(table: MaterialTable, key: str) -> float:
-    value = getattr(table, key)
-    require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
-    return float(value)
 
 
 REFERENCE_TEMPERATURE = 20.0  # °C, at which dimensions and fits are given

@@ -116,6 +116,12 @@ class StudyTable:
             complete, remedy = not other or getattr(self, other) is not None, f"Give {other}, too."
             require(complete, where, value, f"needs {declared.needs}", remedy)
 
+    def needed(self, name: str, rule: str = "is missing", remedy: str = "Give it.") -> float:
+        """Return the number of a key. Raises `InvalidValue`: it is not given."""
+        value = getattr(self, name)
+        require(value is not None, f"{self.TABLE}.{name}", None, rule, remedy)
+        return float(value)
+
 
 @cache
 def keys_of(cls: Any) -> dict[str, Key]:
