@@ -24,7 +24,7 @@ def engine_study(name: str, kind: str | None = None, **given: Any) -> str:
 
     The rod has the length of the engine's own. Its other dimensions follow in usual proportions from its
     bores, and are fitted to what is published of its mass; or they are those of a `kind` of rod, with a cap,
-    whose length, bores, mm, and thread may be `given` as for `fea.study.rod_kinds.rod_of_kind`. Raises
+    whose length, bores, mm, and thread may be `given` as for `fea.study.rod_table.rod_of_kind`. Raises
     `InvalidValue`: there is no engine or no kind of that name, or a dimension breaks a rule.
     """
     preset, text = engine_preset(name, "--engine"), template()

@@ -45,9 +45,13 @@ class FilmTable(
         "SAE grade: an oil that just meets it; the film's temperature follows from its heat balance",
     )
     viscosity_40C_mPas: Positive | None = key(
-        "58.0", "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C"
+        "58.0",
+        "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C",
+        needs="viscosity_100C_mPas, that at the other temperature",
     )
-    viscosity_100C_mPas: Positive | None = key("8.5")
+    viscosity_100C_mPas: Positive | None = key(
+        "8.5", needs="viscosity_40C_mPas, that at the other temperature"
+    )
     viscosity_mPas: Positive | None = key(
         "8.0", "in place of both: of the film, at whatever temperature, without pressure"
     )
@@ -96,11 +100,6 @@ class FilmTable(
         if cold is not None and hot is not None:
             rule = f"must be less than that at 40 °C, {cold:g} mPa·s"
             require(cold > hot, "film.viscosity_100C_mPas", hot, rule)
-        elif cold is not hot:
-            missing = "40C" if cold is None else "100C"
-            rule = "is needed beside that at the other temperature"
-            remedy = "Give both viscosities, or an oil by its SAE grade."
-            raise InvalidValue(f"film.viscosity_{missing}_mPas", None, rule, remedy)
         if self.oil is not None:
             grade(self.oil)
         of_grooves = {"groove_arc_deg": self.groove_arc_deg, "groove_width_mm": self.groove_width_mm}

@@ -1,9 +1,10 @@
 """[material] of a study, and the library of materials: `materials.toml`, and bolts by their grades."""
 
 import difflib
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from statistics import linear_regression
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from fea.base.shipped import TomlTable, shipped_toml
 from fea.base.units import GPA, KG_M3
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
 from fea.study.tables import Positive, StudyTable, entries_of, key, within
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.errors import InvalidValue, require, require_positive
 
 
 @dataclass(frozen=True)
@@ -64,15 +65,13 @@ def _variants(name: str, table: TomlTable) -> Iterator[LibraryMaterial]:
     if table.pop("interpolate", False):
         # At every whole hardness, linear between those that are given, MPa without decimals.
         given = {int(hardness): figures for hardness, figures in variants.items()}
-        every = {str(hardness): dict(figures) for hardness, figures in given.items()}
-        for low, high in pairwise(sorted(given)):
-            for hardness in range(low + 1, high):
-                share = (hardness - low) / (high - low)
-                every[str(hardness)] = {
-                    key: float(round((1 - share) * value + share * given[high][key]))
-                    for key, value in given[low].items()
-                }
-        variants = {hardness: every[hardness] for hardness in sorted(every)}
+        tested = sorted(given)
+        for hardness in set(range(tested[0], tested[-1])) - given.keys():
+            figures = {key: [given[each][key] for each in tested] for key in given[tested[0]]}
+            variants[str(hardness)] = {
+                key: float(round(np.interp(hardness, tested, values))) for key, values in figures.items()
+            }
+        variants = {hardness: variants[hardness] for hardness in sorted(variants)}
     by_figure = source if isinstance(source, dict) else {", ".join(table): source}
     sources = {key: text for keys, text in by_figure.items() for key in keys.split(", ")}
     for variant, figures in variants.items():
@@ -110,46 +109,19 @@ SN_KEYS = (*_LINE, *_TESTS)
 _FLATTEST, _STEEPEST = -0.02, -0.5
 
 
-def sn_line(
-    coefficient: float | None,
-    exponent: float | None,
-    cycles: tuple[float, ...] | None,
-    amplitudes: tuple[float, ...] | None,
-) -> Basquin | None:
-    """Return σ_f′ (MPa) and b, or tests: cycles and amplitudes, MPa. Raises `InvalidValue`: ill-defined."""
-    for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
-        for name, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
-            complete = value is not None or beside is None
-            require(complete, f"material.{name}", None, f"is missing: {other} is given", "Give both.")
-    tests, line = cycles is not None, coefficient is not None
-    rule = "cannot be combined with fatigue_strength_coefficient_MPa and fatigue_strength_exponent"
-    require(not (tests and line), "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
-    if coefficient is not None and exponent is not None:
-        require_positive(f"material.{_LINE[0]}", coefficient)
-        require_number(f"material.{_LINE[1]}", exponent)
-        _require_slope(_LINE[1], exponent, exponent)
-        return Basquin(coefficient, exponent)
-    return None if cycles is None or amplitudes is None else fitted(cycles, amplitudes)
-
-
 def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
     """Fit Basquin's line to broken specimens (ASTM E739). `InvalidValue`: too few, or not falling."""
-    for name, values in zip(_TESTS, (cycles, amplitudes), strict=True):
-        for value in values:
-            require_positive(f"material.{name}", value)
     same, rule = len(cycles) == len(amplitudes), f"must have as many values as sn_cycles ({len(cycles)})"
     require(same, "material.sn_amplitude_MPa", list(amplitudes), rule)
     several, rule = len(set(amplitudes)) > 1, "must contain two amplitudes that differ, or more"
     require(several, "material.sn_amplitude_MPa", list(amplitudes), rule)
-    x, y = np.log(amplitudes), np.log(cycles)
-    steepness = float(np.sum((x - x.mean()) * (y - y.mean())) / np.sum((x - x.mean()) ** 2))
-    if steepness >= 0:
-        rule = "must fall as sn_amplitude_MPa rises"
-        raise InvalidValue("material.sn_cycles", list(cycles), rule, "Check the order of both lists.")
-    exponent = 1 / steepness
+    # ln N = ln σ_a / b + level, and σ_a = σ_f′ (2N)^b.
+    steepness, level = linear_regression(np.log(amplitudes), np.log(cycles))
+    rule = "must fall as sn_amplitude_MPa rises"
+    require(steepness < 0, "material.sn_cycles", list(cycles), rule, "Check the order of both lists.")
+    exponent = 1 / float(steepness)
     _require_slope("sn_cycles", list(cycles), exponent)
-    # ln N = ȳ + (x − x̄)/b, and σ_a = σ_f′ (2N)^b.
-    return Basquin(float(np.exp(x.mean() - exponent * (y.mean() + np.log(2)))), exponent)
+    return Basquin(math.exp(-exponent * (level + math.log(2))), exponent)
 
 
 def _require_slope(key: str, value: object, exponent: float) -> None:
@@ -203,14 +175,18 @@ class MaterialTable(StudyTable, table="material"):
         '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
     )
     reliability_percent: float | None = key("99.0", "reduces it too; default: 50, the median of tests")
-    fatigue_strength_coefficient_MPa: float | None = key(
-        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]"
+    fatigue_strength_coefficient_MPa: Positive | None = key(
+        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]", needs=_LINE[1]
     )
-    fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
-    sn_cycles: tuple[float, ...] | None = key(
-        "[2.0e4, 1.0e5, 5.0e5]", "instead of both: specimens that broke, fully reversed, after these cycles"
+    fatigue_strength_exponent: float | None = key("-0.0711", "b of that line", needs=_LINE[0])
+    sn_cycles: tuple[Positive, ...] | None = key(
+        "[2.0e4, 1.0e5, 5.0e5]",
+        "instead of both: specimens that broke, fully reversed, after these cycles",
+        needs=_TESTS[1],
     )
-    sn_amplitude_MPa: tuple[float, ...] | None = key("[560, 500, 445]", "at these amplitudes")
+    sn_amplitude_MPa: tuple[Positive, ...] | None = key(
+        "[560, 500, 445]", "at these amplitudes", needs=_TESTS[0]
+    )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6", "for an assembly's temperature; default: that of the metal"
     )
@@ -258,8 +234,15 @@ class MaterialTable(StudyTable, table="material"):
         )
 
     def basquin(self) -> Basquin | None:
-        """Return the S–N line, or None. Raises `InvalidValue`: incomplete, given twice, or not falling."""
-        return sn_line(*(getattr(self, key) for key in SN_KEYS))
+        """Return the S–N line, or None. Raises `InvalidValue`: given twice, or not falling."""
+        coefficient, exponent, cycles, amplitudes = (getattr(self, key) for key in SN_KEYS)
+        once = cycles is None or coefficient is None
+        rule = f"cannot be combined with {' and '.join(_LINE)}"
+        require(once, "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
+        if coefficient is not None:
+            _require_slope(_LINE[1], exponent, exponent)
+            return Basquin(coefficient, exponent)
+        return None if cycles is None else fitted(cycles, amplitudes)
 
     def stiffness(self) -> tuple[float, float]:
         """Return Young's modulus, MPa, and Poisson's ratio."""

@@ -153,9 +153,23 @@ class RodTable:
         return read_rod({**self.as_dict(), **changes}, Path.cwd())
 
     @property
+    def file(self) -> RodFile | None:
+        """The file of a solid or a mesh that is read."""
+        return self.cad or self.mesh
+
+    @property
     def from_file(self) -> bool:
         """Whether a solid or a mesh is read from a file."""
-        return self.cad is not None or self.mesh is not None
+        return self.file is not None
+
+    @property
+    def file_key(self) -> str:
+        """The key that names the file: step, cad or mesh."""
+        if self.cad is None:
+            return "mesh"
+        return (
+            "step" if FORMATS.get(self.cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
+        )
 
     def draw(
         self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
@@ -173,7 +187,7 @@ class RodTable:
                 return import_cad(self.cad, tell=tell, assembly=assembly)
             except OSError as error:
                 rule = f"cannot be read ({error.strerror or error})"
-                raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule) from error
+                raise InvalidValue(f"rod.{self.file_key}", str(self.cad.path), rule) from error
         from geometry.solid import build  # noqa: PLC0415 - likewise
 
         return build(self.solid(), assembly=assembly)
@@ -182,13 +196,11 @@ class RodTable:
         """Return the dimensions; raises `InvalidValue`: there are none."""
         if self.dimensions is not None:
             return self.dimensions
-        remedy = "Use a rod given by dimensions or a preset."
-        if self.cad is not None:
-            rule = "is an imported solid: it has no dimensions to fit or to export again"
-            raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule, remedy)
-        if self.mesh is not None:
-            rule = "is a mesh: it has no dimensions to fit or to export as a solid"
-            raise InvalidValue("rod.mesh", str(self.mesh.path), rule, remedy)
+        if self.file is not None:
+            what = "an imported solid" if self.cad else "a mesh"
+            rule = f"is {what}: it has no dimensions to fit or to export"
+            remedy = "Use a rod given by dimensions or a preset."
+            raise InvalidValue(f"rod.{self.file_key}", str(self.file.path), rule, remedy)
         remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
         rule = "gives no dimensions, so no solid can be made"
         raise InvalidValue("[rod]", "mass properties only", rule, remedy)
@@ -205,23 +217,20 @@ class RodTable:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
         if self.mass is None:
             return []
-        given, meshed = _mass_figures(self.mass), _mass_figures(drawn)
-        unlike = [name for name in MASS_KEYS if not math.isclose(given[name], meshed[name], rel_tol=_ALIKE)]
-        others = [f"{name} = {given[name]:.4g} (solid: {meshed[name]:.4g})" for name in unlike]
-        if not others:
-            return []
-        text = (
-            f"given mass properties are used by fea loads only, not here: {', '.join(others)}; fea rod --fit "
-            "adjusts the dimensions to them"
+        meshed = _mass_figures(drawn)
+        unlike = ", ".join(
+            f"{name} = {given:.4g} (solid: {meshed[name]:.4g})"
+            for name, given in _mass_figures(self.mass).items()
+            if not math.isclose(given, meshed[name], rel_tol=_ALIKE)
         )
-        return [warning(text)]
+        text = f"given mass properties are used by fea loads only, not here: {unlike}"
+        return [warning(f"{text}; fea rod --fit adjusts the dimensions to them")] if unlike else []
 
     def as_dict(self) -> TomlTable:
         """Return the table's keys and plain values, as a study file holds them."""
-        file = self.cad or self.mesh
-        entries: TomlTable
+        file, entries = self.file, TomlTable()
         if file is not None:
-            entries = {"mesh" if self.cad is None else _file_key(self.cad): str(file.path)}
+            entries = {self.file_key: str(file.path)}
             given = {key_of(name): value for name, value in vars(file).items() if name != "path" and value}
             given["cap"] = None if file.cap is MissingCap.REFUSED else str(file.cap)
             entries |= {name: value for name, value in given.items() if value}
@@ -238,10 +247,6 @@ class RodTable:
 def _mass_figures(mass: MassProperties) -> dict[str, float]:
     figures = (mass.mass / KG, mass.center[0], mass.inertia_z / KG_M2)
     return dict(zip(MASS_KEYS, figures, strict=True))
-
-
-def _file_key(cad: RodFile) -> str:
-    return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
 
 
 def sufficient() -> list[list[str]]:

@@ -206,8 +206,14 @@ def test_where_no_film_can_be(study, flags, message):
     [
         ("radial_clearance_um = 1.0", "film.radial_clearance_um = 1: must lie between 2.5 and 250 µm"),
         ('oil = "5W-35"', "film.oil = '5W-35': is not an SAE grade"),
-        ("viscosity_40C_mPas = 60.0", "film.viscosity_100C_mPas is needed beside that at the other"),
-        ("viscosity_100C_mPas = 8.0", "film.viscosity_40C_mPas is needed beside that at the other"),
+        (
+            "viscosity_40C_mPas = 60.0",
+            "film.viscosity_40C_mPas = 60: needs viscosity_100C_mPas, that",
+        ),
+        (
+            "viscosity_100C_mPas = 8.0",
+            "film.viscosity_100C_mPas = 8: needs viscosity_40C_mPas, that",
+        ),
         ("viscosity_mPas = 0.0", "film.viscosity_mPas = 0: must be positive"),
         (
             "hole_diameter_mm = 28.0",
