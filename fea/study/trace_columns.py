@@ -11,7 +11,7 @@ import numpy as np
 from fea.base.choices import PressureReference, PressureUnit
 from fea.base.shipped import TomlTable
 from fea.study.tables import Positive, StudyTable, key, keys_of, within
-from fea.study.trace_table import DOCUMENTED, TraceTable
+from fea.study.trace_table import DOCUMENTED, TraceTable, speed_of
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from loads.compression import compression
@@ -109,21 +109,7 @@ _REFERENCES = "abs|absolute|absolut|absolu|gauge|gage|rel|relative|relativ"
 # A unit, and what it refers to: ``bara``, ``[bar abs]``, ``psig``. Single letters count only after a unit.
 _UNIT = re.compile(rf"(?<![^\W_])({'|'.join(_UNITS)})(?:[\W_]*(a|g|ga|{_REFERENCES}))?(?![^\W_])")
 _REFERENCE = re.compile(rf"(?<![^\W_])({_REFERENCES})(?![^\W_])")
-_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
 _BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
-
-
-def speed_of(name: str) -> float | None:
-    """Speed, rpm, of a column in the documented format with one per speed."""
-    match = _PER_SPEED.fullmatch(name)
-    return None if match is None else float(match[1])
-
-
-def is_documented(table: TraceTable) -> bool:
-    """Whether a table has the headings of the documented format, with one pressure or one per speed."""
-    angle, *pressures = table.names
-    by_speed = all(speed_of(name) is not None for name in pressures)
-    return angle == DOCUMENTED[0] and (by_speed or table.names == DOCUMENTED)
 
 
 def _is_angle(name: str) -> bool:

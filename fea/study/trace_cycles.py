@@ -64,6 +64,18 @@ def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int
     return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
 
 
+def one_cycle(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
+    """Take samples of one cycle, (n,) and (n, 1), as they are. Raises `InvalidValue`: not sorted."""
+    back = np.flatnonzero(np.diff(angles) <= 0)
+    if back.size:
+        after = int(back[0]) + 1
+        name = f"{source}: line {lines[after]}, crank_deg"
+        rule = f"must increase from line to line (it follows {angles[after - 1]:g})"
+        remedy = "Sort the lines and drop repeated angles."
+        raise InvalidValue(name, float(angles[after]), rule, remedy)
+    return Recording(angles, pressures[:, 0], float(pressures.max()), 1, _CYCLE, 0.0)
+
+
 def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
     steps = np.diff(angles)
     falls = np.flatnonzero(steps < 0)

@@ -20,8 +20,9 @@ from fea.study.files import require_size
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 
-# Headings of the documented format: gauge pressures in bar over degrees.
+# Headings of the documented format, apart by commas: gauge pressures in bar over degrees, also one per speed.
 DOCUMENTED = ("crank_deg", "pressure_bar")
+_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
 LARGEST_TRACE = 2**24  # bytes: a hundred cycles in steps of a tenth of a degree
 _REMEDY = "A pressure trace needs a column of crank angles in degrees and one of pressures."
 # The separators in the order of preference where several fit; None stands for runs of blanks.
@@ -74,10 +75,17 @@ class TraceTable:
     numbers: tuple[int, ...]  #: which columns (from 0) hold numbers
     values: Floats  #: (n, k), the columns of `numbers`
     lines: tuple[int, ...]  #: number of each row's line in the file
+    documented: bool = False  #: whether it is in the documented format
 
     def column(self, index: int) -> Floats:
         """Values of a column (from 0) that holds numbers, (n,)."""
         return np.asarray(self.values[:, self.numbers.index(index)], dtype=np.float64)
+
+
+def speed_of(name: str) -> float | None:
+    """Speed, rpm, of a column in the documented format with one per speed."""
+    match = _PER_SPEED.fullmatch(name)
+    return None if match is None else float(match[1])
 
 
 def read_text(path: Path) -> str:
@@ -182,9 +190,11 @@ def _headings(text: str, form: _Form) -> list[str] | None:
 
 def _rows(lines: Iterable[_TextLine], form: _Form, names: tuple[str, ...], source: str) -> TraceTable:
     """Read the rows; in the documented format no line may have more cells than the header."""
+    by_speed = all(speed_of(name) is not None for name in names[1:])
+    documented = form.separator == "," and names[0] == DOCUMENTED[0] and (by_speed or names == DOCUMENTED)
     rows = [line for line in lines if not line.is_comment]
     pattern, sign = (_COMMA, "comma") if form.comma else (_POINT, "point")
-    most = form.cells if names[0] == DOCUMENTED[0] else _MOST_COLUMNS + 1
+    most = form.cells if documented else _MOST_COLUMNS + 1
     values = np.empty((len(rows), len(form.numbers)))
     for row, (number, text) in enumerate(rows):
         cells = _cells(text.partition("#")[0], form.separator)
@@ -198,4 +208,5 @@ def _rows(lines: Iterable[_TextLine], form: _Form, names: tuple[str, ...], sourc
                 name = f"{source} line {number}, {names[i] or f'column {i + 1}'}"
                 raise InvalidValue(name, cells[i], rule)
             values[row, column] = value
-    return TraceTable(source, names, form.numbers, values, tuple(line.number for line in rows))
+    numbers = tuple(line.number for line in rows)
+    return TraceTable(source, names, form.numbers, values, numbers, documented)

@@ -10,9 +10,9 @@ import numpy as np
 from fea.base.choices import PressureReference, PressureUnit
 from fea.base.shipped import TomlTable, shipped_text
 from fea.base.units import BAR, DEG, RPM
-from fea.study.trace_columns import TraceKeys, is_documented, speed_of, trace_columns
-from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
-from fea.study.trace_table import DOCUMENTED, TraceTable, find_table, read_text
+from fea.study.trace_columns import TraceKeys, trace_columns
+from fea.study.trace_cycles import Recording, completed, firing_offset, one_cycle, recorded, smoothed
+from fea.study.trace_table import DOCUMENTED, TraceTable, find_table, read_text, speed_of
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from loads.compression import ROD_RATIO, Compression, compression, is_motored, peak_angle
@@ -74,9 +74,9 @@ def parse_trace(
     """
     table = find_table(text, source)
     angles = table.values[:, 0]
-    documented = is_documented(table) and keys.given.keys() <= {"pressure_offset_bar"}
+    documented = table.documented and keys.given.keys() <= {"pressure_offset_bar"}
     documented = documented and bool(angles.min() >= 0 and angles.max() <= _CYCLE)
-    by_speed = is_documented(table) and table.names != DOCUMENTED and keys.pressure_column is None
+    by_speed = table.documented and table.names != DOCUMENTED and keys.pressure_column is None
     if not by_speed:
         return _imported(table, keys, around, documented=documented)
     columns, read = table.names[1:], list[ImportedTrace]()
@@ -119,13 +119,18 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     """Read one column of pressures, or one set of cycles."""
     source, atmosphere = table.source, around.atmosphere / BAR
     columns = trace_columns(table, keys)
-    recording = recorded(columns.angles, columns.pressures, source, table.lines)
-    given_offset = 0.0 if documented else keys.angle_offset_deg
-    offset = firing_offset(recording, source) if given_offset is None else given_offset
-    strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
-    angles, recorded_pressures, held = completed(recording, _TURN - offset, strokes, source)
-    asked_width = 0.0 if documented else keys.smoothing_deg
-    pressures, width = smoothed(angles, recorded_pressures, recording.step, asked_width)
+    samples = columns.angles, columns.pressures, source, table.lines
+    offset, width, held = keys.angle_offset_deg, 0.0, np.nan
+    if documented:
+        recording = one_cycle(*samples)
+        angles, pressures = recording.angles - _TURN, recording.pressures
+        unsmoothed = pressures
+    else:
+        recording = recorded(*samples)
+        offset = firing_offset(recording, source) if offset is None else offset
+        strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
+        angles, unsmoothed, held = completed(recording, _TURN - offset, strokes, source)
+        pressures, width = smoothed(angles, unsmoothed, recording.step, keys.smoothing_deg)
     fit = compression(angles, pressures, around.compression_ratio, around.rod_ratio)
     by_heading = replace(keys, pressure_unit=columns.unit, pressure_reference=columns.reference)
     scale = _pressure_scale(angles, pressures, fit, by_heading, around=around, source=source)
@@ -141,7 +146,7 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     if columns.reference is None:
         why = f"as {scale.shown_by.rstrip(',')} shows"
         assumed.append(_Assumption("pressure_reference", scale.reference, why))
-    if given_offset is None:
+    if offset is not None and keys.angle_offset_deg is None:
         tdc = _TURN - offset + _CYCLE * round((recording.peak - _TURN + offset) / _CYCLE)
         why = f"firing TDC at {tdc:g}° in the file, where the peak is at {recording.peak:.4g}°"
         assumed.append(_Assumption("angle_offset_deg", offset, why))
@@ -149,12 +154,12 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
         why = f"the gas exchange is held at {held:.4g} {unit}, where compression begins"
         assumed.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
     if width and keys.smoothing_deg is None:
-        change = float(np.abs(pressures - recorded_pressures).max())
-        peaks = f"the peak from {recorded_pressures.max():.4g} to {pressures.max():.4g} {unit}"
+        change = float(np.abs(pressures - unsmoothed).max())
+        peaks = f"the peak from {unsmoothed.max():.4g} to {pressures.max():.4g} {unit}"
         why = f"changes no pressure by more than {change:.2g} {unit}, {peaks}"
         assumed.append(_Assumption("smoothing_deg", width, why))
 
-    turned = np.mod(angles + _TURN, _CYCLE)
+    turned = angles + _TURN if documented else np.mod(angles + _TURN, _CYCLE)
     order = np.argsort(turned, kind="stable")
     trace = _checked(turned[order] * DEG, gauge[order] * BAR, np.zeros(0), source)
     name, flanks, doubts = f"pressure trace {source}", "", [*scale.doubts]

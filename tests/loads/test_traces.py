@@ -40,14 +40,14 @@ def test_one_column_a_speed():
     [
         ("", "contains no data"),
         ("crank_deg,pressure_bar\n", "no table with two columns"),
-        ("crank_deg,pressure_bar\n0,1\n", "at least three crank angles"),
+        ("crank_deg,pressure_bar\n0,1\n", "1 sample'"),
         ("angle,bar\n0,1\n", "at least three crank angles"),
         ("crank_deg;pressure_bar\n0;1\n", "at least three crank angles"),
         (BY_SPEED, r"speeds \[9\.0, 8\.0\] rpm"),
         (GOOD.replace("\n30,1", "\n30,one"), r"t\.csv line 5, pressure_bar = 'one'"),
         (GOOD.replace("\n30,1", "\n30,nan"), r"t\.csv line 5, pressure_bar = 'nan'"),
         (GOOD.replace("\n30,1", "\n30"), r"t\.csv line 5 .* 2 columns"),
-        (GOOD.replace("\n30,1", "\n3,1"), r"t\.csv near line 5, crank angle = 3: .* follows 20"),
+        (GOOD.replace("\n30,1", "\n3,1"), r"t\.csv: line 5, crank_deg = 3: .* follows 20"),
         (GOOD.replace(",60", ",6000"), r"t\.csv: .* in kPa, convert them: the peak is then 60 bar"),
     ],
 )
