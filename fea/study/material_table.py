@@ -325,20 +325,13 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
 
 
 DEFAULT_GRADE = BoltGrade.G10_9
-_ASSUMED = {BUSHING: "cusn8p", SHELL: "steel-backed-shell"}
+# Materials of parts of an assembly where the study does not give them.
+ASSUMED_PARTS = {BUSHING: "cusn8p", SHELL: "steel-backed-shell"}
 
 
 def table_name(part: str) -> str:
     """Return the name of the [material.…] table that a part's material stands in."""
     return SHELL if part in SHELLS else part
-
-
-def assembled(given: Mapping[str, MaterialTable], part: str, otherwise: MaterialTable) -> MaterialTable:
-    """Material of a part: of its [material.<part>] table in `given`, or `otherwise`, that of rod and cap."""
-    name = table_name(part)
-    if part in given or name in given:
-        return given[part if part in given else name]
-    return MaterialTable(preset=_ASSUMED[name]) if name in _ASSUMED else otherwise
 
 
 def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -> MaterialTable:
@@ -350,9 +343,11 @@ def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -
 def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:
     """Say which materials of parts are assumed, with their figures."""
     names = dict.fromkeys(table_name(part) for part in parts if part not in given)
-    tables = {name: MaterialTable(preset=_ASSUMED[name]).resolved() for name in names if name in _ASSUMED}
+    tables = {
+        name: MaterialTable(preset=ASSUMED_PARTS[name]).resolved() for name in names if name in ASSUMED_PARTS
+    }
     return tuple(
-        f"{name} of {_ASSUMED[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
+        f"{name} of {ASSUMED_PARTS[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
         f"([material.{name}])"
         for name, table in tables.items()
         if name not in given

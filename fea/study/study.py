@@ -14,7 +14,7 @@ from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.engine_table import EngineTable, engine_preset, with_preset
 from fea.study.files import is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
-from fea.study.material_table import SN_KEYS, MaterialTable, assembled, bolt_material, table_name
+from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
     PINS,
     AnalysisTable,
@@ -82,13 +82,12 @@ class Study:
         require(refined or not self.analysis.draft, "analysis.draft", "true", rule, remedy)
         if self.assembly is not None:
             self._require_parts(self.assembly)
-        if self.output.directory is not None:
-            located("output.directory", self.output.directory, self.folder)
+        for name, path in (("directory", self.output.directory), ("animate", self.output.animate)):
+            if path is not None:
+                located(f"output.{name}", path, self.folder)
         if self.output.pvd_step_deg is not None:
             step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
             require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
-        if self.output.animate is not None:
-            located("output.animate", self.output.animate, self.folder)
         self._require_film()
         if self.forces is not None:
             given = list(self.forces.pin_N)
@@ -270,9 +269,11 @@ class Study:
 
         In an assembly, bushing and bearing shells without a table are of their usual materials.
         """
-        if self.assembly is not None:
-            return assembled(self.part_material, part, self.material)
-        return self.part_material.get(part, self.material)
+        if self.assembly is None:
+            return self.part_material.get(part, self.material)
+        name = table_name(part)
+        assumed = MaterialTable(preset=ASSUMED_PARTS[name]) if name in ASSUMED_PARTS else self.material
+        return self.part_material.get(part, self.part_material.get(name, assumed))
 
     @property
     def material_notes(self) -> tuple[Note, ...]:
@@ -295,11 +296,17 @@ class Study:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
+        used = {
+            "speed": self.engine is not None and (self.speed.rpm is not None or self.duty is None),
+            "contact": self.in_contact,
+            "film": self.analysis.needs_film,
+            "mesh": self.rod.mesh is None,
+        }
         for name in TABLES:
             table = getattr(self, name)
             if name == "speed" and self.engine is not None and self.speed.rpm is None and self.duty is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
-            if name not in (*tables, *self._unused) and table is not None:
+            if name not in tables and used.get(name, True) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables
 
@@ -307,17 +314,6 @@ class Study:
     def in_contact(self) -> bool:
         """Whether a pin touches its bore, or parts touch each other."""
         return self.analysis.in_contact or self.assembly is not None
-
-    @property
-    def _unused(self) -> list[str]:
-        speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
-        used = {
-            "speed": speeds,
-            "contact": self.in_contact,
-            "film": self.analysis.needs_film,
-            "mesh": self.rod.mesh is None,
-        }
-        return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> TomlTable:
         """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
