@@ -20,6 +20,7 @@ from fea.cli.options import (
 from fea.machine.clock import progress_line, stages
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.output.target import near
+from fea.output.terminal.prose import print_lines, terminal
 from fea.output.units import in_heading, in_rows, shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.option_tables import OptimiseTable, parse_free
@@ -94,8 +95,6 @@ def sweep(
 
 
 def _print_sweep(report: "SweepReport") -> None:
-    from fea.output.terminal.prose import print_lines, terminal
-
     done = f"{report.done} rows done, {report.computed} rods computed now"
     lines = [f"{done}; {report.failed} failed, {report.untrusted} not to be trusted"]
     often = sorted(report.reasons.items(), key=lambda item: -item[1])[:_MOST_REASONS]
@@ -235,7 +234,6 @@ def limits(
 
 def _print_limits(figures: "LimitsFigures", folder: Path, *, reached: bool) -> None:
     from fea.apps.limits.drawn_map import TABLE_HEAD
-    from fea.output.terminal.prose import print_lines, terminal
 
     short = "It does not reach what --min-rpm and --min-boost ask for, less the error bar: exit code 6."
     lines = [figures.text, *([] if reached else [short]), ""]

@@ -8,6 +8,8 @@ from typing import Literal
 from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, load_with_flags, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.output.target import require_target
+from fea.output.terminal.rod import print_forces, print_modes, print_rod
+from fea.output.text import write_columns
 from fea.output.units import shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY
@@ -49,9 +51,10 @@ def rod(
         Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
     """
     loaded = load_with_flags(study, flags)
-    if fit is not None:
-        from fea.analysis.rod_report import fitted
 
+    from fea.analysis.rod_report import fitted, rod_report
+
+    if fit is not None:
         table, best = fitted(loaded, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         outcome = {"met": best.met, "residuals": best.residuals, "at_limit": best.at_limit}
         text = f"# {best.text()}\n{replace(loaded, rod=table).text()}"
@@ -59,9 +62,6 @@ def rod(
         if not best.met:
             sys.stderr.write(f"fea: {best.text()}. The printed rod comes closest to the targets\n")
         return 0 if best.met else CHECK_FAILED
-
-    from fea.analysis.rod_report import rod_report
-    from fea.output.terminal.rod import print_rod
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."
@@ -104,7 +104,6 @@ def modes(
         Write the mode shapes to this .vtu file, which `fea view` can draw.
     """
     from fea.analysis.modes import modes_report
-    from fea.output.terminal.rod import print_modes
 
     require_target("--vtu", vtu, (".vtu",))
     report = modes_report(load_with_flags(study, flags), count)
@@ -139,7 +138,6 @@ def loads(
         Plot the cycle to this file (.png, .pdf, .svg).
     """
     from fea.analysis.forces import stacked, study_forces
-    from fea.output.terminal.rod import print_forces
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
@@ -149,8 +147,6 @@ def loads(
     require(not same, "--csv", str(csv), rule, "Name another file.")
     reports = study_forces(loaded, every_cylinder=cylinders == "all")
     if csv is not None:
-        from fea.output.text import write_columns
-
         write_columns(csv, stacked(reports))
     if plot is not None:
         from fea.output.plots.forces import plot_forces
