@@ -14,12 +14,14 @@ import pytest
 from studies import plain_study
 
 import fea
-from fea import analyse, load_study, run
+from fea import run
 from fea.analysis.figures import EnvelopeFigures
+from fea.apps.result import analyse
 from fea.output import run_files
 from fea.output.json_file import as_dict, read_summary
 from fea.output.run_files import RunFiles, Writer
 from fea.output.text import write_text
+from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")

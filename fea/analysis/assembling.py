@@ -11,16 +11,14 @@ from fea.contact.assembly_state import AssemblySpecification, Expansion
 from fea.judge.bolt_choice import BoltSeats, ChosenBolt, choose_bolt, seats_of
 from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
-from fea.study.assembly_table import (
-    BOLT,
-    BUSHING,
-    SHELL,
-    AssemblyTable,
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
+from fea.study.material_table import (
+    MaterialTable,
     assumed_materials,
     bolt_material,
     table_name,
+    thermal_expansion,
 )
-from fea.study.material_table import MaterialTable, thermal_expansion
 from fea.study.option_tables import PINS
 from fea.study.study import Study
 from geometry.assembly import Assembly, BoltAxis, BoltSeat

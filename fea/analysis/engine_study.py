@@ -5,11 +5,10 @@ from typing import Any
 
 from fea.analysis.rod_report import fitted
 from fea.study.documents import template
-from fea.study.presets import EnginePreset, Figure, engine_preset
-from fea.study.rod_kinds import rod_of_kind
-from fea.study.rod_table import LEAST, MASS_KEYS
+from fea.study.engine_table import EnginePreset, Figure, engine_preset
+from fea.study.files import toml_text
+from fea.study.rod_table import LEAST, MASS_KEYS, rod_of_kind
 from fea.study.study import parse_study
-from fea.study.tables import toml_text
 from geometry.dimensions import dimensions, key
 
 _MATERIAL = """[material]
@@ -25,7 +24,7 @@ def engine_study(name: str, kind: str | None = None, **given: Any) -> str:
 
     The rod has the length of the engine's own. Its other dimensions follow in usual proportions from its
     bores, and are fitted to what is published of its mass; or they are those of a `kind` of rod, with a cap,
-    whose length, bores, mm, and thread may be `given` as for `fea.study.rod_kinds.rod_of_kind`. Raises
+    whose length, bores, mm, and thread may be `given` as for `fea.study.rod_table.rod_of_kind`. Raises
     `InvalidValue`: there is no engine or no kind of that name, or a dimension breaks a rule.
     """
     preset, text = engine_preset(name, "--engine"), template()

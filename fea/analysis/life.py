@@ -23,7 +23,7 @@ from fea.judge.fatigue import criterion_strength, reversed_amplitude
 from fea.judge.life_line import LifeLine, rainflow
 from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
-from fea.study.option_tables import DutyTable
+from fea.study.speed_tables import DutyTable
 from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties
 

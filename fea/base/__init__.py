@@ -1,1 +1,1 @@
-"""What every stage shares: closed choices, limits of the checks, materials, notes, units."""
+"""Shared by every stage: closed choices, limits of the checks, materials, notes, units."""

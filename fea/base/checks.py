@@ -8,7 +8,7 @@ _DATA = shipped_toml("base/checks.toml")
 LIMITS: dict[str, float] = {name: checked["limit"] for name, checked in _DATA.items()}
 TITLES: dict[str, str] = {name: checked["title"] for name, checked in _DATA.items()}
 # What it means for the results if it fails.
-MEANINGS: dict[str, str] = {name: one["meaning"] for name, one in _DATA.items() if "meaning" in one}
+MEANINGS: dict[str, str] = {name: row["meaning"] for name, row in _DATA.items() if "meaning" in row}
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class SolverName(StrEnum):
 
 
 class Assembly(StrEnum):
-    """What assembles the stiffness and the nodal forces of inertia: batched kernels or scikit-fem."""
+    """Assembly of the stiffness and of the nodal forces of inertia: batched kernels or scikit-fem."""
 
     BATCHED = "batched"
     SCIKIT_FEM = "scikit-fem"
@@ -79,8 +79,8 @@ class PinBody(StrEnum):
     RIGID = "rigid"
 
 
-class Split(StrEnum):
-    """How a big end is split into rod and cap; an oblique joint is given by its angle."""
+class CapJoint(StrEnum):
+    """Joint between rod and cap; an oblique one is given by its angle."""
 
     STRAIGHT = "straight"
 
@@ -99,7 +99,7 @@ class BoltGrade(StrEnum):
 
 
 class Lubricant(StrEnum):
-    """What bolts are tightened with."""
+    """Lubrication of bolts as they are tightened."""
 
     MOLY = "moly"
     OIL = "oil"
@@ -165,7 +165,7 @@ class PressureUnit(StrEnum):
 
 
 class PressureReference(StrEnum):
-    """What a pressure is measured against: vacuum, or the pressure in the crankcase."""
+    """Zero of a pressure: vacuum, or the pressure in the crankcase."""
 
     ABSOLUTE = "absolute"
     GAUGE = "gauge"

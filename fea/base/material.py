@@ -92,12 +92,12 @@ class Material:
         require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
         require_positive("material.density_kg_m3", self.density * 1e12)
         require_positive("material.yield_MPa", self.yield_strength)
-        known = {
+        strengths = {
             "ultimate_MPa": self.ultimate_strength,
             "endurance_MPa": self.endurance_limit,
             "endurance_torsion_MPa": self.torsion_limit,
         }
-        for name, value in known.items():
+        for name, value in strengths.items():
             if value is not None:
                 require_positive(f"material.{name}", value)
 

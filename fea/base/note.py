@@ -1,4 +1,4 @@
-"""What a reader must know beside the figures; terminal, report and JSON show the same in the same order."""
+"""Notes for the reader beside the figures; terminal, report and JSON show the same in the same order."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from functools import partial
 
 
 class NoteKind(StrEnum):
-    """What a note means for the answer: notes are shown in this order, that of consequence."""
+    """Consequence of a note for the answer: notes are shown in this order, that of consequence."""
 
     DOUBT = "doubt"  # figures are not to be relied on as they stand
     WARNING = "warning"  # limits how far the figures can be used
@@ -53,7 +53,7 @@ def assumptions(topic: str, values: Iterable[str]) -> tuple[Note, ...]:
 
 
 class Assumed(list[str]):
-    """What a study does not give, in words."""
+    """Assumed values that a study does not give, in words."""
 
     def or_else(self, given: float | None, default: float, text: str) -> float:
         """Return what is given, or the default, which is noted; the text has a place for it."""

@@ -1,8 +1,11 @@
-"""What comes with the package, by paths that begin at it."""
+"""Data files of the package, by paths that begin at it."""
 
 import tomllib
 from importlib.resources import files
 from typing import Any
+
+# Values by key, as a TOML file holds them.
+TomlTable = dict[str, Any]
 
 
 def shipped_text(path: str) -> str:
@@ -10,7 +13,7 @@ def shipped_text(path: str) -> str:
     return (files("fea") / path).read_text(encoding="utf-8")
 
 
-def shipped_toml(path: str) -> dict[str, Any]:
+def shipped_toml(path: str) -> TomlTable:
     """Return the tables of a file."""
     return tomllib.loads(shipped_text(path))
 

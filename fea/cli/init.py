@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cli.options import Json, print_json
+from fea.output.target import require_target
 from geometry.errors import InvalidValue, require, require_positive
 
 
@@ -15,9 +16,9 @@ def init(
     *,
     engine: str | None = None,
     kind: str | None = None,
-    length: str | None = None,
-    big_end_bore: str | None = None,
-    small_end_bore: str | None = None,
+    length: float | str | None = None,
+    big_end_bore: float | str | None = None,
+    small_end_bore: float | str | None = None,
     thread: str | None = None,
 ) -> None:
     """Write a study file with comments, ready to edit.
@@ -41,7 +42,7 @@ def init(
     """
     from fea.study.documents import template
 
-    require(not file.is_dir(), "FILE", str(file), "is a directory", "Name a file.")
+    require_target("FILE", file, (file.suffix.lower(),))
     if not file.suffix:
         file = file.with_suffix(".toml")
     if engine is None:
@@ -49,9 +50,14 @@ def init(
         text = template()
     else:
         from fea.analysis.engine_study import engine_study
+        from fea.study.tables import number_of
 
         lengths = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
-        given = {name: _millimetres(name, text) for name, text in lengths.items() if text}
+        given = {
+            name: require_positive(flag := f"--{name.replace('_', '-')}", number_of(flag, value, "length_mm"))
+            for name, value in lengths.items()
+            if value is not None
+        }
         rule, remedy = "is missing, and length, bores and thread belong to it", "Add --kind h-beam."
         require(kind is not None or not (given or thread), "--kind", None, rule, remedy)
         text = engine_study(engine, kind, **given, thread=thread)
@@ -61,22 +67,9 @@ def init(
     except FileExistsError:
         rule = "already exists and is not overwritten"
         raise InvalidValue("FILE", str(file), rule, "Name another file.") from None
-    except FileNotFoundError:
-        rule, remedy = "is in a directory that does not exist", "Create the directory first."
-        raise InvalidValue("FILE", str(file), rule, remedy) from None
     sys.stdout.write(f"Wrote {file}. Edit it, then run: fea run {file}\n")
     if schema := _schema_beside(file):
         sys.stdout.write(f"Wrote {schema}, from which editors complete and check the keys.\n")
-
-
-def _millimetres(name: str, text: str) -> float:
-    from fea.study.quantities import quantity
-
-    flag = f"--{name.replace('_', '-')}"
-    try:
-        return require_positive(flag, float(text))
-    except ValueError:
-        return require_positive(flag, quantity(flag, text, "mm"))
 
 
 def _schema_beside(study: Path) -> Path | None:
@@ -99,25 +92,27 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
     name
         A material, by one of its names.
     """
-    from fea.study.materials import LIBRARY, library_material
+    from fea.study.material_table import LIBRARY, library_material
     from fea.study.tables import unit_of
 
-    found = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
+    shown = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
     if json:
-        print_json([vars(material) | {"temperature_C": 20.0, "stress_ratio": -1.0} for material in found])
+        print_json([vars(material) | {"temperature_C": 20.0, "stress_ratio": -1.0} for material in shown])
         return
     if name is None:
         sys.stdout.write(_ROW.format("", "E", "yield", "ultimate", "endurance", "cycles", "also"))
-        for one in found:
-            cells = (f"{one.figures[key]:g}" if key in one.figures else "–" for key in _LISTED)
-            sys.stdout.write(_ROW.format(one.name, *cells, ", ".join(one.also)))
+        for material in shown:
+            cells = (f"{material.figures[key]:g}" if key in material.figures else "–" for key in _LISTED)
+            sys.stdout.write(_ROW.format(material.name, *cells, ", ".join(material.also)))
     else:
-        (one,) = found
-        sys.stdout.write(f"{one.name}: {one.title}{''.join(f'; {also}' for also in one.also)}\n")
-        for key, value in one.figures.items():
+        (material,) = shown
+        sys.stdout.write(
+            f"{material.name}: {material.title}{''.join(f'; {also}' for also in material.also)}\n"
+        )
+        for key, value in material.figures.items():
             words, unit = unit_of(key)
             sys.stdout.write(f"  {words}: {value:g} {unit}".rstrip() + "\n")
-        sys.stdout.write(f"Source: {one.source}\n")
+        sys.stdout.write(f"Source: {material.source}\n")
     sys.stdout.write(_CONDITIONS)
 
 

@@ -1,4 +1,4 @@
-"""What several commands share: a study with its flags, other options, and what is printed."""
+"""Shared by several commands: a study with its flags, other options, and printing."""
 
 import sys
 from collections.abc import Callable, Iterable
@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from cyclopts import Parameter
+
+from fea.base.choices import UnitSystem
+from fea.output.units import shown_in
 
 if TYPE_CHECKING:
     from fea.study.flags import Flags
@@ -55,9 +58,6 @@ class Printed:
         if self.json:
             print_json(figures, digits)
         elif not self.quiet:
-            from fea.base.choices import UnitSystem
-            from fea.output.units import shown_in
-
             with shown_in(UnitSystem.SI if study is None else study.output.units):
                 table()
             print_written(written)
@@ -77,14 +77,14 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
     """
     from fea.study.flags import Flags, overrides
 
-    known = overrides()
+    all_flags = overrides()
     fields = []
-    for name in (*names, *helps, "unusual") if names or helps else known:
-        flag = known[name]
+    for name in (*names, *helps, "unusual") if names or helps else all_flags:
+        flag = all_flags[name]
         hint, alias = flag.kind if flag.kind is bool else flag.kind | None, flag.declared.alias
         negative = f"--no-{name}" if flag.may_be_false else ""
-        told = Parameter(help=helps.get(name, flag.help), negative=negative)
-        fields.append((name, Annotated[hint, told], field(default=None)))
+        parameter = Parameter(help=helps.get(name, flag.help), negative=negative)
+        fields.append((name, Annotated[hint, parameter], field(default=None)))
         if alias:
             fields.append((alias, Annotated[hint, Parameter(show=False)], field(default=None)))
 
@@ -96,7 +96,7 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
     return decorated
 
 
-def asked_for(study: str, flags: "Flags", threads: int | None = None) -> "Study":
+def load_with_flags(study: str, flags: "Flags", threads: int | None = None) -> "Study":
     """Return a study with its flags; before that, and before a library starts threads, they are limited."""
     from fea.machine.threads import limit_threads
     from fea.study.study import load_study

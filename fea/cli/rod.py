@@ -5,8 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, asked_for, one_or_all, takes
+from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, load_with_flags, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
+from fea.output.target import require_target
+from fea.output.terminal.rod import print_forces, print_modes, print_rod
+from fea.output.text import write_columns
+from fea.output.units import shown_in
 from fea.study.flags import NO_FLAGS, Flags
 from fea.study.study import DEFAULT_STUDY
 from geometry.errors import require
@@ -46,41 +50,38 @@ def rod(
     inertia_kg_m2
         Target moment of inertia for --fit, kg m², about the pin-parallel axis through the centre of gravity.
     """
-    asked = asked_for(study, flags)
-    if fit is not None:
-        from fea.analysis.rod_report import fitted
+    loaded = load_with_flags(study, flags)
 
-        table, best = fitted(asked, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
+    from fea.analysis.rod_report import fitted, rod_report
+
+    if fit is not None:
+        table, best = fitted(loaded, fit.split(","), mass_kg, center_of_gravity_mm, inertia_kg_m2)
         outcome = {"met": best.met, "residuals": best.residuals, "at_limit": best.at_limit}
-        text = f"# {best.text()}\n{replace(asked, rod=table).text()}"
+        text = f"# {best.text()}\n{replace(loaded, rod=table).text()}"
         printing.show(outcome | {"rod": vars(best.rod)}, lambda: sys.stdout.write(text))
         if not best.met:
             sys.stderr.write(f"fea: {best.text()}. The printed rod comes closest to the targets\n")
         return 0 if best.met else CHECK_FAILED
-
-    from fea.analysis.rod_report import rod_report
-    from fea.output.target import require_target
-    from fea.output.terminal.rod import print_rod
 
     targets = {"mass": mass_kg, "center-of-gravity": center_of_gravity_mm, "inertia": inertia_kg_m2}
     remedy = "Name the dimensions to adjust with --fit."
     for name, target in targets.items():
         require(target is None, f"target {name}", target, "has no effect without --fit", remedy)
     require_target("--step", step, (".step", ".stp"))
-    figures, mesh = rod_report(asked)
+    figures, mesh = rod_report(loaded)
     written: list[Path] = []
     if step is not None:
         from geometry.cad.formats import export_step
         from geometry.session import session
 
         with session():
-            export_step(asked.rod.solid(), step)
+            export_step(loaded.rod.solid(), step)
         written.append(step)
     if screenshot:
         from fea.output.pictures.picture import picture_of_mesh
 
-        written.append(picture_of_mesh(mesh, asked.name, Path("results")))
-    printing.show(figures, lambda: print_rod(figures), asked, written)
+        written.append(picture_of_mesh(mesh, loaded.name, Path("results")))
+    printing.show(figures, lambda: print_rod(figures), loaded, written)
     return 0
 
 
@@ -103,11 +104,9 @@ def modes(
         Write the mode shapes to this .vtu file, which `fea view` can draw.
     """
     from fea.analysis.modes import modes_report
-    from fea.output.target import require_target
-    from fea.output.terminal.rod import print_modes
 
     require_target("--vtu", vtu, (".vtu",))
-    report = modes_report(asked_for(study, flags), count)
+    report = modes_report(load_with_flags(study, flags), count)
     figures = report.figures()
     if vtu is not None:
         from fea.output.vtu import write_vtu
@@ -139,25 +138,20 @@ def loads(
         Plot the cycle to this file (.png, .pdf, .svg).
     """
     from fea.analysis.forces import stacked, study_forces
-    from fea.output.target import require_target
-    from fea.output.terminal.rod import print_forces
-    from fea.output.units import shown_in
 
     require_target("--csv", csv, (".csv",))
     require_target("--plot", plot, (".png", ".pdf", ".svg"))
-    asked = asked_for(study, flags)
-    same = asked.engine is not None and csv is not None and Path(asked.engine.gas) == csv.resolve()
+    loaded = load_with_flags(study, flags)
+    same = loaded.engine is not None and csv is not None and Path(loaded.engine.gas) == csv.resolve()
     rule = "is the study's own pressure trace, which must not be overwritten"
     require(not same, "--csv", str(csv), rule, "Name another file.")
-    reports = study_forces(asked, every_cylinder=cylinders == "all")
+    reports = study_forces(loaded, every_cylinder=cylinders == "all")
     if csv is not None:
-        from fea.output.text import write_columns
-
         write_columns(csv, stacked(reports))
     if plot is not None:
         from fea.output.plots.forces import plot_forces
 
-        with shown_in(asked.output.units):
-            plot_forces(plot, reports, asked.name)
-    figures = one_or_all([report.figures(asked.name) for report in reports])
-    printing.show(figures, lambda: print_forces(reports, asked.name), asked, (csv, plot))
+        with shown_in(loaded.output.units):
+            plot_forces(plot, reports, loaded.name)
+    figures = one_or_all([report.figures(loaded.name) for report in reports])
+    printing.show(figures, lambda: print_forces(reports, loaded.name), loaded, (csv, plot))

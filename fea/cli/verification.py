@@ -8,9 +8,11 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from fea.cli.options import Markdown, Printed
+from fea.machine.clock import stages
 from fea.machine.exit_codes import CHECK_FAILED
 from fea.output.target import require_target
-from fea.study.study import DEFAULT_STUDY
+from fea.study.study import DEFAULT_STUDY, load_study
+from geometry.errors import require_positive
 
 
 @dataclass(frozen=True)
@@ -41,16 +43,14 @@ def verify(*cases: str, shown: Options = _NOTHING) -> int:
     cases
         Cases to solve (le1, le10, le11, lame, goodier, cook, …); default: all of them.
     """
-    from fea.machine.clock import stages
-    from fea.verify.verify import print_verification, write_report
-    from fea.verify.verify import verify as compute
+    from fea.verify import verify as benchmarks
 
     with stages(silent=shown.quiet) as listener:
-        rows = compute(cases, listener)
+        rows = benchmarks.verify(cases, listener)
         command = " ".join(["fea verify", *cases])
-        shown.write(command, lambda report, said: write_report(report, rows, said, listener))
+        shown.write(command, lambda file, text: benchmarks.write_report(file, rows, text, listener))
     figures = [row.as_dict() for row in rows]
-    shown.show(figures, lambda: print_verification(rows), written=(shown.report,), digits=9)
+    shown.show(figures, lambda: benchmarks.print_verification(rows), written=(shown.report,), digits=9)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
@@ -62,15 +62,14 @@ def stability(*cases: str, shown: Options = _NOTHING) -> int:
     cases
         Cases to solve (contrast, slender, incompressible, …); default: all of them.
     """
-    from fea.machine.clock import stages
-    from fea.verify.stability.stability import print_stability, write_report
-    from fea.verify.stability.stability import stability as compute
+    from fea.verify.stability import stability as extremes
 
     with stages(silent=shown.quiet) as listener:
-        rows = compute(cases, listener)
-    shown.write(" ".join(["fea stability", *cases]), lambda report, said: write_report(report, rows, said))
+        rows = extremes.stability(cases, listener)
+    command = " ".join(["fea stability", *cases])
+    shown.write(command, lambda file, text: extremes.write_report(file, rows, text))
     figures = [row.as_dict() for row in rows]
-    shown.show(figures, lambda: print_stability(rows), written=(shown.report,), digits=9)
+    shown.show(figures, lambda: extremes.print_stability(rows), written=(shown.report,), digits=9)
     return 0 if all(row.passed for row in rows) else CHECK_FAILED
 
 
@@ -86,21 +85,17 @@ def converge(study: str = DEFAULT_STUDY, *, minutes: float = 10.0, shown: Option
         Time for all compared computations, in minutes; the reference solution, on a very fine mesh of the
         rod, takes some minutes more.
     """
-    from fea.machine.clock import stages
-    from fea.study.study import load_study
-    from fea.verify.converge import converge as compute
-    from fea.verify.converge import print_comparison, write_report
-    from geometry.errors import require_positive
+    from fea.verify import converge as comparison
 
     require_positive("--minutes", minutes)
-    asked = load_study(study)
-    asked.require_plausible()
+    loaded = load_study(study)
+    loaded.require_plausible()
     with stages(silent=shown.quiet or shown.json) as listener:
-        result = compute(asked, minutes, listener)
+        result = comparison.converge(loaded, minutes, listener)
     command = f"fea converge {study} --minutes {minutes:g}"
-    shown.write(command, lambda report, said: write_report(report, result, said))
+    shown.write(command, lambda file, text: comparison.write_report(file, result, text))
     figures = [row.as_dict() for row in result.rows]
-    shown.show(figures, lambda: print_comparison(result), written=(shown.report,))
+    shown.show(figures, lambda: comparison.print_comparison(result), written=(shown.report,))
     return 0
 
 
@@ -112,13 +107,12 @@ def reproduce(source: str = "all", *, shown: Options = _NOTHING) -> int:
     source
         leon-2001, columba-2022, molina-2024 or all.
     """
-    from fea.verify.reproduce.report import print_reproduction, write_report
-    from fea.verify.reproduce.report import reproduce as compare
+    from fea.verify.reproduce import report as comparison
     from fea.verify.reproduce.tables import summarise
 
-    tables = compare(source)
-    shown.write(f"fea reproduce {source}", lambda report, said: write_report(report, tables, said))
+    tables = comparison.reproduce(source)
+    shown.write(f"fea reproduce {source}", lambda file, text: comparison.write_report(file, tables, text))
     figures = [figure.as_dict() for table in tables for figure in table.figures]
     # The studies print up to ten significant digits; every one is compared.
-    shown.show(figures, lambda: print_reproduction(tables), written=(shown.report,), digits=12)
+    shown.show(figures, lambda: comparison.print_reproduction(tables), written=(shown.report,), digits=12)
     return CHECK_FAILED if summarise(tables).unexplained else 0

@@ -11,7 +11,7 @@ import numpy as np
 
 from fea.base.choices import ThreadRolled
 from fea.judge import vdi2230
-from fea.study.bolts import BoltStrength, Thread
+from fea.study.assembly_table import BoltStrength, Thread
 from geometry.arrays import Floats
 
 # k_τ: share of the torsion of tightening that remains in service.

@@ -13,19 +13,21 @@ from fea.contact.assembly_state import BoltBeam
 from fea.judge import vdi2230
 from fea.judge.bolt import Bolt, BoltShape
 from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
-from fea.study.assembly_table import BOLT, DEFAULT_GRADE, TIGHTENED, AssemblyTable, bolt_material
-from fea.study.bolts import (
+from fea.study.assembly_table import (
     AFTERMARKET,
+    BOLT,
     LUBRICANTS,
     PROOF_RATIO,
     SCATTER,
+    TIGHTENED,
     YIELD_ESTIMATED,
+    AssemblyTable,
     BoltStrength,
     Thread,
     bolt_strength,
     thread_in_hole,
 )
-from fea.study.material_table import MaterialTable
+from fea.study.material_table import DEFAULT_GRADE, MaterialTable, bolt_material
 from geometry.assembly import PLAIN, ROOM, WIDER
 from geometry.errors import InvalidValue, require
 from geometry.outline import bosses

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fea.contact.assembly_state import BoltBeam
-from fea.study.bolts import Thread
+from fea.study.assembly_table import Thread
 
 # ν of VDI 2230, tables A1 to A4: share of R_p0.2 that tightening uses.
 UTILISATION = 0.9

@@ -13,7 +13,7 @@ from fea.rod.meshed_rod import Bores, MeshedRod, Meshing
 from fea.rod.reading import SECONDS, read_isolated
 from fea.solid.element import volume_points
 from fea.solid.inertia import enclosed_volume
-from fea.study.paths import require_size
+from fea.study.files import require_size
 from fea.study.rod_table import LARGEST_MESH_FILE, RodTable
 from geometry.assembly import Assembly
 from geometry.errors import GeometryError, InvalidValue, require

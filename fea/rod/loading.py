@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from fea.base.note import TRACE, Note, assumption, doubt, omission, warning
 from fea.base.units import RPM
 from fea.study.engine_table import EngineTable, engine_notes
-from fea.study.option_tables import DutyTable
+from fea.study.speed_tables import DutyTable
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle

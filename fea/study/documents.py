@@ -1,4 +1,4 @@
-"""What is written about the keys of a study: the commented study of `fea init`, and the JSON Schema.
+"""Documents on the keys of a study: the commented study of `fea init`, and the JSON Schema.
 
 Keys, types, choices and defaults are those of the tables, the descriptions those of their declarations. Rules
 between values are left to the reader.
@@ -11,12 +11,12 @@ from collections.abc import Iterable
 from enum import StrEnum
 from typing import Any
 
-from fea.study.materials import LIBRARY
-from fea.study.presets import engine_names
-from fea.study.quantities import own_unit, stem
+from fea.base.shipped import TomlTable
+from fea.study.engine_table import engine_names
+from fea.study.material_table import LIBRARY
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
-from fea.study.tables import Key, hints_of, keys_of, options_of, required, unit_of
+from fea.study.tables import Key, hints_of, keys_of, options_of, own_unit, required, stem, unit_of
 from geometry.imports import UNITS
 from geometry.presets import PRESETS
 
@@ -82,12 +82,11 @@ def _entry(name: str, declared: Key) -> list[str]:
 
 _TITLE = "Study of a connecting rod for fea"
 _TYPES = {int: "integer", str: "string", bool: "boolean"}
-_NUMBER: dict[str, Any] = {"type": "number"}
+Schema = TomlTable
+_NUMBER: Schema = {"type": "number"}
 _QUANTITY = (
     r"[0-9].*([A-DF-Za-df-z%\"'°]|[^ -~]|[eE][^0-9+-])"  # a number and its unit, which may end in a digit
 )
-
-Schema = dict[str, Any]
 
 
 def study_schema() -> Schema:
@@ -99,10 +98,10 @@ def study_schema() -> Schema:
     }
     for table, keys in named.items():
         for key, names in keys.items():
-            tables[table]["properties"][key] |= _choices(names)
-    known = [name for material in LIBRARY.values() for name in (material.name, *material.also)]
+            tables[table]["properties"][key] |= _choices(sorted(names))
+    materials = [name for material in LIBRARY.values() for name in (material.name, *material.also)]
     # In any case, with or without hyphens.
-    tables["material"]["properties"]["preset"]["examples"] = sorted(known)
+    tables["material"]["properties"]["preset"]["examples"] = sorted(materials)
     tables["rod"] |= {"anyOf": [_needs(names) for names in sufficient()]}
     tables["part_material"] = tables["material"]
     tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
@@ -110,7 +109,7 @@ def study_schema() -> Schema:
     tables["engine"] |= {
         "type": ["string", "object"],
         "if": {"type": "string"},
-        "then": _choices(engine_names()),
+        "then": _choices(sorted(engine_names())),
         "anyOf": [_needs(names) for names in (["preset"], required(TABLES["engine"]))],
     }
     return {
@@ -136,25 +135,20 @@ def _schema_of(cls: Any) -> Schema:
     for name, declared in keys_of(cls).items():
         takes_text = own_unit(name) or declared.entries()
         number = {"type": ["number", "string"], "pattern": _QUANTITY} if takes_text else _NUMBER
-        kind = _kind(cls, name, number)
+        kind = _type(hints_of(cls)[name], number)
         words = ", ".join(filter(None, unit_of(name)))
-        said = f"{words}: {declared.comment}" if declared.comment else words
-        properties[name] = {"description": said} | kind
+        description = f"{words}: {declared.comment}" if declared.comment else words
+        properties[name] = {"description": description} | kind
         if declared.alias:
             properties[declared.alias] = {"description": f"now {name}", "deprecated": True} | kind
         if stem(name) != name:
-            told = {"description": f"{name}, as a text with its unit: {declared.comment}"}
-            properties[stem(name)] = told | _kind(cls, name, {"type": "string", "pattern": _QUANTITY})
+            text = _type(hints_of(cls)[name], {"type": "string", "pattern": _QUANTITY})
+            description = f"{name}, as a text with its unit: {declared.comment}"
+            properties[stem(name)] = {"description": description} | text
         if defaults[name] not in (dataclasses.MISSING, None):
             properties[name]["default"] = defaults[name]
     needed = _needs(required(cls)) if required(cls) else {}
     return {"type": "object", "properties": properties, "additionalProperties": False} | needed
-
-
-def _kind(cls: Any, name: str, number: Schema) -> Schema:
-    """Return the type of a key, in which `number` is that of a real number."""
-    kinds = [_type(option, number) for option in options_of(hints_of(cls)[name])]
-    return kinds[0] if len(kinds) == 1 else {"anyOf": kinds}
 
 
 def _needs(names: Iterable[str]) -> Schema:
@@ -167,16 +161,18 @@ def _reference(name: str) -> Schema:
 
 
 def _choices(names: Iterable[str]) -> Schema:
-    return {"type": "string", "enum": sorted(names)}
+    return {"type": "string", "enum": list(names)}
 
 
-def _type(option: Any, number: Schema) -> Schema:
+def _type(hint: Any, number: Schema) -> Schema:
+    """Return the type of a key, in which `number` is that of a real number."""
+    option, *others = options_of(hint)
+    if others:
+        return {"anyOf": [_type(each, number) for each in (option, *others)]}
     if typing.get_origin(option) is tuple:
         return {"type": "array", "items": _type(typing.get_args(option)[0], number)}
     if typing.get_origin(option) is dict:
         return {"type": "object", "additionalProperties": _type(typing.get_args(option)[1], number)}
     if option is float:
         return number
-    if issubclass(option, StrEnum):
-        return {"type": "string", "enum": [str(choice) for choice in option]}
-    return {"type": _TYPES[option]}
+    return _choices(map(str, option)) if issubclass(option, StrEnum) else {"type": _TYPES[option]}

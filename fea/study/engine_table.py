@@ -1,26 +1,113 @@
-"""[engine]: the engine and its gas."""
+"""[engine]: the engine and its gas, and the library of real engines, each figure with its source.
+
+An engine of the library is a file of `fea/studies/engines`: ``[engine]`` and ``[rod]`` hold figures by the
+keys of a study, ``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in
+``assumed`` where the estimate comes from.
+"""
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from fea.base.note import Note, assumptions, warning
+from fea.base.shipped import TomlTable, shipped_names, shipped_toml
 from fea.base.units import BAR, DEG, KG, N_M
-from fea.study.paths import located
-from fea.study.presets import EnginePreset, engine_preset
-from fea.study.tables import key, within
+from fea.study.files import located
+from fea.study.tables import Positive, checked, key, nearest, within
 from fea.study.trace_columns import TraceKeys
-from fea.study.traces import SHIPPED, SUFFIXES, Imported, Surroundings, read_trace, shipped_trace
+from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
+
+_FOLDER = "studies/engines"
+
+
+class Figure(NamedTuple):
+    """A figure of an engine."""
+
+    value: float | int | str  #: in the unit of its key
+    origin: str  #: its source, a key of `EnginePreset.sources`; or how it was estimated
+    assumed: bool  #: whether it is an estimate
+
+
+@dataclass(frozen=True)
+class EnginePreset:
+    """An engine of the library."""
+
+    #: name, title: its name in a study, and what it is
+    name: str
+    title: str
+    layout: str  #: ``in-line``, ``V`` or ``flat``
+    sources: Mapping[str, str]  #: what is cited, by the names that the figures give
+    #: engine, rod: figures by the keys of [engine] and of [rod]
+    engine: Mapping[str, Figure]
+    rod: Mapping[str, Figure]
+    redline: Figure  #: the highest speed that the engine is meant for, rpm
+
+    def entries(self) -> TomlTable:
+        """Return the keys of [engine] with their values."""
+        return {key: figure.value for key, figure in self.engine.items()}
+
+    @property
+    def redline_rpm(self) -> float:
+        """The redline as a number."""
+        return float(self.redline.value)
+
+    @property
+    def rod_length(self) -> float:
+        """Distance of the bores' centres of its own rod, mm."""
+        return float(self.rod["length_mm"].value)
+
+
+@cache
+def engine_names() -> tuple[str, ...]:
+    """Return the names of all engines."""
+    return shipped_names(_FOLDER)
+
+
+def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
+    """Return an engine by its name; `where` names the key. Raises `InvalidValue`: unknown name."""
+    if name not in engine_names():
+        remedy = nearest(name, engine_names())
+        raise InvalidValue(where, name, "is not an engine of the library", remedy)
+    return _read(name)
+
+
+@cache
+def _read(name: str) -> EnginePreset:
+    raw = shipped_toml(f"{_FOLDER}/{name}.toml")
+    engine, rod, speed = (
+        {
+            key: Figure(entry["value"], entry.get("assumed") or entry["source"], "assumed" in entry)
+            for key, entry in raw[table].items()
+        }
+        for table in ("engine", "rod", "speed")
+    )
+    title, layout, sources = raw["title"], raw["layout"], raw["sources"]
+    return EnginePreset(name, title, layout, sources, engine, rod, redline=speed["redline_rpm"])
+
+
+def with_preset(raw: object) -> object:
+    """Return what a study says of its engine, with the figures of the preset that it names filled in.
+
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library. Raises `InvalidValue`:
+    there is no engine of that name.
+    """
+    if isinstance(raw, str):
+        return {**engine_preset(raw, "engine").entries(), "preset": raw}
+    if not isinstance(raw, Mapping) or "preset" not in raw:
+        return raw
+    return {**engine_preset(checked("engine.preset", raw["preset"], str)).entries(), **raw}
+
 
 _CYCLES = ("boyle", "otto", "motored", "none")
 _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load gives
@@ -55,7 +142,9 @@ class EngineTable(
         within(0.0, 360.0, " degrees"),
     )
     banks: str | None = key(
-        '"ABAB"', "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately"
+        '"ABAB"',
+        "bank of each cylinder in the order of firing, with bank_angle_deg; default: alternately",
+        needs="bank_angle_deg, the angle between the banks",
     )
     crank_pins_deg: tuple[float, ...] | None = key(
         "[0, 0, 240, 240]",
@@ -82,7 +171,7 @@ class EngineTable(
     )
     compression_ratio: float | None = key("10.0", stated=True)
     peak_pressure_bar: float | None = key("60.0", stated=True)
-    intake_pressure_bar: float | None = key(
+    intake_pressure_bar: Positive | None = key(
         "1.01325", 'for "otto" and "motored", absolute; of a trace, that to which its zero is pegged'
     )
     boost_bar: float | None = key(
@@ -90,13 +179,12 @@ class EngineTable(
         "gauge pressure in the intake, in place of intake_pressure_bar: of computed cycles; or with a "
         "trace the boost with which it was measured, from which fea limits counts",
     )
-    atmosphere_bar: float | None = key("1.01325", "pressure in the crankcase")
+    atmosphere_bar: Positive | None = key("1.01325", "pressure in the crankcase")
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
-    gas_scale: float | None = key(
+    gas_scale: Positive | None = key(
         "1.5",
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
         "gauge pressure of any other gas; default: 1",
-        require_positive,
     )
     full_load: tuple[dict[str, float], ...] | None = key(
         "[{ rpm = 3000, peak_pressure_bar = 70 }, { rpm = 6000, torque_Nm = 210 }]",
@@ -138,7 +226,7 @@ class EngineTable(
 
     def with_gas(self, gas: str) -> "EngineTable":
         """Return the table with another gas; keys that say how a file is to be read stay for files only."""
-        unused: dict[str, Any] = {} if _is_file(gas) else dict.fromkeys(self.given)
+        unused: TomlTable = {} if _is_file(gas) else dict.fromkeys(self.given)
         return dataclasses.replace(self, gas=gas, **unused)
 
     def engine(self, rod_length: float) -> Engine:
@@ -171,15 +259,13 @@ class EngineTable(
             top, even = pin + axis / DEG, number * phase
             fires.append(top + 360.0 * round((even - top) / 360.0))
         listed = ", ".join(f"{angle:g}" for angle in fires)
-        ordered = all(one <= other for one, other in itertools.pairwise(fires))
+        ordered = all(first <= second for first, second in itertools.pairwise(fires))
         rule = f"puts the cylinders out of their order: they would fire at {listed} degrees"
         require(ordered, name, pins, rule, "List pins and banks in the order of firing.")
         return tuple(angle * DEG for angle in fires)
 
     def _axes(self) -> tuple[float, ...]:
         """Axis of each cylinder from that of the first, rad; empty for an in-line engine."""
-        rule = "needs bank_angle_deg, the angle between the banks"
-        require(self.banks is None or self.bank_angle_deg is not None, "engine.banks", self.banks, rule)
         if self.bank_angle_deg is None:
             return ()
         banks = self.banks or ("AB" * self.cylinders)[: self.cylinders]
@@ -191,18 +277,18 @@ class EngineTable(
     def gas_model(self, engine: Engine) -> GasModel:
         """Return the cylinder pressure. Raises `InvalidValue`: a missing key, or a trace of not one cycle."""
         gas: GasModel = NoGas()
+        missing = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
         if self.gas in SHIPPED:
             gas = shipped_trace(self.gas)
         elif _is_file(self.gas):
             gas = self._imported(engine.crank_radius / engine.rod_length).trace
         elif self.gas == "boyle":
-            gas = Boyle(engine, self._needed("compression_ratio"), self.atmosphere)
+            gas = Boyle(engine, self.needed("compression_ratio", *missing), self.atmosphere)
         elif self.gas != "none":
-            ratio, atmosphere = self._needed("compression_ratio"), self.atmosphere
-            intake = self.intake
-            peak = self._needed("peak_pressure_bar") * BAR if self.gas == "otto" else None
+            ratio = self.needed("compression_ratio", *missing)
+            peak = self.needed("peak_pressure_bar", *missing) * BAR if self.gas == "otto" else None
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = Otto(engine, ratio, peak, intake, atmosphere, heat_ratio)
+            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio)
         return scaled(gas, self.gas_scale or 1.0)
 
     def library(self) -> EnginePreset | None:
@@ -218,10 +304,7 @@ class EngineTable(
         except InvalidValue:  # the file is gone: the study still says what was asked for
             return self
 
-    def _imported(self, rod_ratio: float = ROD_RATIO) -> Imported:
-        for name in ("atmosphere_bar", "intake_pressure_bar"):
-            if getattr(self, name) is not None:
-                require_positive(f"engine.{name}", getattr(self, name))
+    def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
         given = self.intake_pressure_bar is not None or self.boost_bar is not None
         intake = self.intake if given else None
         around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
@@ -245,12 +328,6 @@ class EngineTable(
         if self.boost_bar is not None:
             return self.atmosphere + self.boost_bar * BAR
         return self.atmosphere if self.intake_pressure_bar is None else self.intake_pressure_bar * BAR
-
-    def _needed(self, key: str) -> float:
-        value = getattr(self, key)
-        rule, remedy = f'is missing: gas = "{self.gas}" needs it', "Give it in [engine]."
-        require(value is not None, f"engine.{key}", None, rule, remedy)
-        return float(value)
 
 
 def located_gas(name: str, gas: str, folder: Path) -> str:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from fea.base.shipped import shipped_toml
-from fea.study.tables import Table, key, not_negative, one_of, within
-from geometry.errors import InvalidValue, require, require_positive
+from fea.study.tables import NotNegative, Positive, StudyTable, key, one_of, within
+from geometry.errors import InvalidValue, require
 
 # What is assumed where a study says nothing: hot engine oil, its inlet from the main bearings, a hole in the
 # crank pin that leads the crank arm; roughness (Rq 0.20 and 0.34 µm) and friction of asperities of a bearing
@@ -32,7 +32,7 @@ _GRADE = re.compile(r"(?:SAE)?((?:0|5|10|15|20|25)W-?)?(\d+)")
 
 @dataclass(frozen=True)
 class FilmTable(
-    Table,
+    StudyTable,
     table="film",
     intro="The oil films of both bearings; switches them on. What is left out is assumed, and the run says "
     "what",
@@ -44,19 +44,22 @@ class FilmTable(
         '"5W-30"',
         "SAE grade: an oil that just meets it; the film's temperature follows from its heat balance",
     )
-    viscosity_40C_mPas: float | None = key(
-        "58.0", "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C", require_positive
+    viscosity_40C_mPas: Positive | None = key(
+        "58.0",
+        "in place of a grade: dynamic viscosity at 40 °C and, below, at 100 °C",
+        needs="viscosity_100C_mPas, that at the other temperature",
     )
-    viscosity_100C_mPas: float | None = key("8.5", "", require_positive)
-    viscosity_mPas: float | None = key(
-        "8.0", "in place of both: of the film, at whatever temperature, without pressure", require_positive
+    viscosity_100C_mPas: Positive | None = key(
+        "8.5", needs="viscosity_40C_mPas, that at the other temperature"
+    )
+    viscosity_mPas: Positive | None = key(
+        "8.0", "in place of both: of the film, at whatever temperature, without pressure"
     )
     piezoviscosity_1_GPa: float | None = key("13.0", "by Roelands' law; 0: none", within(0, 40))
-    radial_clearance_um: float | None = key(
+    radial_clearance_um: Positive | None = key(
         "25.0",
         "radius of the big end's bore less that of the crank pin; default: half of "
         "contact.big_end_clearance_mm; the small end has that of contact.small_end_clearance_mm",
-        require_positive,
     )
     inlet_bar: float | None = key("4.0", "of the oil in the crank pin's hole", within(0.01, 100))
     inlet_C: float | None = key("110.0", "temperature of that oil", within(-40, 180))
@@ -64,7 +67,7 @@ class FilmTable(
     hole_deg: float | None = key(
         "30.0", "of the hole, from the crank arm outwards in the sense of rotation", within(-360, 360)
     )
-    hole_diameter_mm: float | None = key("5.0", "of the hole in the crank pin", require_positive)
+    hole_diameter_mm: Positive | None = key("5.0", "of the hole in the crank pin")
     grooves_deg: tuple[float, ...] = key(
         "[90.0, 270.0]",
         "middle of each groove: in the shell from the rod's axis, in the pin as hole_deg",
@@ -72,7 +75,7 @@ class FilmTable(
         default=(),
     )
     groove_arc_deg: float | None = key("20.0", "length of each; 360: all round", within(0.1, 360))
-    groove_width_mm: float | None = key("16.0", "along the pin, in the middle of the bore", require_positive)
+    groove_width_mm: Positive | None = key("16.0", "along the pin, in the middle of the bore")
     grooves_in: str = key(
         '"shell"', "or pin; they hold oil of inlet_bar", one_of(("shell", "pin")), default="shell"
     )
@@ -83,13 +86,13 @@ class FilmTable(
     small_end_inlet_bar: float | None = key(
         "1.0", "of the oil beside the small end and in its hole, above a ruptured film's", within(0.01, 100)
     )
-    small_end_hole_diameter_mm: float | None = key(
-        "4.0", "diameter; default: that of rod.oil_hole_mm, if there is one", require_positive
+    small_end_hole_diameter_mm: Positive | None = key(
+        "4.0", "diameter; default: that of rod.oil_hole_mm, if there is one"
     )
     small_end_hole_deg: float = key("0.0", "of that hole; 0: at the top", within(-360, 360), default=0.0)
-    roughness_um: float | None = key("0.4", "of both surfaces: root of the sum of their Rq²", not_negative)
+    roughness_um: NotNegative | None = key("0.4", "of both surfaces: root of the sum of their Rq²")
     boundary_friction: float | None = key("0.02", "where the surfaces touch", within(0, 1))
-    lining_MPa: float | None = key("70.0", "specific load that the lining endures", require_positive)
+    lining_MPa: Positive | None = key("70.0", "specific load that the lining endures")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -97,11 +100,6 @@ class FilmTable(
         if cold is not None and hot is not None:
             rule = f"must be less than that at 40 °C, {cold:g} mPa·s"
             require(cold > hot, "film.viscosity_100C_mPas", hot, rule)
-        elif cold is not hot:
-            missing = "40C" if cold is None else "100C"
-            rule = "is needed beside that at the other temperature"
-            remedy = "Give both viscosities, or an oil by its SAE grade."
-            raise InvalidValue(f"film.viscosity_{missing}_mPas", None, rule, remedy)
         if self.oil is not None:
             grade(self.oil)
         of_grooves = {"groove_arc_deg": self.groove_arc_deg, "groove_width_mm": self.groove_width_mm}
@@ -134,5 +132,5 @@ def grade(name: str) -> tuple[float, float]:
         raise InvalidValue("film.oil", name, rule, 'Write "5W-30" or "40", or give viscosities.')
     winter = (parts[1] or "").rstrip("-")
     exact = f"{winter}-{parts[2]}"
-    found = grades[exact if exact in grades else parts[2]]
-    return found["kinematic_100_mm2_s"], found["high_shear_150_mPas"]
+    oil = grades[exact if exact in grades else parts[2]]
+    return oil["kinematic_100_mm2_s"], oil["high_shear_150_mPas"]

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from fea.base.shipped import TomlTable
 from fea.study.material_table import MaterialTable
-from fea.study.quantities import own_unit
 from fea.study.study import TABLES, Study
-from fea.study.tables import Key, checked, hints_of, keys_of, number_of, unit_of, unknown_key
-from fea.study.toml_files import TomlTable
+from fea.study.tables import Key, checked, hints_of, keys_of, number_of, own_unit, unit_of, unknown_key
 from geometry.errors import require
 
 
@@ -74,17 +73,17 @@ class Flags:
 
     def applied(self, study: Study) -> Study:
         """Return the study with flags on top. Raises `InvalidValue`: a broken rule, or an unknown flag."""
-        known, changes = overrides(), dict[str, TomlTable]()
-        aliases = {each.declared.alias: each for each in known.values() if each.declared.alias}
+        flags, changes = overrides(), dict[str, TomlTable]()
+        aliases = {each.declared.alias: each for each in flags.values() if each.declared.alias}
         given = {
             name: value
             for name, value in vars(self).items()
-            if value is not None and (value is not False or (name in known and known[name].may_be_false))
+            if value is not None and (value is not False or (name in flags and flags[name].may_be_false))
         }
         for name, value in given.items():
-            flag = known.get(name) or aliases.get(name)
+            flag = flags.get(name) or aliases.get(name)
             if flag is None:
-                raise unknown_key("flag", name, known)
+                raise unknown_key("flag", name, flags)
             changes.setdefault(flag.table, {})[flag.key] = flag.value(value)
         if "material" in changes:
             study = replace(study, material=MaterialTable(**changes.pop("material")))
@@ -96,14 +95,14 @@ class Flags:
         if "rod" in changes:
             study = replace(study, rod=study.rod.with_file_keys(changes.pop("rod")))
         tables = {name: replace(getattr(study, name), **values) for name, values in changes.items()}
-        asked = replace(study, **tables)
+        changed = replace(study, **tables)
         rule = "cannot be used with [forces], which have no speed"
         still = "rpm" not in given or study.forces is None
         require(still, "--rpm", given.get("rpm"), rule, "Leave it out, or give an [engine].")
-        cycle = "fatigue" not in given or asked.analysis.cycle
+        cycle = "fatigue" not in given or changed.analysis.cycle
         require(cycle, "--fatigue", given.get("fatigue"), "has no effect without --cycle", "Add --cycle.")
-        asked.require_plausible()
-        return asked
+        changed.require_plausible()
+        return changed
 
 
 NO_FLAGS = Flags()
@@ -111,8 +110,8 @@ NO_FLAGS = Flags()
 
 def python_flags(values: Mapping[str, Any], *, writes: bool = True) -> Flags:
     """Return flags of Python's `run`, or of an analysis that `writes` nothing. Raises `InvalidValue`."""
-    known = {name: each for name, each in overrides().items() if writes or not each.declared.writes}
+    flags = {name: each for name, each in overrides().items() if writes or not each.declared.writes}
     for name in values:
-        if name not in known and name not in {each.declared.alias for each in known.values()}:
-            raise unknown_key("flag", name, known)
+        if name not in flags and name not in {each.declared.alias for each in flags.values()}:
+            raise unknown_key("flag", name, flags)
     return Flags(**values)

@@ -1,10 +1,14 @@
-"""[material] of a study file."""
+"""[material] of a study, and the library of materials: `materials.toml`, and bolts by their grades."""
 
-from dataclasses import dataclass
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from statistics import linear_regression
 
 import numpy as np
 
-from fea.base.choices import Finish, Loading
+from fea.base.choices import BoltGrade, Finish, Loading
 from fea.base.material import (
     MEDIAN,
     Basquin,
@@ -17,12 +21,86 @@ from fea.base.material import (
     load_factor,
     size_factor,
 )
-from fea.base.shipped import shipped_toml
+from fea.base.shipped import TomlTable, shipped_toml
 from fea.base.units import GPA, KG_M3
-from fea.study.materials import library_material
-from fea.study.tables import Table, entries_of, key, within
-from fea.study.toml_files import TomlTable
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, SHELLS, bolt_strength, grade_source
+from fea.study.tables import Positive, StudyTable, entries_of, key, within
+from geometry.errors import InvalidValue, require, require_positive
+
+
+@dataclass(frozen=True)
+class LibraryMaterial:
+    """A material of the library."""
+
+    name: str
+    title: str  #: what it is
+    also: tuple[str, ...]  #: other names
+    figures: Mapping[str, float]  #: by the keys of [material]
+    sources: Mapping[str, str]  #: where figures come from, by those keys; also of what could not be found
+
+    @property
+    def source(self) -> str:
+        """The sources as one text: each, with its figures where there are several."""
+        by_text: dict[str, list[str]] = {}
+        for name, text in self.sources.items():
+            by_text.setdefault(text, []).append(name)
+        several = len(by_text) > 1
+        return " ".join(f"{', '.join(keys)}: {text}" if several else text for text, keys in by_text.items())
+
+
+def _materials() -> Iterator[LibraryMaterial]:
+    for name, table in shipped_toml("study/materials.toml").items():
+        yield from _variants(name, table)
+    for grade in BoltGrade:
+        least, name = bolt_strength(grade, 0.0), f"bolt-{grade}"
+        figures = {"E_GPa": 205.0, "nu": 0.30, "density_kg_m3": 7850.0}
+        strengths = {"yield_MPa": least.yield_strength, "ultimate_MPa": least.ultimate}
+        sources = dict.fromkeys(figures | strengths, grade_source(grade))
+        yield LibraryMaterial(name, f"Bolt, {grade}", (), figures | strengths, sources)
+
+
+def _variants(name: str, table: TomlTable) -> Iterator[LibraryMaterial]:
+    title, also, source, usual = (table.pop(key, "") for key in ("title", "also", "source", "usual"))
+    variants = table.pop("variants", {"": {}})
+    if table.pop("interpolate", False):
+        # At every whole hardness, linear between those that are given, MPa without decimals.
+        given = {int(hardness): figures for hardness, figures in variants.items()}
+        tested = sorted(given)
+        for hardness in set(range(tested[0], tested[-1])) - given.keys():
+            figures = {key: [given[each][key] for each in tested] for key in given[tested[0]]}
+            variants[str(hardness)] = {
+                key: float(round(np.interp(hardness, tested, values))) for key, values in figures.items()
+            }
+        variants = {hardness: variants[hardness] for hardness in sorted(variants)}
+    by_figure = source if isinstance(source, dict) else {", ".join(table): source}
+    sources = {key: text for keys, text in by_figure.items() for key in keys.split(", ")}
+    for variant, figures in variants.items():
+        names = tuple(also) if variant == usual else ()
+        full_name = f"{name}-{variant}" if variant else name
+        yield LibraryMaterial(full_name, title, names, table | figures, sources)
+
+
+LIBRARY = {material.name: material for material in _materials()}
+# As names are compared: without regard to case, blanks and hyphens.
+_IGNORED = str.maketrans("", "", " -_")
+
+
+def _plain(name: str) -> str:
+    return name.casefold().translate(_IGNORED)
+
+
+_BY_NAME = {_plain(name): each for each in LIBRARY.values() for name in (*each.also, each.name)}
+
+
+def library_material(where: str, name: str) -> LibraryMaterial:
+    """Return a material by one of its names; `where` names the key. Raises `InvalidValue`: unknown name."""
+    if material := _BY_NAME.get(_plain(name)):
+        return material
+    near = difflib.get_close_matches(_plain(name), _BY_NAME, n=3, cutoff=0.5)
+    names = ", ".join(dict.fromkeys(_BY_NAME[plain].name for plain in near))
+    remedy = f"Did you mean {names}? " if near else ""
+    raise InvalidValue(where, name, "is not in the library", f"{remedy}`fea materials` lists all names.")
+
 
 _LINE = ("fatigue_strength_coefficient_MPa", "fatigue_strength_exponent")
 _TESTS = ("sn_cycles", "sn_amplitude_MPa")
@@ -31,46 +109,19 @@ SN_KEYS = (*_LINE, *_TESTS)
 _FLATTEST, _STEEPEST = -0.02, -0.5
 
 
-def sn_line(
-    coefficient: float | None,
-    exponent: float | None,
-    cycles: tuple[float, ...] | None,
-    amplitudes: tuple[float, ...] | None,
-) -> Basquin | None:
-    """Return σ_f′ (MPa) and b, or tests: cycles and amplitudes, MPa. Raises `InvalidValue`: ill-defined."""
-    for keys, pair in ((_LINE, (coefficient, exponent)), (_TESTS, (cycles, amplitudes))):
-        for name, other, value, beside in zip(keys, keys[::-1], pair, pair[::-1], strict=True):
-            complete = value is not None or beside is None
-            require(complete, f"material.{name}", None, f"is missing: {other} is given", "Give both.")
-    tests, line = cycles is not None, coefficient is not None
-    rule = "cannot be combined with fatigue_strength_coefficient_MPa and fatigue_strength_exponent"
-    require(not (tests and line), "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
-    if coefficient is not None and exponent is not None:
-        require_positive(f"material.{_LINE[0]}", coefficient)
-        require_number(f"material.{_LINE[1]}", exponent)
-        _require_slope(_LINE[1], exponent, exponent)
-        return Basquin(coefficient, exponent)
-    return None if cycles is None or amplitudes is None else fitted(cycles, amplitudes)
-
-
 def fitted(cycles: tuple[float, ...], amplitudes: tuple[float, ...]) -> Basquin:
     """Fit Basquin's line to broken specimens (ASTM E739). `InvalidValue`: too few, or not falling."""
-    for name, values in zip(_TESTS, (cycles, amplitudes), strict=True):
-        for value in values:
-            require_positive(f"material.{name}", value)
     same, rule = len(cycles) == len(amplitudes), f"must have as many values as sn_cycles ({len(cycles)})"
     require(same, "material.sn_amplitude_MPa", list(amplitudes), rule)
     several, rule = len(set(amplitudes)) > 1, "must contain two amplitudes that differ, or more"
     require(several, "material.sn_amplitude_MPa", list(amplitudes), rule)
-    x, y = np.log(amplitudes), np.log(cycles)
-    steepness = float(np.sum((x - x.mean()) * (y - y.mean())) / np.sum((x - x.mean()) ** 2))
-    if steepness >= 0:
-        rule = "must fall as sn_amplitude_MPa rises"
-        raise InvalidValue("material.sn_cycles", list(cycles), rule, "Check the order of both lists.")
-    exponent = 1 / steepness
+    # ln N = ln σ_a / b + level, and σ_a = σ_f′ (2N)^b.
+    steepness, level = linear_regression(np.log(amplitudes), np.log(cycles))
+    rule = "must fall as sn_amplitude_MPa rises"
+    require(steepness < 0, "material.sn_cycles", list(cycles), rule, "Check the order of both lists.")
+    exponent = 1 / float(steepness)
     _require_slope("sn_cycles", list(cycles), exponent)
-    # ln N = ȳ + (x − x̄)/b, and σ_a = σ_f′ (2N)^b.
-    return Basquin(float(np.exp(x.mean() - exponent * (y.mean() + np.log(2)))), exponent)
+    return Basquin(math.exp(-exponent * (level + math.log(2))), exponent)
 
 
 def _require_slope(key: str, value: object, exponent: float) -> None:
@@ -82,12 +133,13 @@ def _require_slope(key: str, value: object, exponent: float) -> None:
 # Finishes of forgings and rolled bars, of which the bores and the faces beside them are machined.
 _RAW = (Finish.HOT_ROLLED, Finish.AS_FORGED, Finish.SHOT_PEENED)
 _PEENED = (Finish.SHOT_PEENED, Finish.MACHINED_PEENED)
+_REMEDY = "Give it or a preset in [material]."
 # Larger gains than this are known of surface treatments of sharply notched parts only.
 _LARGEST_FACTOR = 2.0
 
 
 @dataclass(frozen=True)
-class MaterialTable(Table, table="material"):
+class MaterialTable(StudyTable, table="material"):
     """[material]: a preset's name, or the constants; constants override those of a preset.
 
     `size_mm`, `loading` and `reliability_percent` convert limits of specimens into limits of the part, and so
@@ -99,10 +151,8 @@ class MaterialTable(Table, table="material"):
     density_kg_m3: float | None = key("7700.0", stated=True)
     yield_MPa: float | None = key("620.4", stated=True)
     ultimate_MPa: float | None = key("723.8", "needed for fatigue (cycle = true)")
-    endurance_MPa: float | None = key(
-        "360.0",
-        "of polished specimens, fully reversed tension; default for steel: half the ultimate",
-        require_positive,
+    endurance_MPa: Positive | None = key(
+        "360.0", "of polished specimens, fully reversed tension; default for steel: half the ultimate"
     )
     endurance_cycles: float | None = key(
         "5e8", "for which that limit holds, of a metal without a true one, as aluminium", within(1e4, 1e11)
@@ -125,14 +175,18 @@ class MaterialTable(Table, table="material"):
         '"axial"', '0.85 for a limit measured in bending; or "bending" (default): 1'
     )
     reliability_percent: float | None = key("99.0", "reduces it too; default: 50, the median of tests")
-    fatigue_strength_coefficient_MPa: float | None = key(
-        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]"
+    fatigue_strength_coefficient_MPa: Positive | None = key(
+        "1188.0", "S-N line of polished specimens, S (2N)^b: needed for [duty]", needs=_LINE[1]
     )
-    fatigue_strength_exponent: float | None = key("-0.0711", "b of that line")
-    sn_cycles: tuple[float, ...] | None = key(
-        "[2.0e4, 1.0e5, 5.0e5]", "instead of both: specimens that broke, fully reversed, after these cycles"
+    fatigue_strength_exponent: float | None = key("-0.0711", "b of that line", needs=_LINE[0])
+    sn_cycles: tuple[Positive, ...] | None = key(
+        "[2.0e4, 1.0e5, 5.0e5]",
+        "instead of both: specimens that broke, fully reversed, after these cycles",
+        needs=_TESTS[1],
     )
-    sn_amplitude_MPa: tuple[float, ...] | None = key("[560, 500, 445]", "at these amplitudes")
+    sn_amplitude_MPa: tuple[Positive, ...] | None = key(
+        "[560, 500, 445]", "at these amplitudes", needs=_TESTS[0]
+    )
     thermal_expansion_1_K: float | None = key(
         "11.5e-6", "for an assembly's temperature; default: that of the metal"
     )
@@ -168,8 +222,8 @@ class MaterialTable(Table, table="material"):
         return Material(
             youngs_modulus=modulus,
             poissons_ratio=nu,
-            density=_needed(table, "density_kg_m3") * KG_M3,
-            yield_strength=_needed(table, "yield_MPa"),
+            density=table.needed("density_kg_m3", remedy=_REMEDY) * KG_M3,
+            yield_strength=table.needed("yield_MPa", remedy=_REMEDY),
             ultimate_strength=table.ultimate_MPa,
             endurance_limit=None if endurance is None else marin.load * factor * endurance,
             torsion_limit=None if torsion is None else factor * torsion,
@@ -180,14 +234,21 @@ class MaterialTable(Table, table="material"):
         )
 
     def basquin(self) -> Basquin | None:
-        """Return the S–N line, or None. Raises `InvalidValue`: incomplete, given twice, or not falling."""
-        return sn_line(*(getattr(self, key) for key in SN_KEYS))
+        """Return the S–N line, or None. Raises `InvalidValue`: given twice, or not falling."""
+        coefficient, exponent, cycles, amplitudes = (getattr(self, key) for key in SN_KEYS)
+        once = cycles is None or coefficient is None
+        rule = f"cannot be combined with {' and '.join(_LINE)}"
+        require(once, "material.sn_cycles", cycles, rule, "Keep the constants or the tests.")
+        if coefficient is not None:
+            _require_slope(_LINE[1], exponent, exponent)
+            return Basquin(coefficient, exponent)
+        return None if cycles is None else fitted(cycles, amplitudes)
 
     def stiffness(self) -> tuple[float, float]:
         """Return Young's modulus, MPa, and Poisson's ratio."""
         table = self.resolved()
-        modulus = require_positive("material.E_GPa", _needed(table, "E_GPa"))
-        nu = _needed(table, "nu")
+        modulus = require_positive("material.E_GPa", table.needed("E_GPa", remedy=_REMEDY))
+        nu = table.needed("nu", remedy=_REMEDY)
         require(-1 < nu < 0.5, "material.nu", nu, "must be above −1 and below 0.5")
         return modulus * GPA, nu
 
@@ -235,12 +296,6 @@ class MaterialTable(Table, table="material"):
         return SurfaceFinish(finish_factor(made, ultimate), made.value, assumed, not steel)
 
 
-def _needed(table: MaterialTable, key: str) -> float:
-    value = getattr(table, key)
-    require(value is not None, f"material.{key}", None, "is missing", "Give it or a preset in [material].")
-    return float(value)
-
-
 REFERENCE_TEMPERATURE = 20.0  # °C, at which dimensions and fits are given
 
 # By name, ranges of Young's modulus and density, and the mean linear expansion: its head says more.
@@ -260,10 +315,40 @@ def thermal_expansion(name: str, table: MaterialTable) -> tuple[float, str | Non
         rule = f"must not be negative and be at most {_LARGEST:g}"
         require(0 <= given <= _LARGEST, key, given, rule, "That of steel is 11.5e-6.")
         return given, None
-    known = {name: getattr(resolved, name) for name in ("E_GPa", "density_kg_m3")}
+    constants = {name: getattr(resolved, name) for name in ("E_GPa", "density_kg_m3")}
     for metal, of in _METALS.items():
-        if all(value and of[name][0] <= value <= of[name][1] for name, value in known.items()):
+        if all(value and of[name][0] <= value <= of[name][1] for name, value in constants.items()):
             return of["thermal_expansion_1_K"], metal
     raise InvalidValue(
         key, None, "is missing, and E_GPa and density_kg_m3 are of no common metal", "Give it."
+    )
+
+
+DEFAULT_GRADE = BoltGrade.G10_9
+# Materials of parts of an assembly where the study does not give them.
+ASSUMED_PARTS = {BUSHING: "cusn8p", SHELL: "steel-backed-shell"}
+
+
+def table_name(part: str) -> str:
+    """Return the name of the [material.…] table that a part's material stands in."""
+    return SHELL if part in SHELLS else part
+
+
+def bolt_material(given: Mapping[str, MaterialTable], grade: BoltGrade | None) -> MaterialTable:
+    """Return the material of the bolts: that of [material.bolt], completed by a property class."""
+    bolts = given.get(BOLT, MaterialTable())
+    return bolts if bolts.preset else replace(bolts, preset=f"bolt-{grade or DEFAULT_GRADE}")
+
+
+def assumed_materials(given: Mapping[str, MaterialTable], parts: tuple[str, ...]) -> tuple[str, ...]:
+    """Say which materials of parts are assumed, with their figures."""
+    names = dict.fromkeys(table_name(part) for part in parts if part not in given)
+    tables = {
+        name: MaterialTable(preset=ASSUMED_PARTS[name]).resolved() for name in names if name in ASSUMED_PARTS
+    }
+    return tuple(
+        f"{name} of {ASSUMED_PARTS[name]}, {table.E_GPa:g} GPa, yield strength {table.yield_MPa:g} MPa "
+        f"([material.{name}])"
+        for name, table in tables.items()
+        if name not in given
     )

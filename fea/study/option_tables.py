@@ -1,57 +1,34 @@
-"""The tables of a study about loads, mesh, analysis, pins, duty, optimisation and output."""
+"""The tables of a study about given forces, mesh, analysis, pins, optimisation and output."""
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import MISSING, dataclass
 from functools import partial
 from pathlib import Path
 
 from fea.base import choices
-from fea.study.engine_table import located_gas
-from fea.study.paths import absolute, parse_speeds
+from fea.study.files import absolute
 from fea.study.pin_models import FILM, PRESCRIBED, contact_excluded_because, pin_model
 from fea.study.rod_table import LEAST, dimension_of
-from fea.study.tables import Table, choice, key, not_negative, read_keys, switch, within
+from fea.study.tables import (
+    NotNegative,
+    Positive,
+    StudyTable,
+    choice,
+    key,
+    read_keys,
+    switch,
+    within,
+)
 from geometry.dimensions import dimensions
 from geometry.dimensions import key as key_of
-from geometry.errors import InvalidValue, require, require_number, require_positive
+from geometry.errors import require, require_number, require_positive
 
-# Faster than any piston engine; model aircraft engines reach about 40 000 rpm.
-LARGEST_RPM = 50_000.0
-DEFAULT_RPM = 6000.0
 LARGEST_STEP = 360.0  # degrees, of the cycle's fields for ParaView
 
 
 @dataclass(frozen=True)
-class SpeedTable(Table, table="speed"):
-    """[speed]."""
-
-    rpm: float | tuple[float, ...] | None = key(
-        "6000",
-        "or a list: [800, 3000, 6000]; left out: the redline of an engine of the library",
-        stated=True,
-        flag="rpm",
-        help="Engine speeds, rpm: one (6000), a list (800,3000,6000) or from:to:step (800:9000:200).",
-        kind=str,
-        parse=parse_speeds,
-    )
-
-    def speeds(self, default: float = DEFAULT_RPM) -> tuple[float, ...]:
-        """Return the speeds, rpm, in the order given; without any, `default`."""
-        given = default if self.rpm is None else self.rpm
-        values = given if isinstance(given, tuple) else (given,)
-        require(len(values) > 0, "speed.rpm", [], "must contain at least one speed")
-        for value in values:
-            within(0, LARGEST_RPM)("speed.rpm", value)
-        named = {f"{value:g}": value for value in reversed(values)}
-        for value in values:
-            rule = f"equals {named[f'{value:g}']!r} to six digits, so both would have the same name"
-            require(named[f"{value:g}"] == value, "speed.rpm", repr(value), rule, "Leave one of them out.")
-        return tuple(dict.fromkeys(values))
-
-
-@dataclass(frozen=True)
 class ForcesTable(
-    Table,
+    StudyTable,
     table="forces",
     intro="Instead of [engine] and [speed]: given forces on the piston pin, [axial, transverse], tension "
     "positive",
@@ -71,13 +48,12 @@ class ForcesTable(
 
 
 @dataclass(frozen=True)
-class MeshTable(Table, table="mesh"):
+class MeshTable(StudyTable, table="mesh"):
     """[mesh]."""
 
-    size_mm: float | None = key(
+    size_mm: Positive | None = key(
         "3.0",
         "element size, smaller on fillets, bores and webs: no refinement unless a tolerance is given",
-        require_positive,
         flag="size",
     )
     element: choices.Element = choice(
@@ -86,7 +62,7 @@ class MeshTable(Table, table="mesh"):
 
 
 @dataclass(frozen=True)
-class AnalysisTable(Table, table="analysis"):
+class AnalysisTable(StudyTable, table="analysis"):
     """[analysis]."""
 
     support: choices.Support = choice(
@@ -137,11 +113,10 @@ class AnalysisTable(Table, table="analysis"):
     )
     film: bool = switch("compute the oil films of both bearings over the crank cycle, as [film] says", "film")
     buckling: bool = switch("compute the buckling load factors and shapes of the solid", "buckling")
-    tolerance_percent: float | None = key(
+    tolerance_percent: NotNegative | None = key(
         "2",
         "refine the mesh until the error bar of the smallest safety factor is at most this; default: 5, but "
         "none with an element size or first-order elements; 0: never",
-        not_negative,
         flag="tolerance",
     )
     all_cases: bool = switch(
@@ -149,10 +124,9 @@ class AnalysisTable(Table, table="analysis"):
         "all_cases",
     )
     draft: bool = switch("stop at the first mesh of a refinement, with the error bars as they are", "draft")
-    min_safety: float | None = key(
+    min_safety: Positive | None = key(
         "1.5",
         "exit with code 6 unless every safety factor of the run, less its error bar, reaches this",
-        require_positive,
         flag="min_safety",
     )
 
@@ -184,7 +158,7 @@ class AnalysisTable(Table, table="analysis"):
 
 
 @dataclass(frozen=True)
-class OutputTable(Table, table="output"):
+class OutputTable(StudyTable, table="output"):
     """[output]."""
 
     screenshot: bool | None = key(
@@ -239,7 +213,7 @@ PINS = (PISTON_PIN, CRANK_PIN)
 
 @dataclass(frozen=True)
 class ContactTable(
-    Table,
+    StudyTable,
     table="contact",
     intro='The pins, with pressure = "contact": what is left out is assumed from the bores, and the run says '
     "what",
@@ -259,13 +233,13 @@ class ContactTable(
         'or "rigid"; the crank pin is rigid unless [material.crank_pin] is given',
         default=choices.PinBody.ELASTIC,
     )
-    piston_pin_bore_mm: float | None = key("14.4", "0: a solid pin", not_negative)
-    piston_pin_length_mm: float | None = key("64.8", "", not_negative)
-    piston_boss_gap_mm: float | None = key(
-        "26.4", "distance of the piston's bosses, beyond which they carry the pin", not_negative
+    piston_pin_bore_mm: NotNegative | None = key("14.4", "0: a solid pin")
+    piston_pin_length_mm: NotNegative | None = key("64.8")
+    piston_boss_gap_mm: NotNegative | None = key(
+        "26.4", "distance of the piston's bosses, beyond which they carry the pin"
     )
-    small_end_relief_mm: tuple[float, ...] | None = key(
-        "[4.0, 0.02]", "length and radial depth by which the bore widens towards its ends", require_positive
+    small_end_relief_mm: tuple[Positive, ...] | None = key(
+        "[4.0, 0.02]", "length and radial depth by which the bore widens towards its ends"
     )
 
     def __post_init__(self) -> None:
@@ -275,67 +249,6 @@ class ContactTable(
         require(given is None or len(given) == 2, "contact.small_end_relief_mm", list(given or ()), rule)
 
 
-# Each entry takes a cycle over all nodes, in about a second.
-MOST_ENTRIES = 100
-# Shares may be rounded.
-_ROUNDING_PERCENT = 0.1
-
-
-@dataclass(frozen=True)
-class DutyTable(
-    Table,
-    table="duty",
-    intro="How long the engine runs at which speeds, for the life of the rod; switches the crank cycle on. "
-    "Without [speed] these speeds are run. Needs the S-N line of [material] or of its preset.",
-    optional=True,
-):
-    """[duty]: speeds with the hours at each, or with their shares of the time."""
-
-    rpm: tuple[float, ...] = key("[2000, 4000, 6000]", "", require_positive, default=MISSING)
-    hours: tuple[float, ...] | None = key(
-        "[600, 350, 50]", "of a stretch of use, a value for each speed", require_positive
-    )
-    share_percent: tuple[float, ...] | None = key("[60, 35, 5]", "instead of hours", require_positive)
-    gas: tuple[str, ...] | None = key(
-        '["motored", "otto", "otto"]', "a value for each speed, as gas in [engine]; default: that one"
-    )
-
-    def __post_init__(self) -> None:
-        require(len(self.rpm) > 0, "duty.rpm", [], "must contain at least one speed")
-        count, rule = len(self.rpm), f"must contain at most {MOST_ENTRIES} speeds"
-        require(count <= MOST_ENTRIES, "duty.rpm", count, rule, "Join speeds that are close to each other.")
-        if (self.hours is None) == (self.share_percent is None):
-            rule = "is missing" if self.hours is None else "cannot be combined with share_percent"
-            remedy = "Give either hours or share_percent, a value for each speed."
-            raise InvalidValue("duty.hours", None if self.hours is None else list(self.hours), rule, remedy)
-        super().__post_init__()
-        for name in ("hours", "share_percent", "gas"):
-            given = getattr(self, name)
-            rule = f"must have as many values as duty.rpm ({len(self.rpm)})"
-            require(given is None or len(given) == len(self.rpm), f"duty.{name}", list(given or ()), rule)
-        if self.share_percent is not None:
-            total, rule = sum(self.share_percent), "must add up to 100"
-            whole = abs(total - 100) <= _ROUNDING_PERCENT
-            require(whole, "duty.share_percent", list(self.share_percent), f"{rule}, not to {total:g}")
-
-    @property
-    def shares(self) -> tuple[float, ...]:
-        """Share of the time at each speed; they add up to 1."""
-        given = self.hours or self.share_percent or ()
-        return tuple(value / sum(given) for value in given)
-
-    @property
-    def speeds(self) -> tuple[float, ...]:
-        """Speeds, rpm, each once."""
-        return tuple(dict.fromkeys(self.rpm))
-
-    def located(self, folder: Path) -> "DutyTable":
-        """Return the table with the paths of files made absolute."""
-        if self.gas is None:
-            return self
-        return replace(self, gas=tuple(located_gas("duty.gas", gas, folder) for gas in self.gas))
-
-
 # With fewer no direction can be compared with another; with more than a quadratic model of each figure gains.
 FEWEST, MOST = 20, 10_000
 _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
@@ -343,7 +256,7 @@ _BOUNDS = "must be two lengths, from and to, in mm: [4.0, 7.0]"
 
 @dataclass(frozen=True)
 class OptimiseTable(
-    Table,
+    StudyTable,
     table="optimise",
     intro="What fea optimise may change, and the factors that the lightest rod must meet; other commands "
     "ignore it",
@@ -358,25 +271,20 @@ class OptimiseTable(
         entries=lambda: [key_of(name) for name in dimensions()],
         default=dict,
     )
-    min_yield_safety: float | None = key(
-        "1.2",
-        "over the whole cycle, less the error bar; default of all three: min_safety, or 1",
-        require_positive,
+    min_yield_safety: Positive | None = key(
+        "1.2", "over the whole cycle, less the error bar; default of all three: min_safety, or 1"
     )
-    min_fatigue_safety: float | None = key("1.3", "less the error bar of the stress", require_positive)
-    min_buckling_safety: float | None = key("3.0", "against buckling as a column", require_positive)
-    min_film_um: float | None = key(
+    min_fatigue_safety: Positive | None = key("1.3", "less the error bar of the stress")
+    min_buckling_safety: Positive | None = key("3.0", "against buckling as a column")
+    min_film_um: Positive | None = key(
         "1.0",
         "oil film of the big end, as [film] says, over the crank cycle at each speed, less its error bar",
-        require_positive,
     )
-    min_rpm: float | None = key(
-        "7500", "speed, rpm, at which they must hold too, as at the study's own speeds", require_positive
+    min_rpm: Positive | None = key(
+        "7500", "speed, rpm, at which they must hold too, as at the study's own speeds"
     )
-    least_wall_mm: float | None = key(
-        "3.0",
-        "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod",
-        require_positive,
+    least_wall_mm: Positive | None = key(
+        "3.0", "thinnest web, flange, ring or wall beside a bolt hole; default: 3, or that of the rod"
     )
     evaluations: int | None = key("150", "most meshes to be solved", within(FEWEST, MOST))
 

@@ -6,14 +6,13 @@ ships are alike in their proportions.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from fea.base.note import UNITS, Note, doubt
 from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS
-from fea.study.quantities import Written, own_unit
-from fea.study.tables import unit_of
+from fea.study.tables import Written, own_unit, unit_of
 from geometry.errors import is_finite
 
 # What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.
@@ -25,35 +24,27 @@ _FILE_UNITS = (25.4, 1000.0, 10.0)
 
 
 @dataclass(frozen=True)
-class Plausible:
+class PlausibleRange:
     """The range of a key in engines, in its own unit: a table of `plausible.toml`, which explains it."""
 
+    key: str  #: "table.key"
     least: float
     most: float
     why: str
-    of: Mapping[str, float] = field(default_factory=dict)
+    of: Mapping[str, float] = field(default_factory=dict)  #: exponents of other keys by their full names
     far: float = 2.5
     refuses_less: bool = True
     below: Mapping[str, float] = field(default_factory=dict)
 
-
-# By table and key.
-RANGES = {
-    table: {key: [Plausible(**one) for one in ranges] for key, ranges in keys.items()}
-    for table, keys in shipped_toml("study/plausible.toml").items()
-}
-
-
-@dataclass(frozen=True)
-class _Range:
-    key: str  #: "table.key"
-    given: Plausible
-    of: Mapping[str, float]  #: exponents of other keys by their full names
+    def in_table(self, table: str) -> "PlausibleRange":
+        """Return the range for a table, such as that of a part's material."""
+        of = {other if "." in other else f"{table}.{other}": power for other, power in self.of.items()}
+        return replace(self, key=f"{table}.{self.key}", of=of)
 
     def scale(self, values: Mapping[str, float]) -> float | None:
-        """What bounds are multiplied by; None where the range does not apply."""
+        """Factor of the bounds; None where the range does not apply."""
         table = self.key.rpartition(".")[0]
-        below = self.given.below.items()
+        below = self.below.items()
         if not all(values.get(f"{table}.{gate}", math.inf) < most for gate, most in below):
             return None
         if any(not values.get(name) for name in (self.key, *self.of)):
@@ -66,33 +57,41 @@ class _Range:
         if scale is None:
             return 0.0
         ratio = values[self.key] / scale
-        return max(math.log(ratio / self.given.most), 0.0) + min(math.log(ratio / self.given.least), 0.0)
+        return max(math.log(ratio / self.most), 0.0) + min(math.log(ratio / self.least), 0.0)
 
     def cost(self, values: Mapping[str, float]) -> float:
         """How little the value is to be expected: 0 amid its range, 1 at the bounds, then rising steeply."""
         scale = self.scale(values)
         if scale is None:
             return 0.0
-        low, high = math.log(self.given.least), math.log(self.given.most)
+        low, high = math.log(self.least), math.log(self.most)
         off = abs(2 * math.log(values[self.key] / scale) - low - high) / (high - low)
         return off**2 if off <= 1 else 1 + _OUTSIDE * (off - 1)
 
     def refuses(self, values: Mapping[str, float]) -> bool:
+        """Whether the value is so far outside that it is refused."""
         excess = self.excess(values)
-        return abs(excess) > math.log(self.given.far) and (excess > 0 or self.given.refuses_less)
+        return abs(excess) > math.log(self.far) and (excess > 0 or self.refuses_less)
 
     def text(self, values: Mapping[str, float], blamed: str) -> str:
         """Say what the range is, in the unit of its key; `blamed` is the key that the text is about."""
         scale = self.scale(values) or 1.0
-        low, high = self.given.least * scale, self.given.most * scale
+        low, high = self.least * scale, self.most * scale
         beside = " and ".join(f"{name} = {_plain(values[name])}" for name in self.of)
         what = "it" if self.key == blamed else f"{self.key} = {_plain(values[self.key])}"
         least, most, at = _plain(low), _plain(high), f" with {beside}" if beside else ""
-        return f"{what} is outside {least} to {most}, the range of engines{at} ({self.given.why})"
+        return f"{what} is outside {least} to {most}, the range of engines{at} ({self.why})"
+
+
+# By table and key, both keys as the file has them.
+RANGES = {
+    table: {key: [PlausibleRange(key, **row) for row in rows] for key, rows in keys.items()}
+    for table, keys in shipped_toml("study/plausible.toml").items()
+}
 
 
 @dataclass(frozen=True)
-class Finding:
+class ImplausibleValue:
     """A value that engines do not have."""
 
     key: str  #: of the value that is likely to be wrong
@@ -112,38 +111,44 @@ class Finding:
         return doubt(f"{self.key} = {_plain(self.value)}: {self.text}", UNITS)
 
 
-def findings(values: Mapping[str, float], measured: frozenset[str] = frozenset()) -> list[Finding]:
+def implausible_values(
+    values: Mapping[str, float], measured: frozenset[str] = frozenset()
+) -> list[ImplausibleValue]:
     """Return the values that lie outside of the ranges of engines, the gravest first.
 
     `values` are magnitudes by "table.key", `measured` the lengths among them of a rod from a file: its unit
     scales all of them. A unit that was written (`Written`) is not doubted: such a value far outside is only
     noted, where no other one explains it.
     """
-    ranges = []
-    for name in values:
-        table, _, key = name.rpartition(".")
-        for given in RANGES.get(table.partition(".")[0], {}).get(key, ()):
-            of = {other if "." in other else f"{table}.{other}": power for other, power in given.of.items()}
-            ranges.append(_Range(name, given, of))
+    ranges = [
+        given.in_table(table)
+        for table, _, key in (name.rpartition(".") for name in values)
+        for given in RANGES.get(table.partition(".")[0], {}).get(key, ())
+    ]
     ranges = [each for each in ranges if each.scale(values) is not None]
-    found: dict[str, Finding] = {}
-    for one in sorted(ranges, key=lambda each: (not each.refuses(values), -abs(each.excess(values)))):
-        if one.excess(values):
-            key, unit = _likely(one, ranges, values, measured)
-            doubted, refused = not isinstance(values[key], Written), one.refuses(values)
+    implausible: dict[str, ImplausibleValue] = {}
+    for left in sorted(ranges, key=lambda each: (not each.refuses(values), -abs(each.excess(values)))):
+        if left.excess(values):
+            key, unit = _likely(left, ranges, values, measured)
+            doubted, refused = not isinstance(values[key], Written), left.refuses(values)
             if doubted or refused:
-                finding = Finding(key, values[key], unit, one.text(values, key), refused and doubted)
-                found.setdefault(key, finding)
-    return list(found.values())
+                value = ImplausibleValue(key, values[key], unit, left.text(values, key), refused and doubted)
+                implausible.setdefault(key, value)
+    return list(implausible.values())
 
 
 def spared(values: Mapping[str, float]) -> bool:
     """Whether a value is not doubted, or only noted, because its unit was written."""
-    return findings(values) != findings({name: float(value) for name, value in values.items()})
+    return implausible_values(values) != implausible_values(
+        {name: float(value) for name, value in values.items()}
+    )
 
 
 def _likely(
-    one: _Range, ranges: list[_Range], values: Mapping[str, float], measured: frozenset[str]
+    left: PlausibleRange,
+    ranges: list[PlausibleRange],
+    values: Mapping[str, float],
+    measured: frozenset[str],
 ) -> tuple[str, str]:
     """Return the key whose value is likely to be in another unit, and the unit in words, "" if it is none.
 
@@ -153,14 +158,14 @@ def _likely(
     def cost(changed: Mapping[str, float]) -> float:
         return sum(each.cost(changed) for each in ranges)
 
-    best, chosen = cost(values) - _BETTER, (one.key, "")
-    for key in (each for each in (one.key, *one.of) if not isinstance(values[each], Written)):
+    best, chosen = cost(values) - _BETTER, (left.key, "")
+    for key in (each for each in (left.key, *left.of) if not isinstance(values[each], Written)):
         scaled = measured if key in measured else (key,)
-        for factor, said in _conversions(key, values[key], of_file=key in measured):
+        for factor, unit in _conversions(key, values[key], of_file=key in measured):
             changed = {**values, **{name: values[name] * factor for name in scaled}}
             least = cost(changed)
-            if least < best and abs(one.excess(changed)) < abs(one.excess(values)):
-                best, chosen = least, (key, said)
+            if least < best and abs(left.excess(changed)) < abs(left.excess(values)):
+                best, chosen = least, (key, unit)
     return chosen
 
 

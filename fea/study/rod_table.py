@@ -1,4 +1,7 @@
-"""[rod]: a preset, dimensions, a CAD file, a mesh, or mass properties alone (for the dynamics)."""
+"""[rod]: a preset, dimensions, a CAD file, a mesh, or mass properties alone (for the dynamics).
+
+Rods by kind have cap screws and the proportions of `rod_kinds.toml`.
+"""
 
 import dataclasses
 import math
@@ -8,11 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fea.base.note import Note, warning
+from fea.base.shipped import TomlTable, shipped_toml
 from fea.base.units import KG, KG_M2
-from fea.study.paths import absolute, is_file, located
-from fea.study.quantities import Written
+from fea.study.assembly_table import Thread, parse_thread
+from fea.study.files import absolute, is_file, located
 from fea.study.tables import (
-    Table,
+    Positive,
+    StudyTable,
+    Written,
     entries_of,
     full_key,
     key,
@@ -23,13 +29,13 @@ from fea.study.tables import (
     switch,
     unknown_key,
 )
-from fea.study.toml_files import TomlTable
 from geometry.assembly import Assembly
-from geometry.dimensions import dimensions, options
+from geometry.dimensions import ShankSection, dimensions, options
 from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue, require, require_positive
 from geometry.imports import FORMATS, UNITS, CadFormat, MissingCap, RodFile, is_cad, require_readable
 from geometry.mass import MassProperties
+from geometry.outline import bosses
 from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from mesh.files.tets import FORMATS as MESH_FORMATS
@@ -54,7 +60,7 @@ _FIELDS = {key_of(field.name): field.name for field in dataclasses.fields(Rod)} 
 
 
 @dataclass(frozen=True)
-class _Sources(Table, table="rod"):
+class _Sources(StudyTable, table="rod"):
     preset: str | None = key(
         '"leon-2001"',
         "a published rod; other keys override its dimensions",
@@ -91,15 +97,14 @@ class _Sources(Table, table="rod"):
         '"rod.inp"',
         "tetrahedra, solved as they are: .inp, .msh, .unv, .bdf, .med, .mesh, .vol, .vtk, .vtu, .xdmf; .stl",
     )
-    mass_kg: float | None = key(
+    mass_kg: Positive | None = key(
         "0.8",
         "mass properties: with length_mm alone they are enough for `fea loads`; with dimensions they are the "
         "targets of `fea rod --fit`",
-        require_positive,
     )
     center_of_gravity_mm: float | None = key("64.0", "from the crank pin")
-    inertia_kg_m2: float | None = key(
-        "0.0038", "about the pin-parallel axis through the centre of gravity", require_positive
+    inertia_kg_m2: Positive | None = key(
+        "0.0038", "about the pin-parallel axis through the centre of gravity"
     )
 
 
@@ -109,12 +114,12 @@ def _declared() -> list[tuple[str, Any, Any]]:
     usual = proportioned(**least)
     keys = []
     for field in dataclasses.fields(Rod):
-        value, told = getattr(usual, field.name), field.metadata
+        value, about = getattr(usual, field.name), field.metadata
         shown = f'"{value}"' if isinstance(value, str) else str(float(f"{value:.3g}"))
         declared = key(
-            told.get("example", shown),
-            told["help"],
-            above=told.get("above", ""),
+            about.get("example", shown),
+            about["help"],
+            above=about.get("above", ""),
             stated=field.name in least,
             flag=field.name if key_of(field.name) in _BORES else "",
             help=f"Diameter of the bore of a file's {field.name[:-5].replace('_', ' ')}, mm.",
@@ -148,9 +153,23 @@ class RodTable:
         return read_rod({**self.as_dict(), **changes}, Path.cwd())
 
     @property
+    def file(self) -> RodFile | None:
+        """The file of a solid or a mesh that is read."""
+        return self.cad or self.mesh
+
+    @property
     def from_file(self) -> bool:
         """Whether a solid or a mesh is read from a file."""
-        return self.cad is not None or self.mesh is not None
+        return self.file is not None
+
+    @property
+    def file_key(self) -> str:
+        """The key that names the file: step, cad or mesh."""
+        if self.cad is None:
+            return "mesh"
+        return (
+            "step" if FORMATS.get(self.cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
+        )
 
     def draw(
         self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
@@ -168,7 +187,7 @@ class RodTable:
                 return import_cad(self.cad, tell=tell, assembly=assembly)
             except OSError as error:
                 rule = f"cannot be read ({error.strerror or error})"
-                raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule) from error
+                raise InvalidValue(f"rod.{self.file_key}", str(self.cad.path), rule) from error
         from geometry.solid import build  # noqa: PLC0415 - likewise
 
         return build(self.solid(), assembly=assembly)
@@ -177,13 +196,11 @@ class RodTable:
         """Return the dimensions; raises `InvalidValue`: there are none."""
         if self.dimensions is not None:
             return self.dimensions
-        remedy = "Use a rod given by dimensions or a preset."
-        if self.cad is not None:
-            rule = "is an imported solid: it has no dimensions to fit or to export again"
-            raise InvalidValue(f"rod.{_file_key(self.cad)}", str(self.cad.path), rule, remedy)
-        if self.mesh is not None:
-            rule = "is a mesh: it has no dimensions to fit or to export as a solid"
-            raise InvalidValue("rod.mesh", str(self.mesh.path), rule, remedy)
+        if self.file is not None:
+            what = "an imported solid" if self.cad else "a mesh"
+            rule = f"is {what}: it has no dimensions to fit or to export"
+            remedy = "Use a rod given by dimensions or a preset."
+            raise InvalidValue(f"rod.{self.file_key}", str(self.file.path), rule, remedy)
         remedy = "Add big_end_bore_mm and small_end_bore_mm to length_mm, or give a preset."
         rule = "gives no dimensions, so no solid can be made"
         raise InvalidValue("[rod]", "mass properties only", rule, remedy)
@@ -200,23 +217,20 @@ class RodTable:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
         if self.mass is None:
             return []
-        given, meshed = _mass_figures(self.mass), _mass_figures(drawn)
-        unlike = [name for name in MASS_KEYS if not math.isclose(given[name], meshed[name], rel_tol=_ALIKE)]
-        others = [f"{name} = {given[name]:.4g} (solid: {meshed[name]:.4g})" for name in unlike]
-        if not others:
-            return []
-        text = (
-            f"given mass properties are used by fea loads only, not here: {', '.join(others)}; fea rod --fit "
-            "adjusts the dimensions to them"
+        meshed = _mass_figures(drawn)
+        unlike = ", ".join(
+            f"{name} = {given:.4g} (solid: {meshed[name]:.4g})"
+            for name, given in _mass_figures(self.mass).items()
+            if not math.isclose(given, meshed[name], rel_tol=_ALIKE)
         )
-        return [warning(text)]
+        text = f"given mass properties are used by fea loads only, not here: {unlike}"
+        return [warning(f"{text}; fea rod --fit adjusts the dimensions to them")] if unlike else []
 
     def as_dict(self) -> TomlTable:
         """Return the table's keys and plain values, as a study file holds them."""
-        file = self.cad or self.mesh
-        entries: TomlTable
+        file, entries = self.file, TomlTable()
         if file is not None:
-            entries = {"mesh" if self.cad is None else _file_key(self.cad): str(file.path)}
+            entries = {self.file_key: str(file.path)}
             given = {key_of(name): value for name, value in vars(file).items() if name != "path" and value}
             given["cap"] = None if file.cap is MissingCap.REFUSED else str(file.cap)
             entries |= {name: value for name, value in given.items() if value}
@@ -233,10 +247,6 @@ class RodTable:
 def _mass_figures(mass: MassProperties) -> dict[str, float]:
     figures = (mass.mass / KG, mass.center[0], mass.inertia_z / KG_M2)
     return dict(zip(MASS_KEYS, figures, strict=True))
-
-
-def _file_key(cad: RodFile) -> str:
-    return "step" if FORMATS.get(cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
 
 
 def sufficient() -> list[list[str]]:
@@ -346,3 +356,49 @@ def _mass(given: Mapping[str, Any]) -> MassProperties | None:
     moment = given["inertia_kg_m2"] * KG_M2
     center = (given["center_of_gravity_mm"], 0.0, 0.0)
     return MassProperties(given["mass_kg"] * KG, center, (zero, zero, (0.0, 0.0, moment)))
+
+
+_KINDS = shipped_toml("study/rod_kinds.toml")
+# Of rod bolts; a fine thread each.
+_THREADS = ("1/4-28 UNF", "5/16-24 UNF", "3/8-24 UNF", "7/16-20 UNF", "1/2-20 UNF")
+# Radius of the seat of a head over the bolt's diameter: flanges of 12-point bolts are about 1.55 d wide.
+_HEAD = 0.8
+_OF_BORES = ("big_end_bore", "small_end_bore")
+
+
+@dataclass(frozen=True)
+class RodOfKind:
+    """A rod in the proportions of its kind."""
+
+    rod: Rod
+    thread: Thread  #: of its cap screws
+    #: title, material, grade: of the kind, and in a study those of the rod and of its bolts
+    title: str
+    material: str
+    grade: str
+
+
+def rod_of_kind(
+    kind: str, length: float, big_end_bore: float, small_end_bore: float, thread: str | None = None
+) -> RodOfKind:
+    """Return a rod of a kind, by the distance and the diameters of its bores, mm.
+
+    Its cap screws are of the given `thread`, or of one that suits the big end. Raises `InvalidValue`: there
+    is no such kind, or a dimension breaks a rule.
+    """
+    one_of(_KINDS)("--kind", kind)
+    proportions = _KINDS[kind]
+    threads = [parse_thread("--thread", name) for name in ((thread,) if thread else _THREADS)]
+    screw = min(threads, key=lambda thread: abs(thread.diameter - proportions["bolt"] * big_end_bore))
+    bores = dict(zip(_OF_BORES, (big_end_bore, small_end_bore), strict=True))
+    given = {
+        name: round(share * bores[bore], 2) for bore in _OF_BORES for name, share in proportions[bore].items()
+    }
+    section = ShankSection(proportions["shank_section"])
+    given |= {"cap_bolt": screw.diameter}
+    rod = proportioned(length, *bores.values(), shank_section=section, **given)
+    boss = bosses(rod)
+    if boss is not None:  # the head's seat begins where the fillet ends
+        given["cap_bolt_spacing"] = round(2 * (boss.seat + _HEAD * screw.diameter), 2)
+        rod = proportioned(length, *bores.values(), shank_section=section, **given)
+    return RodOfKind(rod, screw, proportions["title"], proportions["material"], proportions["grade"])

@@ -9,31 +9,26 @@ from typing import Any
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
-from fea.base.shipped import shipped_names, shipped_text, shipped_toml
-from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable, assembled, bolt_material, table_name
-from fea.study.engine_table import EngineTable
+from fea.base.shipped import TomlTable, shipped_names, shipped_text, shipped_toml
+from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
+from fea.study.engine_table import EngineTable, engine_preset, with_preset
+from fea.study.files import is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
-from fea.study.material_table import SN_KEYS, MaterialTable
+from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
-    DEFAULT_RPM,
     PINS,
     AnalysisTable,
     ContactTable,
-    DutyTable,
     ForcesTable,
     MeshTable,
     OptimiseTable,
     OutputTable,
-    SpeedTable,
 )
-from fea.study.paths import is_file, located, require_text
 from fea.study.pin_models import PARTS
-from fea.study.plausibility import Finding, findings, magnitudes, spared
-from fea.study.presets import engine_preset, with_preset
-from fea.study.quantities import with_units
+from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
-from fea.study.tables import entries_of, in_own_units, nearest, read_table, toml_text, unknown_key
-from fea.study.toml_files import TomlTable, parse_toml, read_toml
+from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
+from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
@@ -87,13 +82,12 @@ class Study:
         require(refined or not self.analysis.draft, "analysis.draft", "true", rule, remedy)
         if self.assembly is not None:
             self._require_parts(self.assembly)
-        if self.output.directory is not None:
-            located("output.directory", self.output.directory, self.folder)
+        for name, path in (("directory", self.output.directory), ("animate", self.output.animate)):
+            if path is not None:
+                located(f"output.{name}", path, self.folder)
         if self.output.pvd_step_deg is not None:
             step, rule = self.output.pvd_step_deg, "has no effect without the crank cycle"
             require(self.analysis.cycle, "output.pvd_step_deg", step, rule, "Add --cycle.")
-        if self.output.animate is not None:
-            located("output.animate", self.output.animate, self.folder)
         self._require_film()
         if self.forces is not None:
             given = list(self.forces.pin_N)
@@ -161,7 +155,7 @@ class Study:
             remedy = 'Use support = "clamped", or set the transverse component to 0.'
             require(transverse == 0, "forces.pin_N", list(self.forces.pin_N), rule, remedy)
 
-    def unusual(self, measured: Mapping[str, float] | None = None) -> list[Finding]:
+    def unusual(self, measured: Mapping[str, float] | None = None) -> list[ImplausibleValue]:
         """Values outside engines' ranges, the gravest first; `measured`: a file's lengths by key."""
         lengths = dict(measured or {}) if self.rod.from_file else {}
         values = {**self._magnitudes(), **lengths}
@@ -169,12 +163,12 @@ class Study:
         extremes: list[float | None] = [max(speeds)] if speeds else [None]
         if speeds and min(speeds) < max(speeds) / _ONE_SERIES:
             extremes.append(min(speeds))
-        found: dict[str, Finding] = {}
+        worst: dict[str, ImplausibleValue] = {}
         for rpm in extremes:
             at = values if rpm is None else {**values, "speed.rpm": rpm}
-            for finding in findings(at, frozenset(lengths)):
-                found.setdefault(finding.key, finding)
-        return sorted(found.values(), key=lambda finding: not finding.refused)
+            for finding in implausible_values(at, frozenset(lengths)):
+                worst.setdefault(finding.key, finding)
+        return sorted(worst.values(), key=lambda finding: not finding.refused)
 
     def _magnitudes(self) -> dict[str, float]:
         tables: TomlTable = {} if self.rod.from_file else {"rod": self.rod.as_dict()}
@@ -257,10 +251,10 @@ class Study:
     def materials(self, parts: Iterable[str]) -> tuple[Material, ...]:
         """Return the material of each part, by `part_material_table`. Raises `InvalidValue`: no such part."""
         names = list(parts)
-        known = {*names, *PINS}
+        allowed = {*names, *PINS}
         if self.assembly is not None:
-            known |= {BOLT, *map(table_name, names)}
-        for part in self.part_material.keys() - known:
+            allowed |= {BOLT, *map(table_name, names)}
+        for part in self.part_material.keys() - allowed:
             remedy = f"The parts of this rod are: {', '.join(names)}."
             raise InvalidValue(f"[material.{part}]", None, "does not name a part of this rod", remedy)
         tables = [self.part_material_table(name) for name in names]
@@ -275,9 +269,11 @@ class Study:
 
         In an assembly, bushing and bearing shells without a table are of their usual materials.
         """
-        if self.assembly is not None:
-            return assembled(self.part_material, part, self.material)
-        return self.part_material.get(part, self.material)
+        if self.assembly is None:
+            return self.part_material.get(part, self.material)
+        name = table_name(part)
+        assumed = MaterialTable(preset=ASSUMED_PARTS[name]) if name in ASSUMED_PARTS else self.material
+        return self.part_material.get(part, self.part_material.get(name, assumed))
 
     @property
     def material_notes(self) -> tuple[Note, ...]:
@@ -300,11 +296,17 @@ class Study:
         """Return the tables that say something, with plain values, as a study file holds them."""
         parts = {part: self._constants(table) for part, table in self.part_material.items()}
         tables = {"rod": self.rod.as_dict(), "material": self._constants(self.material) | parts}
+        used = {
+            "speed": self.engine is not None and (self.speed.rpm is not None or self.duty is None),
+            "contact": self.in_contact,
+            "film": self.analysis.needs_film,
+            "mesh": self.rod.mesh is None,
+        }
         for name in TABLES:
             table = getattr(self, name)
             if name == "speed" and self.engine is not None and self.speed.rpm is None and self.duty is None:
                 table = SpeedTable(self.engine_speeds(self.engine)[0])
-            if name not in (*tables, *self._unused) and table is not None:
+            if name not in tables and used.get(name, True) and table is not None:
                 tables[name] = entries_of(table.resolved() if name == "engine" else table)
         return tables
 
@@ -312,17 +314,6 @@ class Study:
     def in_contact(self) -> bool:
         """Whether a pin touches its bore, or parts touch each other."""
         return self.analysis.in_contact or self.assembly is not None
-
-    @property
-    def _unused(self) -> list[str]:
-        speeds = self.engine is not None and (self.speed.rpm is not None or self.duty is None)
-        used = {
-            "speed": speeds,
-            "contact": self.in_contact,
-            "film": self.analysis.needs_film,
-            "mesh": self.rod.mesh is None,
-        }
-        return [name for name, needed in used.items() if not needed]
 
     def _constants(self, material: MaterialTable) -> TomlTable:
         """Return what counts of a material: an S–N line only where it is given, or there is a duty."""
@@ -415,7 +406,7 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
     try:
         return read_rod(raw["rod"], folder)
     except InvalidValue as error:
-        found = [each for each in findings(magnitudes(raw)) if each.unit and each.key[:4] == "rod."]
+        found = [each for each in implausible_values(magnitudes(raw)) if each.unit and each.key[:4] == "rod."]
         if not found or not isinstance(error.value, float):
             raise
         remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()
@@ -426,10 +417,10 @@ def _switched_on(raw: Mapping[str, Any]) -> TomlTable:
     """Return the tables with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
     by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
-    asked: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
-    if not asked or not isinstance(analysis, Mapping):
+    switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
+    if not switched or not isinstance(analysis, Mapping):
         return dict(raw)
-    return {**raw, "analysis": {**asked, **analysis}}
+    return {**raw, "analysis": {**switched, **analysis}}
 
 
 def _parted(raw: Mapping[str, Any]) -> tuple[TomlTable, dict[str, MaterialTable]]:

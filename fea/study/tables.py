@@ -1,7 +1,8 @@
 """The keys of a study, each declared once: a field of a frozen dataclass, with `key` as its default.
 
 From the declaration follow how it is read and checked, the flag that overrides it (`fea.study.flags`), the
-commented study of `fea init` and the JSON Schema (`fea.study.documents`).
+commented study of `fea init` and the JSON Schema (`fea.study.documents`). A key that names its unit also
+takes a text with another one, by the key without its unit: ``length = "5.7 in"`` for ``length_mm = 144.78``.
 """
 
 import dataclasses
@@ -11,15 +12,14 @@ import typing
 from collections.abc import Callable, Collection, Iterable, Mapping
 from enum import StrEnum
 from functools import cache
-from typing import Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
+from fea.base.shipped import TomlTable
 from fea.base.units import OTHER_UNITS, WRITTEN
-from fea.study.quantities import Written, own_unit, quantity, stem
-from fea.study.toml_files import TomlTable
-from geometry.errors import InvalidValue, is_finite, require, require_number, shown
+from geometry.errors import InvalidValue, is_finite, require, require_number, require_positive, shown
 
 AnyTable = TypeVar("AnyTable")
-# Refuses a value of the key that it is told; called for each entry of a list.
+# Refuses a value, given the name of its key; called for each entry of a list.
 Check = Callable[[str, Any], object]
 
 _LARGEST = 1e12
@@ -29,14 +29,35 @@ _PLAIN = str.maketrans({"³": "3", "²": "2", "µ": "u", "/": "_", "·": "_", "�
 _SPELT = {"inches": ("in", "inch"), "lb": ("lbs",), "Mpsi": ("Msi",)}
 
 
+def not_negative(name: str, value: object) -> None:
+    """Refuse a number below zero."""
+    require(require_number(name, value) >= 0, name, value, "must not be negative")
+
+
+def within(least: float, most: float, unit: str = "") -> Check:
+    """Return the check that refuses numbers outside of bounds."""
+
+    def check(name: str, value: object) -> None:
+        rule = f"must lie between {least:g} and {most:g}{unit}"
+        require(least <= require_number(name, value) <= most, name, value, rule)
+
+    return check
+
+
+# Types of keys whose values are checked.
+Positive = Annotated[float, require_positive]
+NotNegative = Annotated[float, not_negative]
+
+
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """What a declaration says of a key beside its name, type and default."""
+    """Declaration of a key, beside its name, type and default."""
 
     example: str = ""  #: a value in TOML, for the commented study
     #: describes it there, in the schema and in the help of its flag; the unit follows from the name
     comment: str = ""
-    check: Check | None = None  #: refuses values
+    check: Check | None = None  #: refuses values, beside what their type says
+    needs: str = ""  #: another key without which this one has no effect, and why: ``"bore_mm, which …"``
     stated: bool = False  #: whether the commented study states the example, and not as a comment
     above: str = ""  #: a comment there on this key and those that follow it
     alias: str = ""  #: an earlier name of key and flag that is still read
@@ -70,7 +91,7 @@ def choice(default: StrEnum, comment: str, flag: str = "", *, stated: bool = Tru
     return key(f'"{default}"', comment, default=default, flag=flag, stated=stated, **more)
 
 
-class Table:
+class StudyTable:
     """A table of a study: a frozen dataclass whose fields are its keys."""
 
     TABLE: ClassVar[str]  #: its name in a study
@@ -83,28 +104,71 @@ class Table:
             cls.TABLE, cls.INTRO, cls.OPTIONAL = table, intro, optional
 
     def __post_init__(self) -> None:
-        for name, declared in keys_of(type(self)).items():
-            value = getattr(self, name)
-            if declared.check is not None and value is not None:
+        cls: Any = type(self)
+        for name, declared in keys_of(cls).items():
+            value, where = getattr(self, name), f"{self.TABLE}.{name}"
+            if value is None:
+                continue
+            for check in checks_of(cls)[name]:
                 for entry in value if isinstance(value, tuple) else (value,):
-                    declared.check(f"{self.TABLE}.{name}", entry)
+                    check(where, entry)
+            other = declared.needs.replace(":", ",").partition(",")[0]
+            complete, remedy = not other or getattr(self, other) is not None, f"Give {other}, too."
+            require(complete, where, value, f"needs {declared.needs}", remedy)
+
+    def needed(self, name: str, rule: str = "is missing", remedy: str = "Give it.") -> float:
+        """Return the number of a key. Raises `InvalidValue`: it is not given."""
+        value = getattr(self, name)
+        require(value is not None, f"{self.TABLE}.{name}", None, rule, remedy)
+        return float(value)
 
 
-def _keys_of(cls: Any) -> dict[str, Key]:
+@cache
+def keys_of(cls: Any) -> dict[str, Key]:
+    """Return the keys of a table, its own before those that it inherits."""
     declared = {field.name: field.metadata.get("key", Key()) for field in dataclasses.fields(cls)}
     above = [base for base in cls.__bases__ if dataclasses.is_dataclass(base)]
     inherited = [field.name for base in above for field in dataclasses.fields(base)]
     return {name: declared[name] for name in (*(n for n in declared if n not in inherited), *inherited)}
 
 
-def _hints_of(cls: Any) -> dict[str, Any]:
+@cache
+def hints_of(cls: Any) -> dict[str, Any]:
+    """Return the annotated types of the keys of a table, in the same order."""
     hints = typing.get_type_hints(cls)
     return {name: hints[name] for name in keys_of(cls)}
 
 
-# The keys of a table, its own before those that it inherits; and their annotated types.
-keys_of: Callable[[Any], dict[str, Key]] = cache(_keys_of)
-hints_of: Callable[[Any], dict[str, Any]] = cache(_hints_of)
+@cache
+def checks_of(cls: Any) -> dict[str, list[Check]]:
+    """Return what checks the values of each key: by its type, and by its declaration."""
+    hints = typing.get_type_hints(cls, include_extras=True)
+    declared = {name: key.check for name, key in keys_of(cls).items()}
+    return {name: [*_annotated(hints[name]), *([check] if check else [])] for name, check in declared.items()}
+
+
+def _annotated(hint: Any) -> list[Check]:
+    if typing.get_origin(hint) is Annotated:
+        return list(hint.__metadata__)
+    return [check for part in typing.get_args(hint) for check in _annotated(part)]
+
+
+class Written(float):
+    """A number whose unit was written beside it."""
+
+
+@cache
+def own_unit(key: str) -> str:
+    """Return the unit at the end of a key, of `OTHER_UNITS`; "" where it has none."""
+    name = key.rpartition(".")[2]
+    ends = (unit for unit in OTHER_UNITS if name == unit or name.endswith(f"_{unit}"))
+    return max(ends, key=len, default="")
+
+
+@cache
+def stem(key: str) -> str:
+    """Return a key without its unit, by which a value with a unit may be given."""
+    return key.removesuffix(f"_{own_unit(key)}")
 
 
 def unit_of(name: str) -> tuple[str, str]:
@@ -113,21 +177,6 @@ def unit_of(name: str) -> tuple[str, str]:
     if unit in (name, "hours", "rpm"):
         return name.replace("_", " "), ""
     return stem(name).replace("_", " "), WRITTEN.get(unit, unit)
-
-
-def not_negative(name: str, value: object) -> None:
-    """Refuse a number below zero."""
-    require(require_number(name, value) >= 0, name, value, "must not be negative")
-
-
-def within(least: float, most: float, unit: str = "") -> Check:
-    """Return the check that refuses numbers outside of bounds."""
-
-    def check(name: str, value: object) -> None:
-        rule = f"must lie between {least:g} and {most:g}{unit}"
-        require(least <= require_number(name, value) <= most, name, value, rule)
-
-    return check
 
 
 def one_of(valid: Iterable[str]) -> Check:
@@ -175,7 +224,7 @@ def read_table(cls: type[AnyTable], where: str, raw: object) -> AnyTable:
     return cls(**values)
 
 
-def read_keys(cls: type[Any], where: str, raw: object) -> TomlTable:
+def read_keys(cls: Any, where: str, raw: object) -> TomlTable:
     """Return the values of a TOML table as the types of the keys of `cls`; see `read_table`."""
     if not isinstance(raw, Mapping):
         raise InvalidValue(where, raw, f"must be a table, [{where}]")
@@ -191,23 +240,23 @@ def read_keys(cls: type[Any], where: str, raw: object) -> TomlTable:
     return values
 
 
-def in_own_units(cls: type[Any], where: str, raw: Mapping[str, Any]) -> TomlTable:
+def in_own_units(cls: Any, where: str, raw: Mapping[str, Any]) -> TomlTable:
     """Return a TOML table whose values with units stand as numbers, by the keys that name their units.
 
     So do those of the tables in it. Errors as of `quantity`, and for a value that is given by both keys.
     """
     values: TomlTable = {}
     for given, value in raw.items():
-        name, said = full_key(given, keys_of(cls)), f"{where}.{given}"
-        require(name not in values, said, value, "is given twice, with its unit and without", "Remove one.")
+        name, place = full_key(given, keys_of(cls)), f"{where}.{given}"
+        require(name not in values, place, value, "is given twice, with its unit and without", "Remove one.")
         if isinstance(value, Mapping):
             entries = keys_of(cls)[given].entries() if given in keys_of(cls) else keys_of(cls)
             values[name] = {
-                (own := full_key(key, entries)): number_of(f"{said}.{key}", entry, own, bare=own != key)
+                (own := full_key(key, entries)): number_of(f"{place}.{key}", entry, own, bare=own != key)
                 for key, entry in value.items()
             }
         else:
-            values[name] = number_of(said, value, name, bare=name != given)
+            values[name] = number_of(place, value, name, bare=name != given)
     return values
 
 
@@ -216,17 +265,38 @@ def full_key(given: str, names: Collection[str]) -> str:
     return given if given in names else next((name for name in names if stem(name) == given), given)
 
 
-def number_of(said: str, value: Any, name: str, *, bare: bool = False, change: bool = False) -> Any:
+def number_of(where: str, value: Any, name: str, *, bare: bool = False, change: bool = False) -> Any:
     """Return a value of key `name`, or each of a list, as `quantity` does where it is a text with a unit.
 
-    `bare`: its key is given without the unit, so that the value must have one. `said` is for messages.
+    `bare`: its key is given without the unit, so that the value must have one. `where` is for messages.
     """
     unit = own_unit(name)
     if not unit or isinstance(value, bool | Mapping):
         return value
     if isinstance(value, list | tuple):
-        return [number_of(said, entry, name, bare=bare, change=change) for entry in value]
-    return quantity(said, value, unit, key=name, change=change) if bare or isinstance(value, str) else value
+        return [number_of(where, entry, name, bare=bare, change=change) for entry in value]
+    return quantity(where, value, unit, key=name, change=change) if bare or isinstance(value, str) else value
+
+
+def quantity(where: str, value: object, unit: str, *, key: str = "", change: bool = False) -> Written:
+    """Return the number of a text with a unit, in the unit of a key (of `OTHER_UNITS`).
+
+    `key` says what a pressure refers to. `change`: the value is a difference of two, such as a deviation; of
+    temperatures it has no zero. Raises `InvalidValue`: it is no number with a unit, the unit is unknown or of
+    another kind, or the pressure is gauge in place of absolute, or the other way round.
+    """
+    from fea.study.notations import converted  # noqa: PLC0415 - only such a value needs its library
+
+    return Written(converted(where, value, unit, stem(key.rpartition(".")[2]), change=change))
+
+
+def with_units(value: Any, key: str = "") -> Any:
+    """Return a value of a key, or the tables of a study, with the units that were written beside numbers."""
+    if isinstance(value, Mapping):
+        return {name: with_units(entry, name) for name, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [with_units(entry, key) for entry in value]
+    return f"{value!r} {own_unit(key)}" if isinstance(value, Written) else value
 
 
 def required(cls: Any) -> list[str]:
@@ -266,7 +336,8 @@ def checked(name: str, value: object, hint: Any) -> Any:
 
 def options_of(hint: Any) -> list[Any]:
     """Return the types that a hint allows beside None."""
-    options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    several = typing.get_origin(hint) in (typing.Union, types.UnionType)
+    options = typing.get_args(hint) if several else (hint,)
     return [option for option in options if option is not types.NoneType]
 
 
@@ -275,48 +346,33 @@ def _is_enum(option: Any) -> bool:
 
 
 def _word(option: Any) -> str:
-    if typing.get_origin(option) is dict:
-        return "a table"
     if typing.get_origin(option) is tuple:
-        entries = typing.get_args(option)[0]
-        if typing.get_origin(entries) is dict:
-            return "a list of tables of numbers"
-        return "a list of texts" if entries is str else f"a list of {_WORDS[entries].removeprefix('a ')}s"
-    return _WORDS[option]
+        entry = _word(typing.get_args(option)[0]).removeprefix("a ")
+        return f"a list of {'tables of number' if entry == 'table' else entry}s"
+    return "a table" if typing.get_origin(option) is dict else _WORDS[option]
 
 
-def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one line a type
+def _convert(value: object, option: Any) -> Any:  # noqa: PLR0911 - one return a type
     """Return `value` as `option`, or None if it is of another type."""
-    if typing.get_origin(option) is tuple:
-        item = typing.get_args(option)[0]
-        if not isinstance(value, list | tuple):
-            return None
-        converted = tuple(_convert(entry, item) for entry in value)
-        return None if None in converted else converted
-    if typing.get_origin(option) is dict:
-        if not isinstance(value, Mapping):
-            return None
-        entries = {key: _convert(entry, typing.get_args(option)[1]) for key, entry in value.items()}
-        return None if None in entries.values() else entries
+    if inner := typing.get_args(option):
+        if typing.get_origin(option) is tuple and isinstance(value, list | tuple):
+            listed = tuple(_convert(entry, inner[0]) for entry in value)
+            return None if None in listed else listed
+        if typing.get_origin(option) is dict and isinstance(value, Mapping):
+            entries = {key: _convert(entry, inner[1]) for key, entry in value.items()}
+            return None if None in entries.values() else entries
+        return None
     if _is_enum(option):
         return option(value) if value in list(option) else None
-    if option is float:
-        if isinstance(value, Written):
-            return value
-        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
-    if option is int and isinstance(value, bool):
+    if isinstance(value, bool) and option is not bool:
         return None
-    return value if isinstance(option, type) and isinstance(value, option) else None
+    if option is float and isinstance(value, int | float):
+        return value if isinstance(value, Written) else float(value)
+    return value if isinstance(value, option) else None
 
 
 def entries_of(table: Any) -> TomlTable:
     """Return the keys of a table that say something, by name; those that are None or empty are left out."""
-    values = {name: getattr(table, name) for name in keys_of(type(table))}
+    cls: Any = type(table)
+    values = {name: getattr(table, name) for name in keys_of(cls)}
     return {name: value for name, value in values.items() if value not in (None, (), {})}
-
-
-def toml_text(tables: Mapping[str, Any]) -> str:
-    """Return tables of plain values as TOML text."""
-    import tomli_w  # noqa: PLC0415 - only a study that is written needs it
-
-    return tomli_w.dumps(tables)

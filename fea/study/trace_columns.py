@@ -1,4 +1,4 @@
-"""Which columns of a table are crank angle and cylinder pressure."""
+"""Columns of crank angle and cylinder pressure in a table, by keys, by names or by what they contain."""
 
 import re
 from collections.abc import Sequence
@@ -9,115 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.study.tables import Table, key, keys_of, within
-from fea.study.toml_files import TomlTable
-from fea.study.trace_table import TraceTable
+from fea.base.shipped import TomlTable
+from fea.study.tables import Positive, StudyTable, key, keys_of, within
+from fea.study.trace_table import DOCUMENTED, TraceTable, speed_of
 from geometry.arrays import Floats
-from geometry.errors import InvalidValue, require, require_positive
+from geometry.errors import InvalidValue, require
 from loads.compression import compression
 
-_ANGLES = {
-    *("crank", "crankangle", "crankshaft", "ca", "cad", "deg", "degca", "cadeg", "degree", "degrees"),
-    *("theta", "phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw"),
-    *("°ca", "°kw", "°", "曲轴转角", "转角"),
-}
-_PRESSURES = {
-    *("p", "press", "pressure", "druck", "zylinderdruck", "pression", "presion", "pressione", "pressao"),
-    *("cylp", "pcyl", "pzyl", "pz", "cylpress", "cylpres", "cylinderpressure", "缸压", "压力", "气缸压力"),
-}
-# Pressures elsewhere than in the cylinder, and quantities derived from its pressure.
-_OTHERS = {
-    *("intake", "inlet", "manifold", "boost", "exhaust", "oil", "fuel", "rail", "injection", "ambient"),
-    *("atmosphere", "atmospheric", "rate", "dp", "derivative", "filter", "spark", "ignition", "rod"),
-}
-# Headings of our own format: gauge pressures.
-DOCUMENTED = ("crank_deg", "pressure_bar")
-_PER_SPEED = re.compile(r"pressure_bar_(\d+(?:\.\d+)?)rpm")
-_UNITS = {unit.lower(): unit for unit in PressureUnit}
-_REFERENCES = {
-    **dict.fromkeys(("a", "abs", "absolute", "absolut", "absolu"), PressureReference.ABSOLUTE),
-    **dict.fromkeys(("g", "ga", "gauge", "gage", "rel", "relative", "relativ"), PressureReference.GAUGE),
-}
-_BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
-
-
-def speed_of(name: str) -> float | None:
-    """Speed, rpm, of a column in our own format with one per speed."""
-    match = _PER_SPEED.fullmatch(name)
-    return None if match is None else float(match[1])
-
-
-def is_angle(name: str) -> bool:
-    """Whether a column's name is one of those that crank angles have."""
-    words = _words(name)
-    return bool(words & _ANGLES) and not words & _OTHERS and not is_pressure(name)
-
-
-def is_pressure(name: str) -> bool:
-    """Whether a column's name is one of those that cylinder pressures have."""
-    words = _words(name)
-    known = bool(words & _PRESSURES) or any(re.fullmatch(r"p_?(?:cyl|zyl)\w*", word) for word in words)
-    return known and not words & _OTHERS
-
-
-def unit_of(name: str) -> PressureUnit | None:
-    """Return the unit of pressure in a column's name: in brackets, or a word or suffix of its own."""
-    units = [unit for word in _ordered_words(name) if (unit := _split_unit(word)[0]) is not None]
-    return units[-1] if units else None
-
-
-def reference_of(name: str) -> PressureReference | None:
-    """Return what a column's name says of the reference: ``bara``, ``[bar abs]``, ``psig`` or ``gauge``."""
-    words = _ordered_words(name)
-    units = [i for i, word in enumerate(words) if _split_unit(word)[0] is not None]
-    for i in units:
-        suffix = _split_unit(words[i])[1]
-        if suffix in _REFERENCES:
-            return _REFERENCES[suffix]
-    # A single letter says something only after a unit: "bar (a)".
-    for i, word in enumerate(words):
-        if word in _REFERENCES and (len(word) > 2 or i - 1 in units):
-            return _REFERENCES[word]
-    return None
-
-
-def unknown_unit(name: str) -> str:
-    """Return what stands in brackets where that is not a unit of pressure, as in ``[V]``; else nothing."""
-    inside = [match[1].strip() for match in _BRACKETS.finditer(name)]
-    strange = [each for each in inside if each and not (unit_of(each) or reference_of(f"bar {each}"))]
-    return strange[-1] if strange and unit_of(name) is None else ""
-
-
-def _ordered_words(name: str) -> list[str]:
-    """Words of a name in small letters; a capital after two small letters begins a word."""
-    apart = re.sub(r"(?<=[a-z][a-z])(?=[A-Z])", " ", name)
-    return [word for word in re.split(r"[^\w°]+|_", apart.lower()) if word]
-
-
-def _words(name: str) -> set[str]:
-    words = _ordered_words(_BRACKETS.sub(" ", name))
-    if not words:  # those in brackets are all that the name has: ``[deg]``
-        return set(_ordered_words(name))
-    return set(words) | {"".join(pair) for pair in pairwise(words)}
-
-
-def _split_unit(word: str) -> tuple[PressureUnit | None, str]:
-    """Split a word into a unit and the letters after it: ``bara``, ``psig``."""
-    for unit, value in _UNITS.items():
-        if word == unit or (word.startswith(unit) and word[len(unit) :] in _REFERENCES):
-            return value, word[len(unit) :]
-    return None, ""
-
-
-# A crank turns by this in a whole four-stroke cycle; smoothing over more than a few degrees flattens a peak.
-_CYCLE_DEG = 720.0
-_WIDEST_SMOOTHING = 10.0
-_REVOLUTION_DEG, _HALF_TURN = 360.0, 180.0
-_AFTER_TDC = 15.0  # degrees behind TDC at which pressures peak, about
+_CYCLE, _REVOLUTION, _HALF_TURN = 720.0, 360.0, 180.0  # degrees
+_WIDEST_SMOOTHING = 10.0  # degrees: more flattens a peak
 
 
 @dataclass(frozen=True, kw_only=True)
-class TraceKeys(Table, table="engine"):
+class TraceKeys(StudyTable, table="engine"):
     """How a trace is to be read; what is None is found out from the file."""
 
     angle_column: str | int | None = key(
@@ -127,26 +31,32 @@ class TraceKeys(Table, table="engine"):
         "These keys decide:",
     )
     time_column: str | int | None = key(
-        "1", "of a recording over time with a trigger: its times, in any unit; default: equal steps"
+        "1",
+        "of a recording over time with a trigger: its times, in any unit; default: equal steps",
+        needs="trigger_column: times do not give crank angles",
     )
     trigger_column: str | int | None = key(
         "3", "name or number of the column of a trigger or encoder, whose rises through its middle count"
     )
-    trigger_pulses: int | None = key("1", "of it in a revolution of the crank", within(1, 7200))
+    trigger_pulses: int | None = key(
+        "1", "of it in a revolution of the crank", within(1, 7200), needs="trigger_column"
+    )
     angle_offset_deg: float | None = key(
         "360.0",
         "added to the angles of the file, so that firing TDC is at 360",
-        within(-_CYCLE_DEG, _CYCLE_DEG, " degrees"),
+        within(-_CYCLE, _CYCLE, " degrees"),
     )
     pressure_column: str | int | None = key(
         "2", 'name or number of the column of pressures; or "2-61", cycles to be averaged'
     )
-    gain_bar_V: float | None = key(
-        "20.0",
-        "of the sensor with its amplifier, where the column of pressures holds volts",
-        require_positive,
+    gain_bar_V: Positive | None = key(
+        "20.0", "of the sensor with its amplifier, where the column of pressures holds volts"
     )
-    offset_V: float | None = key("0.5", "at pressure 0, with gain_bar_V; default: 0")
+    offset_V: float | None = key(
+        "0.5",
+        "at pressure 0, with gain_bar_V; default: 0",
+        needs="gain_bar_V, which turns volts into pressures",
+    )
     pressure_unit: PressureUnit | None = key('"bar"', "of the pressures in the file; or kPa, MPa, Pa, psi")
     pressure_reference: PressureReference | None = key(
         '"absolute"', 'of those pressures, less atmosphere_bar; or "gauge"'
@@ -170,84 +80,131 @@ class TraceKeys(Table, table="engine"):
         """The keys that say something of how to read a trace."""
         return {name: value for name in keys_of(TraceKeys) if (value := getattr(self, name)) is not None}
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        both = "cannot be combined with trigger_column, which gives the angles"
+        alone = self.trigger_column is None or self.angle_column is None
+        require(alone, "engine.angle_column", self.angle_column, both, "Remove one of them.")
+        rule, unit = "cannot be combined with gain_bar_V, which gives bar", self.pressure_unit
+        in_bar = self.gain_bar_V is None or unit in (None, PressureUnit.BAR)
+        require(in_bar, "engine.pressure_unit", unit, rule)
+
+
+# Words of headings. Those of other pressures, and of what is derived from a cylinder's, exclude both.
+_ANGLES = {
+    *("crank", "crankangle", "crankshaft", "ca", "cad", "deg", "degca", "cadeg", "degree", "degrees"),
+    *("theta", "phi", "φ", "θ", "angle", "angolo", "angulo", "vilebrequin", "winkel", "kurbelwinkel", "kw"),
+    *("°ca", "°kw", "°", "曲轴转角", "转角"),
+}
+_PRESSURES = {
+    *("p", "press", "pressure", "druck", "zylinderdruck", "pression", "presion", "pressione", "pressao"),
+    *("cylp", "pcyl", "pzyl", "pz", "cylpress", "cylpres", "cylinderpressure", "缸压", "压力", "气缸压力"),
+}
+_OTHERS = {
+    *("intake", "inlet", "manifold", "boost", "exhaust", "oil", "fuel", "rail", "injection", "ambient"),
+    *("atmosphere", "atmospheric", "rate", "dp", "derivative", "filter", "spark", "ignition", "rod"),
+}
+_UNITS = {unit.lower(): unit for unit in PressureUnit}
+_REFERENCES = "abs|absolute|absolut|absolu|gauge|gage|rel|relative|relativ"
+# A unit, and what it refers to: ``bara``, ``[bar abs]``, ``psig``. Single letters count only after a unit.
+_UNIT = re.compile(rf"(?<![^\W_])({'|'.join(_UNITS)})(?:[\W_]*(a|g|ga|{_REFERENCES}))?(?![^\W_])")
+_REFERENCE = re.compile(rf"(?<![^\W_])({_REFERENCES})(?![^\W_])")
+_BRACKETS = re.compile(r"[\[({<]([^\])}>]*)[\])}>]")
+
+
+def _is_angle(name: str) -> bool:
+    words = _words(name)
+    return bool(words & _ANGLES) and not words & _OTHERS and not _is_pressure(name)
+
+
+def _is_pressure(name: str) -> bool:
+    words = _words(name)
+    named = bool(words & _PRESSURES) or any(re.fullmatch(r"p_?(?:cyl|zyl)\w*", word) for word in words)
+    return named and not words & _OTHERS
+
+
+def _plain(name: str) -> str:
+    """Return a name in small letters; a capital after two small letters begins a word."""
+    return re.sub(r"(?<=[a-z][a-z])(?=[A-Z])", " ", name).lower()
+
+
+def _words(name: str) -> set[str]:
+    """Words of a name, alone and in pairs; those in brackets count where it has no others: ``[deg]``."""
+    for part in (_BRACKETS.sub(" ", name), name):
+        if words := re.findall(r"(?:[^\W_]|°)+", _plain(part)):
+            return set(words) | {"".join(pair) for pair in pairwise(words)}
+    return set()
+
+
+def _unit_of(name: str, source: str) -> PressureUnit | None:
+    """Return the unit of pressure in a column's name. Raises `InvalidValue`: another one, as in [V]."""
+    if units := _UNIT.findall(_plain(name)):
+        return _UNITS[units[-1][0]]
+    inside = [match[1].strip() for match in _BRACKETS.finditer(name)]
+    strange = [text for text in inside if text and not _reference_of(f"bar {text}")]
+    rule = f"has pressures in an unknown unit, {strange[-1] if strange else ''}"
+    remedy = "Convert them, or set engine.pressure_unit to bar, kPa, MPa, Pa or psi."
+    require(not strange, f"{source}: column", name, rule, remedy)
+    return None
+
+
+def _reference_of(name: str) -> PressureReference | None:
+    """Return what the pressures of a column are measured against by its name."""
+    beside = [reference for _, reference in _UNIT.findall(_plain(name)) if reference]
+    words = beside or _REFERENCE.findall(_plain(name))
+    if not words:
+        return None
+    return PressureReference.ABSOLUTE if words[0][0] == "a" else PressureReference.GAUGE
+
 
 # Degrees: columns that span less are no crank angles, those that span more are whole revolutions.
-_LEAST_TURN, _REVOLUTION = 20.0, 350.0
+_LEAST_TURN, _WHOLE_TURN = 20.0, 350.0
+_AFTER_TDC = 15.0  # degrees behind TDC at which pressures peak, about
 _FEWEST_CYCLES = 3  # columns without names that are taken for cycles of one engine, if they are this similar
 _SIMILAR = 0.9
 
 
 class Columns(NamedTuple):
-    """Crank angle and pressure as they stand in the file.
+    """Crank angle and pressure as they stand in the file, and what its headings say of them."""
 
-    Angles (n,) are in the order of the file, pressures (n, m) have a column per cycle; names are "" where the
-    file has no headings. `chosen` holds the columns that no key gave, as values of their keys.
-    """
-
-    angles: Floats
-    pressures: Floats
-    angle_name: str
-    pressure_name: str
-    chosen: dict[str, str | int]
-
-    def unit(self, keys: TraceKeys, source: str) -> PressureUnit | None:
-        """Return the unit of the pressures by key or heading. Raises `InvalidValue`: that of none of ours."""
-        if keys.pressure_unit is not None:
-            return keys.pressure_unit
-        strange = unknown_unit(self.pressure_name)
-        rule = f"has pressures in an unknown unit, {strange}"
-        remedy = "Convert them, or set engine.pressure_unit to bar, kPa, MPa, Pa or psi."
-        require(not strange, f"{source}: column", self.pressure_name, rule, remedy)
-        return unit_of(self.pressure_name)
-
-    def reference(self, keys: TraceKeys) -> PressureReference | None:
-        """Return what the pressures refer to by key or heading; our own format has gauge pressures."""
-        if keys.pressure_reference is not None:
-            return keys.pressure_reference
-        own_format = self.pressure_name == DOCUMENTED[1] or speed_of(self.pressure_name) is not None
-        if own_format and self.angle_name == DOCUMENTED[0]:
-            return PressureReference.GAUGE
-        return reference_of(self.pressure_name)
+    angles: Floats  #: (n,) in the order of the file
+    pressures: Floats  #: (n, m), a column per cycle
+    unit: PressureUnit | None
+    reference: PressureReference | None
+    chosen: dict[str, str | int]  #: the columns that no key gave, as values of their keys
 
 
 def trace_columns(table: TraceTable, keys: TraceKeys) -> Columns:
     """Choose columns by keys, names or content. Raises `InvalidValue`: a key names none, or several fit."""
-    _require_consistent(keys)
     chosen: dict[str, str | int] = {}
     trigger = _given(table, "trigger_column", keys.trigger_column)
     time = _given(table, "time_column", keys.time_column)
     angle = _given(table, "angle_column", keys.angle_column)
-    given_pressure = _given(table, "pressure_column", keys.pressure_column)
+    pressure = _given(table, "pressure_column", keys.pressure_column)
     if not angle and not trigger:
-        angle = [_angle(table, given_pressure)]
-        chosen |= _choice("angle_column", table, angle)
-    pressure = given_pressure
+        angle = [_angle(table, pressure)]
+        if not _is_angle(table.names[angle[0]]) and len(table.numbers) != 2:
+            chosen["angle_column"] = angle[0] + 1
     if not pressure:
         pressure = _pressure(table, {*angle, *trigger, *time})
-        chosen |= _choice("pressure_column", table, pressure)
+        first, last = pressure[0] + 1, pressure[-1] + 1
+        if not _is_pressure(table.names[first - 1]) and (last > first or len(table.numbers) != 2):
+            chosen["pressure_column"] = first if first == last else f"{first}-{last}"
     pressures = np.stack([table.column(i) for i in pressure], axis=1)
     name = table.names[pressure[0]]
     if keys.gain_bar_V is not None:
         pressures, name = keys.gain_bar_V * (pressures - (keys.offset_V or 0.0)), "pressure [bar]"
-    if not trigger:
-        return Columns(table.column(angle[0]), pressures, table.names[angle[0]], name, chosen)
-    times = table.column(time[0]) if time else np.arange(len(pressures), dtype=np.float64)
-    turned = _turned(times, table.column(trigger[0]), keys.trigger_pulses or 1, table.source)
-    return Columns(*_at_equal_steps(turned, pressures), "", name, chosen)
-
-
-def _require_consistent(keys: TraceKeys) -> None:
-    triggered = keys.trigger_column is not None
-    rule, angle = "cannot be combined with trigger_column, which gives the angles", keys.angle_column
-    require(not triggered or angle is None, "engine.angle_column", angle, rule, "Remove one of them.")
-    rule, remedy = "needs trigger_column: times do not give crank angles", "Name the column of the trigger."
-    for name in ("time_column", "trigger_pulses"):
-        value = getattr(keys, name)
-        require(triggered or value is None, f"engine.{name}", value, rule, remedy)
-    rule = "needs gain_bar_V, which turns volts into pressures"
-    require(keys.gain_bar_V is not None or keys.offset_V is None, "engine.offset_V", keys.offset_V, rule)
-    rule, unit = "cannot be combined with gain_bar_V, which gives bar", keys.pressure_unit
-    require(keys.gain_bar_V is None or unit in (None, PressureUnit.BAR), "engine.pressure_unit", unit, rule)
+    if trigger:
+        times = table.column(time[0]) if time else np.arange(len(pressures), dtype=np.float64)
+        turned = _turned(times, table.column(trigger[0]), keys.trigger_pulses or 1, table.source)
+        angles, pressures = _at_equal_steps(turned, pressures)
+    else:
+        angles = table.column(angle[0])
+    documented = angle and table.names[angle[0]] == DOCUMENTED[0]
+    documented = documented and (name == DOCUMENTED[1] or speed_of(name) is not None)
+    unit = keys.pressure_unit or _unit_of(name, table.source)
+    by_name = PressureReference.GAUGE if documented else _reference_of(name)
+    return Columns(angles, pressures, unit, keys.pressure_reference or by_name, chosen)
 
 
 def _turned(times: Floats, signal: Floats, pulses: int, source: str) -> Floats:
@@ -260,26 +217,18 @@ def _turned(times: Floats, signal: Floats, pulses: int, source: str) -> Floats:
     require(len(before) > pulses, "engine.gas", source, rule, remedy)
     share = (middle - signal[before]) / (signal[before + 1] - signal[before])
     rises = times[before] + share * (times[before + 1] - times[before])
-    angles = np.arange(len(rises)) * (_REVOLUTION_DEG / pulses)
+    angles = np.arange(len(rises)) * (_REVOLUTION / pulses)
     return np.asarray(np.interp(times, rises, angles, left=np.nan, right=np.nan), dtype=np.float64)
 
 
 def _at_equal_steps(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
     """Angles from 0 on, in equal steps that divide a revolution, and the pressures (m, k) there."""
-    known = np.isfinite(angles)
-    angles, pressures = angles[known], pressures[known]
-    places = np.ceil(_REVOLUTION_DEG / np.median(np.diff(angles)))
-    count = round(float(angles[-1]) * places / _REVOLUTION_DEG)
-    at = np.arange(count) * (_REVOLUTION_DEG / places)
+    turning = np.isfinite(angles)
+    angles, pressures = angles[turning], pressures[turning]
+    places = np.ceil(_REVOLUTION / np.median(np.diff(angles)))
+    count = round(float(angles[-1]) * places / _REVOLUTION)
+    at = np.arange(count) * (_REVOLUTION / places)
     return at, np.stack([np.interp(at, angles, column) for column in pressures.T], axis=1)
-
-
-def _choice(key: str, table: TraceTable, columns: list[int]) -> dict[str, str | int]:
-    name = table.names[columns[0]]
-    known = is_angle(name) if key == "angle_column" else is_pressure(name)
-    if known or (len(columns) == 1 and len(table.numbers) == 2):
-        return {}
-    return {key: columns[0] + 1 if len(columns) == 1 else f"{columns[0] + 1}-{columns[-1] + 1}"}
 
 
 def _given(table: TraceTable, key: str, value: str | int | None) -> list[int]:
@@ -303,19 +252,17 @@ def _compressing(
     table: TraceTable, angles: Sequence[int], pressures: Sequence[int]
 ) -> tuple[int, int] | None:
     """Return the first columns, of crank angle and of pressure, that show a compression; None: none do."""
-    for angle, pressure in product(angles, pressures):
-        if angle != pressure and _compresses(table.column(angle), table.column(pressure)):
-            return angle, pressure
-    return None
+    pairs = ((angle, pressure) for angle, pressure in product(angles, pressures) if angle != pressure)
+    return next((pair for pair in pairs if _compresses(*map(table.column, pair))), None)
 
 
 def _compresses(angles: Floats, pressures: Floats) -> bool:
-    whole = angles < angles[0] + _CYCLE_DEG
-    if np.ptp(angles) < _REVOLUTION or (np.diff(angles[whole]) <= 0).any():
+    whole = angles < angles[0] + _CYCLE
+    if np.ptp(angles) < _WHOLE_TURN or (np.diff(angles[whole]) <= 0).any():
         return False
     angles, pressures = angles[whole], pressures[whole]
     tdc = _HALF_TURN * np.round((angles[int(pressures.argmax())] - _AFTER_TDC) / _HALF_TURN)
-    from_tdc = np.mod(angles - tdc + _REVOLUTION_DEG, _CYCLE_DEG) - _REVOLUTION_DEG
+    from_tdc = np.mod(angles - tdc + _REVOLUTION, _CYCLE) - _REVOLUTION
     order = np.argsort(from_tdc)
     fit = compression(from_tdc[order], pressures[order])
     return fit is not None and fit.is_usual
@@ -323,8 +270,8 @@ def _compresses(angles: Floats, pressures: Floats) -> bool:
 
 def _angle(table: TraceTable, pressures: Sequence[int]) -> int:
     turning = [i for i in table.numbers if _turns(table.column(i))]
-    named = [i for i in table.numbers if is_angle(table.names[i])]
-    whole = [i for i in turning if np.ptp(table.column(i)) >= _REVOLUTION]
+    named = [i for i in table.numbers if _is_angle(table.names[i])]
+    whole = [i for i in turning if np.ptp(table.column(i)) >= _WHOLE_TURN]
     if not named and len(whole) > 1 and (pair := _compressing(table, whole, pressures or table.numbers)):
         return pair[0]
     for i in [*(i for i in named if i in turning), *named, *whole, *turning]:
@@ -349,7 +296,7 @@ def _turns(values: Floats) -> bool:
 
 def _pressure(table: TraceTable, others: set[int]) -> list[int]:
     rest = [i for i in table.numbers if i not in others]
-    named = [i for i in rest if is_pressure(table.names[i])]
+    named = [i for i in rest if _is_pressure(table.names[i])]
     candidates = named or rest
     if len(candidates) == 1 or (not named and _are_cycles(table, candidates)):
         return candidates
@@ -357,14 +304,10 @@ def _pressure(table: TraceTable, others: set[int]) -> list[int]:
     turning = [i for i in table.numbers if i in others] or list(table.numbers)
     angle, pressure = _compressing(table, turning, candidates) or (None, candidates[0])
     proposed = {"angle_column": angle, "pressure_column": pressure}
-    said = ", ".join(f"{key} = {_named(table, i)}" for key, i in proposed.items() if i is not None)
+    names = {i: f'"{name}"' if name else f"{i + 1}" for i, name in enumerate(table.names)}
+    settings = ", ".join(f"{key} = {names[i]}" for key, i in proposed.items() if i is not None)
     likely = "for example" if angle is None else "as compression suggests"
-    remedy = f"Choose one, {likely}: {said}."
-    raise InvalidValue("engine.gas", table.source, rule, remedy)
-
-
-def _named(table: TraceTable, column: int) -> str:
-    return f'"{table.names[column]}"' if table.names[column] else f"{column + 1}"
+    raise InvalidValue("engine.gas", table.source, rule, f"Choose one, {likely}: {settings}.")
 
 
 def _are_cycles(table: TraceTable, columns: list[int]) -> bool:

@@ -1,16 +1,15 @@
-"""Samples over crank angle, as recorded, become one cycle: cycles averaged, a lone revolution completed."""
+"""Recorded samples of a pressure become one cycle: averaged, completed, turned to firing TDC and smoothed."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 
-_TURN, _CYCLE = 360.0, 720.0
-_RESET = 0.8  # of a turn: an angle that falls by this much begins anew
+_TURN, _CYCLE, _HALF_TURN = 360.0, 720.0, 180.0
+_RESET = 0.8  # of a turn: an angle that falls by this much begins again
 # A revolution counts as whole within this many steps of its end.
 _STEPS = 1.5
 _CLOSURE = 0.05  # of the peak: how much the pressure may jump where the end of a record meets its start
@@ -38,9 +37,9 @@ class Recording:
 
 
 def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
-    """Fold recorded samples into one cycle, or one revolution where there is no more.
+    """Fold recorded samples into one cycle, or one revolution where there are no more.
 
-    Angles (n,) are in degrees in the order of the file, and may begin anew with every revolution or cycle;
+    Angles (n,) are in degrees in the order of the file, and may begin again with every revolution or cycle;
     pressures (n, m) have a column per cycle. Messages name the file and the `lines` of the samples. Raises
     `InvalidValue`: the angles are not sorted, or do not cover a revolution.
     """
@@ -65,13 +64,25 @@ def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int
     return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
 
 
+def one_cycle(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
+    """Take samples of one cycle, (n,) and (n, 1), as they are. Raises `InvalidValue`: not sorted."""
+    back = np.flatnonzero(np.diff(angles) <= 0)
+    if back.size:
+        after = int(back[0]) + 1
+        name = f"{source}: line {lines[after]}, crank_deg"
+        rule = f"must increase from line to line (it follows {angles[after - 1]:g})"
+        remedy = "Sort the lines and drop repeated angles."
+        raise InvalidValue(name, float(angles[after]), rule, remedy)
+    return Recording(angles, pressures[:, 0], float(pressures.max()), 1, _CYCLE, 0.0)
+
+
 def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
     steps = np.diff(angles)
     falls = np.flatnonzero(steps < 0)
-    resets = -steps[falls]
     step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    turns = np.round((resets + step) / _TURN)
-    wrong = np.flatnonzero((turns < 1) | (np.abs(resets + step - turns * _TURN) > (1 - _RESET) * _TURN))
+    resets = step - steps[falls]
+    turns = np.round(resets / _TURN)
+    wrong = np.flatnonzero((turns < 1) | (np.abs(resets - turns * _TURN) > (1 - _RESET) * _TURN))
     if wrong.size:
         i = int(falls[wrong[0]])
         raise InvalidValue(
@@ -115,9 +126,8 @@ def _folded(angles: Floats, pressures: Floats, period: float, step: float) -> tu
     inside = np.where((place == 0) & (inside > period / 2), inside - period, inside)
     count = np.bincount(place, minlength=places).astype(np.float64)
     filled = count > 0
-    at = np.bincount(place, inside, minlength=places)
-    value = np.bincount(place, pressures, minlength=places)
-    return angles[0] + at[filled] / count[filled], value[filled] / count[filled], count[filled]
+    at, value = (np.bincount(place, sums, minlength=places)[filled] for sums in (inside, pressures))
+    return angles[0] + at / count[filled], value / count[filled], count[filled]
 
 
 def completed(recording: Recording, firing: float, strokes: int, source: str) -> tuple[Floats, Floats, float]:
@@ -128,21 +138,21 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
     Firing TDC is at the angle `firing` of the file, degrees. Raises `InvalidValue`: the pressure jumps inside
     the revolution: compression or expansion is missing.
     """
-    angles = np.mod(recording.angles - firing + recording.period / 2, recording.period) - recording.period / 2
+    angles = _about(recording.angles, firing, recording.period)
     order = np.argsort(angles, kind="stable")
     at, value = angles[order], recording.pressures[order]
     if recording.period == _CYCLE:
         return at, value, np.nan
     # Refuse a revolution whose end does not meet its start, unless that is at BDC, where valves are open.
     seam = float(recording.angles[0])
-    from_firing = abs((seam - firing + _TURN / 2) % _TURN - _TURN / 2)
+    from_firing = abs(float(_about(np.array(seam), firing, _TURN)))
     first, last = float(recording.pressures[0]), float(recording.pressures[-1])
     gap = abs(first - last) / float(np.abs(recording.pressures).max())
     rule = (
         f"the pressure jumps from {last:.4g} to {first:.4g} where the revolution ends and begins, "
         f"{from_firing:.3g}° from firing TDC: compression or expansion is missing"
     )
-    open_valves = _TURN / 2 - from_firing <= _VALVES_OPEN
+    open_valves = _HALF_TURN - from_firing <= _VALVES_OPEN
     require(open_valves or gap <= _CLOSURE, f"{source}: crank angle", seam, rule, "Record two revolutions.")
     if strokes == 2:
         return np.r_[at, at + _TURN], np.r_[value, value], np.nan
@@ -151,9 +161,13 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
     return np.r_[at, missing], np.r_[value, np.full(missing.size, start)], start
 
 
+def _about(angles: Floats, middle: float, period: float) -> Floats:
+    """Angles from `middle`, within half a period on either side."""
+    return np.asarray(np.mod(angles - middle + period / 2, period) - period / 2, dtype=np.float64)
+
+
 # Degrees about a dead centre in which the peak of a firing or motored engine lies.
 _EARLIEST, _LATEST = -20.0, 60.0
-_HALF_TURN = 180.0
 _SECOND = 0.8  # of the peak: another peak of this height, a revolution away, might be the firing one
 _REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each other
 
@@ -166,53 +180,43 @@ def firing_offset(recording: Recording, source: str) -> float:
     and differ.
     """
     peak = recording.peak
-    before = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
-    if peak - before > _LATEST:
-        after = before + _HALF_TURN
+    tdc = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
+    other, rule = tdc + _HALF_TURN, ""
+    if peak - tdc > _LATEST:
         rule = (
-            f"is not near a dead centre at a multiple of 180°: firing TDC may be at {before:g}°, "
-            f"{peak - before:.4g}° before the peak, or at {after:g}°, {after - peak:.4g}° after it "
+            f"is not near a dead centre at a multiple of 180°: firing TDC may be at {tdc:g}°, "
+            f"{peak - tdc:.4g}° before the peak, or at {other:g}°, {other - peak:.4g}° after it "
             f"(if the engine was motored, at {_axis(recording):.4g}°, about which the pressure is symmetric)"
         )
-        raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, before, after)
-    if recording.period > _TURN:
-        _require_one_firing(recording, before, peak, source)
-    return _offset(before)
+    elif recording.period > _TURN and _fires_twice(recording, tdc):
+        other = tdc + _TURN
+        rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {other:g}°"
+    # Above −360° and up to 360°.
+    first, second = (float(_TURN - np.mod(at, _CYCLE)) for at in (tdc, other))
+    remedy = f"Set engine.angle_offset_deg = {first:g} or {second:g}."
+    require(not rule, f"{source}: peak pressure at", f"{peak:g}°", rule, remedy)
+    return first
 
 
 def _axis(recording: Recording) -> float:
     """Middle of the stretch about the peak in which the pressure is above half of it."""
-    i = int(np.argmax(recording.pressures))
-    from_peak = np.roll(recording.pressures, recording.pressures.size // 2 - i)
+    i, middle = int(np.argmax(recording.pressures)), recording.pressures.size // 2
+    from_peak = np.roll(recording.pressures, middle - i)
     low = np.flatnonzero(from_peak < 0.5 * from_peak.max())
-    middle = recording.pressures.size // 2
     rises, falls = low[low < middle], low[low > middle]
     if not (rises.size and falls.size):
         return float(recording.angles[i])
     return float(recording.angles[i] + recording.step * ((rises[-1] + falls[0]) / 2 - middle))
 
 
-def _require_one_firing(recording: Recording, tdc: float, peak: float, source: str) -> None:
-    """Refuse a cycle whose other revolution has a peak as well, unless that repeats the first."""
-    angles, period = recording.angles, recording.period
-    other = np.interp(angles + _TURN, angles, recording.pressures, period=period)
-    top = float(recording.pressures.max())
-    from_tdc = np.mod(angles - tdc + _HALF_TURN, period) - _HALF_TURN
+def _fires_twice(recording: Recording, tdc: float) -> bool:
+    """Whether the other revolution has a peak as well, and does not repeat the first."""
+    angles, pressures, period = recording.angles, recording.pressures, recording.period
+    other = np.interp(angles + _TURN, angles, pressures, period=period)
+    top, from_tdc = float(pressures.max()), np.mod(angles - tdc + _HALF_TURN, period) - _HALF_TURN
     near = (from_tdc >= _EARLIEST) & (from_tdc <= _LATEST)
-    repeats = float(np.abs(other - recording.pressures).max()) <= _REPEATS * top
-    if float(other[near].max(initial=0.0)) >= _SECOND * top and not repeats:
-        rule = f"and a similar one a revolution away: firing TDC may be at {tdc:g}° or at {tdc + _TURN:g}°"
-        raise _undecided(f"{source}: peak pressure at", f"{peak:g}°", rule, tdc, tdc + _TURN)
-
-
-def _undecided(name: str, value: str, rule: str, first: float, second: float) -> InvalidValue:
-    remedy = f"Set engine.angle_offset_deg = {_offset(first):g} or {_offset(second):g}."
-    return InvalidValue(name, value, rule, remedy)
-
-
-def _offset(tdc: float) -> float:
-    """The offset, above −360° and up to 360°, that brings an angle of the file to 360°."""
-    return float(_TURN - np.mod(tdc, 2 * _TURN))
+    repeats = float(np.abs(other - pressures).max()) <= _REPEATS * top
+    return float(other[near].max(initial=0.0)) >= _SECOND * top and not repeats
 
 
 # Smoothed without being asked: samples at most this far apart whose noise is above this part of the peak.
@@ -224,31 +228,26 @@ _MOST_CHANGE, _MOST_NOISE = 0.01, 5.0
 _SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
 
 
-class Smoothed(NamedTuple):
-    """Pressures (n,) after a moving average of a width in degrees (0: none), and their largest change."""
+def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> tuple[Floats, float]:
+    """Moving average of one cycle (n,) at `step` degrees, and its width in degrees (0: none).
 
-    pressures: Floats
-    width: float
-    change: float
-
-
-def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> Smoothed:
-    """Moving average of one cycle (n,) at `step` degrees; the noise decides a `width` of None."""
+    The noise decides a `width` of None.
+    """
     if width:
-        return _averaged(angles, pressures, width)
-    plain = Smoothed(pressures, 0.0, 0.0)
+        return _averaged(angles, pressures, width), width
     second = np.diff(pressures, n=2)
     # Standard deviation of the noise, from the median of second differences (6 σ² for white noise).
     noise = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
     peak = float(np.abs(pressures).max())
-    if width == 0 or step > _FINE_DEG or noise <= _NOISY * peak:
-        return plain
-    averaged = _averaged(angles, pressures, _WIDTH_DEG)
-    changed = abs(float(averaged.pressures.max() - pressures.max()))
-    return averaged if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise) else plain
+    if width is None and step <= _FINE_DEG and noise > _NOISY * peak:
+        averaged = _averaged(angles, pressures, _WIDTH_DEG)
+        changed = abs(float(averaged.max() - pressures.max()))
+        if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise):
+            return averaged, _WIDTH_DEG
+    return pressures, 0.0
 
 
-def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
+def _averaged(angles: Floats, pressures: Floats, width: float) -> Floats:
     """Mean over the samples within half a width, as many on either side; the cycle repeats."""
     around = np.concatenate([angles - _CYCLE, angles, angles + _CYCLE])
     sums = np.concatenate([[0.0], np.cumsum(np.tile(pressures, 3))])
@@ -256,5 +255,4 @@ def _averaged(angles: Floats, pressures: Floats, width: float) -> Smoothed:
     first, last = np.searchsorted(around, angles - half), np.searchsorted(around, angles + half, side="right")
     middle = np.arange(angles.size) + angles.size
     beside = np.minimum(middle - first, last - 1 - middle)
-    mean = (sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1)
-    return Smoothed(mean, width, float(np.abs(mean - pressures).max()))
+    return np.asarray((sums[middle + beside + 1] - sums[middle - beside]) / (2 * beside + 1))

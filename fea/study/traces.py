@@ -1,43 +1,34 @@
-"""Pressure traces from files of measurements: what keys and headings leave open is decided and told."""
+"""Pressure traces from files of measurements: what keys and headings leave open is decided and reported."""
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fea.base.choices import PressureReference, PressureUnit
-from fea.base.shipped import shipped_text
+from fea.base.shipped import TomlTable, shipped_text
 from fea.base.units import BAR, DEG, RPM
-from fea.study.trace_columns import DOCUMENTED, TraceKeys, speed_of, trace_columns
-from fea.study.trace_cycles import Recording, completed, firing_offset, recorded, smoothed
-from fea.study.trace_reading import Decision, Known, Reading, decide
-from fea.study.trace_table import Form, Line, TraceTable, cells_of, find_table, lines_of, read_rows, read_text
+from fea.study.trace_columns import TraceKeys, trace_columns
+from fea.study.trace_cycles import Recording, completed, firing_offset, one_cycle, recorded, smoothed
+from fea.study.trace_table import DOCUMENTED, TraceTable, find_table, read_text, speed_of
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.compression import ROD_RATIO, is_motored, peak_angle
+from loads.compression import ROD_RATIO, Compression, compression, is_motored, peak_angle
 from loads.gas import ATMOSPHERE
 from loads.trace import Trace, TraceReading
 
-_REMEDY = "A pressure trace needs a column of crank angles in degrees and one of pressures."
 _TURN, _CYCLE = 360.0, 720.0
 _FOUR_STROKES = 4
 SHIPPED = ("leon-2001",)
 # What a file of measurements may be called.
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv", ".asc", ".prn")
-# Degrees from TDC of a motored peak, which heat and leaks bring before it: the latest, as near to TDC as a
-# peak can be located, those between which it is not doubted, and where it usually is.
-_MOTORED_LATEST, _MOTORED_UNDOUBTED, _MOTORED_USUAL = -0.02, (-2.0, -0.2), -0.6
-# Uncertain TDC, degrees, of a trace whose file does not tell it; bar, by which the shock of the flame's heat
-# moves the exhaust stroke of a pegged sensor.
-_PHASE, _SHOCK = 1.0, "±0.3 to 0.5"
-_FLANKS = 60.0  # degrees about firing TDC in which the pressure rises and falls fastest
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What else the study says of the gas."""
+    """The rest of the study that bears on a trace."""
 
     atmosphere: float = ATMOSPHERE  #: absolute pressure in the crankcase, MPa
     compression_ratio: float | None = None
@@ -46,7 +37,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
-class Imported:
+class ImportedTrace:
     """A trace, and the keys by which it is read in the same way again."""
 
     trace: Trace
@@ -60,148 +51,55 @@ _NOWHERE = Surroundings()
 def shipped_trace(name: str) -> Trace:
     """Load a trace that comes with the program. Raises `InvalidValue`: it is none of `SHIPPED`."""
     require(name in SHIPPED, "engine.gas", name, f"must be one of {', '.join(SHIPPED)} or a CSV file")
-    return parse_trace(shipped_text(f"studies/{name}-gas.csv"), "").trace
+    table = find_table(shipped_text(f"studies/{name}-gas.csv"), "")
+    return Trace(table.values[:, 0] * DEG, table.values[:, 1:].T * BAR, _speeds(table.names[1:]))
 
 
-def read_trace(path: Path, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> Imported:
+def _speeds(names: tuple[str, ...]) -> Floats:
+    return np.array([speed_of(name) for name in names], dtype=np.float64) * RPM
+
+
+def read_trace(path: Path, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> ImportedTrace:
     """Read a user's trace by its keys, and decide the rest. Raises `InvalidValue` with file and line."""
-    return parse_trace(read_text(path, _REMEDY), path.name, keys, around)
+    return parse_trace(read_text(path), path.name, keys, around)
 
 
-def parse_trace(text: str, source: str, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE) -> Imported:
-    """Turn the text of a file into a trace; `source` is its name in messages."""
-    lines = lines_of(text)
-    start, header = next(((i, line) for i, line in enumerate(lines) if not line.is_comment), (0, Line(0, "")))
-    names = cells_of(header.text, ",")
-    speeds = [name for name in names[1:] if speed_of(name) is not None]
-    of_speeds = names[:1] == [DOCUMENTED[0]] and 0 < len(speeds) == len(names) - 1
-    documented = of_speeds or names == [*DOCUMENTED]
-    if documented and keys.given.keys() <= {"pressure_offset_bar"}:
-        form = Form(",", comma=False, cells=len(names), numbers=tuple(range(len(names))), exact=True)
-        table = read_rows(lines[start + 1 :], form, tuple(names), source)
-        angles = table.values[:, 0]
-        if not (angles.size and (angles.min() < 0 or angles.max() > _CYCLE)):
-            return Imported(_documented(table, speeds, keys, around), keys)
-    if documented and speeds and keys.pressure_column is None:
-        first = _import(lines, source, replace(keys, pressure_column=speeds[0]), around)
-        others = [replace(first.keys, pressure_column=column) for column in speeds[1:]]
-        rest = [_import(lines, source, each, around) for each in others]
-        trace = replace(
-            first.trace,
-            pressures=np.concatenate([each.trace.pressures for each in (first, *rest)]),
-            speeds=np.array([speed_of(column) for column in speeds], dtype=np.float64) * RPM,
-            doubts=tuple(dict.fromkeys(text for each in (first, *rest) for text in each.trace.doubts)),
-        )
-        return Imported(trace, replace(first.keys, pressure_column=None))
-    return _import(lines, source, keys, around)
+def parse_trace(
+    text: str, source: str, keys: TraceKeys = _NONE, around: Surroundings = _NOWHERE
+) -> ImportedTrace:
+    """Turn the text of a file into a trace; `source` is its name in messages.
 
-
-def _documented(table: TraceTable, speeds: list[str], keys: TraceKeys, around: Surroundings) -> Trace:
-    """The trace of a file in our own format: gauge pressures, bar, over 0…720°. A user's zero is found."""
-    angles, source = table.values[:, 0], table.source
-    back = np.flatnonzero(np.diff(angles) <= 0)
-    if back.size:
-        after = int(back[0]) + 1
-        raise InvalidValue(
-            f"{source}: line {table.lines[after]}, crank_deg",
-            float(angles[after]),
-            f"must increase from line to line (it follows {angles[after - 1]:g})",
-            "Sort the lines and drop repeated angles.",
-        )
-    known = replace(_known(keys, around), unit=PressureUnit.BAR, reference=PressureReference.GAUGE)
-    rows = (
-        [_read(angles - _TURN, row, known, source, keys) for row in table.values[:, 1:].T] if source else []
-    )
-    gauge = np.array([row.gauge for row in rows]) if rows else table.values[:, 1:].T
-    rpm = np.array([speed_of(name) for name in speeds], dtype=np.float64)
-    trace = _checked(angles, gauge * BAR, rpm * RPM, source)
-    if not rows:
-        return trace
+    A file in the documented format, with angles of 0 to 720°, counts them from gas-exchange TDC and is not
+    smoothed, unless keys say otherwise; with a column per speed all of them are read.
+    """
+    table = find_table(text, source)
+    angles = table.values[:, 0]
+    documented = table.documented and keys.given.keys() <= {"pressure_offset_bar"}
+    documented = documented and bool(angles.min() >= 0 and angles.max() <= _CYCLE)
+    by_speed = table.documented and table.names != DOCUMENTED and keys.pressure_column is None
+    if not by_speed:
+        return _imported(table, keys, around, documented=documented)
+    columns, read = table.names[1:], list[ImportedTrace]()
+    for column in columns:
+        as_first = replace(read[0].keys if read else keys, pressure_column=column)
+        read.append(_imported(table, as_first, around, documented=documented))
+    traces = [each.trace for each in read]
     remarks, doubts = (
-        [text for row in rows for text in getattr(row, kind)] for kind in ("remarks", "doubts")
+        tuple(dict.fromkeys(line for trace in traces for line in getattr(trace, kind)))
+        for kind in ("remarks", "doubts")
     )
-    highest = max(rows, key=lambda row: float(row.gauge.max()))
-    return replace(
-        trace,
-        remarks=tuple(dict.fromkeys(remarks)),
-        doubts=tuple(dict.fromkeys(doubts)),
-        reading=_figures(highest),
-    )
+    highest = max(traces, key=lambda trace: float(trace.pressures.max()))
+    pressures = np.concatenate([trace.pressures for trace in traces])
+    trace = _checked(traces[0].crank_angles, pressures, _speeds(columns), source)
+    trace = replace(trace, remarks=remarks, doubts=doubts, reading=highest.reading)
+    return ImportedTrace(trace, replace(read[0].keys, pressure_column=None))
 
 
 def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> Trace:
     try:
-        return Trace(angles * DEG, pressures, speeds, source)
+        return Trace(angles, pressures, speeds, source)
     except InvalidValue as error:
         raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
-
-
-def _known(keys: TraceKeys, around: Surroundings) -> Known:
-    return Known(
-        offset=keys.pressure_offset_bar,
-        atmosphere=around.atmosphere / BAR,
-        intake=None if around.intake is None else around.intake / BAR,
-        ratio=around.compression_ratio,
-        rod_ratio=around.rod_ratio,
-    )
-
-
-class _Read(NamedTuple):
-    """Gauge pressures (n,), bar, how they were read, and what must be known of that."""
-
-    gauge: Floats
-    decision: Decision
-    remarks: list[str]
-    doubts: list[str]
-
-
-def _read(angles: Floats, pressures: Floats, known: Known, source: str, keys: TraceKeys) -> _Read:
-    """Read pressures (n,) over angles (n,), degrees from firing TDC. Raises `InvalidValue`: see `decide`."""
-    decision = decide(angles, pressures, known, source)
-    absolute = decision.reading.absolute(pressures, known.atmosphere)
-    name, remarks, doubts = f"pressure trace {source}", [], [decision.doubt]
-    if decision.why_offset:
-        doubts.append(
-            f"{decision.why_offset}; the pressures are shifted by that (pressure_offset_bar sets it)"
-        )
-    if decision.fit is not None and is_motored(angles, absolute):
-        doubts.append(_motored_phase(angles, absolute, source, keys))
-    elif decision.fit is not None and keys.angle_offset_deg is None:
-        near = np.abs(angles) <= _FLANKS
-        flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
-        remarks.append(
-            f"{name}: each degree by which its TDC is off changes the flanks of the peak by up to "
-            f"{_PHASE * flank:.2g} bar, and the heat of the flame moves the sensor's exhaust stroke, which "
-            f"counts at gas-exchange TDC, by {_SHOCK} bar"
-        )
-    told = [f"{name}: {doubt}" for doubt in doubts if doubt]
-    return _Read(absolute - known.atmosphere, decision, remarks, told)
-
-
-def _motored_phase(angles: Floats, absolute: Floats, source: str, keys: TraceKeys) -> str:
-    """Return a doubt of the angles of a motored trace. Raises `InvalidValue`: it peaks at or after TDC."""
-    peak = peak_angle(angles, absolute)
-    usual = (keys.angle_offset_deg or 0.0) - peak + _MOTORED_USUAL
-    rule = "of a motored engine lies at or after TDC: heat and leaks bring it 0.3 to 1° before it"
-    remedy = f"Add {usual - (keys.angle_offset_deg or 0.0):.2g}° to the angles (engine.angle_offset_deg)."
-    value = f"{peak:+.2f}° from TDC"
-    require(peak < _MOTORED_LATEST, f"{source}: the peak", value, rule, remedy)
-    if _MOTORED_UNDOUBTED[0] <= peak <= _MOTORED_UNDOUBTED[1]:
-        return ""
-    return f"the motored peak is {-peak:.2g}° before TDC, where 0.3 to 1° is usual: check angle_offset_deg"
-
-
-def _figures(read: _Read) -> TraceReading:
-    """Return what `fea loads` states of a trace."""
-    reading, fit = read.decision.reading, read.decision.fit
-    return TraceReading(
-        unit=reading.unit.value,
-        reference=reading.reference.value,
-        offset_bar=reading.offset,
-        offset_error_bar=read.decision.zero_error,
-        compression_exponent=None if fit is None else fit.exponent,
-        peak_bar=float(read.gauge.max()),
-    )
 
 
 class _Assumption(NamedTuple):
@@ -217,67 +115,296 @@ class _Assumption(NamedTuple):
         return f"{self.key} = {value} ({self.why})"
 
 
-def _import(lines: Sequence[Line], source: str, keys: TraceKeys, around: Surroundings) -> Imported:
-    table = find_table(lines, source, _REMEDY)
+def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, documented: bool) -> ImportedTrace:
+    """Read one column of pressures, or one set of cycles."""
+    source, atmosphere = table.source, around.atmosphere / BAR
     columns = trace_columns(table, keys)
-    recording = recorded(columns.angles, columns.pressures, source, table.lines)
-    offset, assumed = _offset(recording, keys, source)
-    strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
-    angles, pressures, held = completed(recording, _TURN - offset, strokes, source)
-    smooth = smoothed(angles, pressures, recording.step, keys.smoothing_deg)
-    unit, reference = columns.unit(keys, source), columns.reference(keys)
-    known = replace(_known(keys, around), unit=unit, reference=reference)
-    read = _read(angles, smooth.pressures, known, source, keys)
-    reading = read.decision.reading
-    chosen = f"of {len(table.names)} columns"
-    assumptions = [_Assumption(key, value, chosen) for key, value in columns.chosen.items()]
-    if unit is None:
-        largest = f"which makes the largest {read.gauge.max() + known.atmosphere:.4g} bar absolute"
-        assumptions.append(_Assumption("pressure_unit", reading.unit, largest))
-    if reference is None:
-        why = f"as {read.decision.why_reference.rstrip(',')} shows"
-        assumptions.append(_Assumption("pressure_reference", reading.reference, why))
-    assumptions += assumed
+    samples = columns.angles, columns.pressures, source, table.lines
+    offset, width, held = keys.angle_offset_deg, 0.0, np.nan
+    if documented:
+        recording = one_cycle(*samples)
+        angles, pressures = recording.angles - _TURN, recording.pressures
+        unsmoothed = pressures
+    else:
+        recording = recorded(*samples)
+        offset = firing_offset(recording, source) if offset is None else offset
+        strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
+        angles, unsmoothed, held = completed(recording, _TURN - offset, strokes, source)
+        pressures, width = smoothed(angles, unsmoothed, recording.step, keys.smoothing_deg)
+    fit = compression(angles, pressures, around.compression_ratio, around.rod_ratio)
+    by_heading = replace(keys, pressure_unit=columns.unit, pressure_reference=columns.reference)
+    scale = _pressure_scale(angles, pressures, fit, by_heading, around=around, source=source)
+    unit, absolute = scale.unit, scale.absolute(pressures, atmosphere)
+    gauge = absolute - atmosphere
+
+    assumed = [
+        _Assumption(key, value, f"of {len(table.names)} columns") for key, value in columns.chosen.items()
+    ]
+    if columns.unit is None:
+        why = f"which makes the largest {absolute.max():.4g} bar absolute"
+        assumed.append(_Assumption("pressure_unit", unit, why))
+    if columns.reference is None:
+        why = f"as {scale.shown_by.rstrip(',')} shows"
+        assumed.append(_Assumption("pressure_reference", scale.reference, why))
+    if offset is not None and keys.angle_offset_deg is None:
+        tdc = _TURN - offset + _CYCLE * round((recording.peak - _TURN + offset) / _CYCLE)
+        why = f"firing TDC at {tdc:g}° in the file, where the peak is at {recording.peak:.4g}°"
+        assumed.append(_Assumption("angle_offset_deg", offset, why))
     if not np.isnan(held) and keys.strokes is None:
-        why = f"the gas exchange is held at {held:.4g} {reading.unit}, where compression begins"
-        assumptions.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
-    if smooth.width and keys.smoothing_deg is None:
-        peaks = f"the peak from {pressures.max():.4g} to {smooth.pressures.max():.4g} {reading.unit}"
-        why = f"changes no pressure by more than {smooth.change:.2g} {reading.unit}, {peaks}"
-        assumptions.append(_Assumption("smoothing_deg", smooth.width, why))
-    turned = np.mod(angles + _TURN, _CYCLE)
+        why = f"the gas exchange is held at {held:.4g} {unit}, where compression begins"
+        assumed.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
+    if width and keys.smoothing_deg is None:
+        change = float(np.abs(pressures - unsmoothed).max())
+        peaks = f"the peak from {unsmoothed.max():.4g} to {pressures.max():.4g} {unit}"
+        why = f"changes no pressure by more than {change:.2g} {unit}, {peaks}"
+        assumed.append(_Assumption("smoothing_deg", width, why))
+
+    turned = angles + _TURN if documented else np.mod(angles + _TURN, _CYCLE)
     order = np.argsort(turned, kind="stable")
-    trace = _checked(turned[order], read.gauge[order] * BAR, np.zeros(0), source)
-    told = _told(trace, recording, reading, around, assumptions)
-    remarks = tuple(filter(None, (told, *read.remarks)))
-    decided: dict[str, Any] = {each.key: each.value for each in assumptions}
-    trace = replace(trace, remarks=remarks, doubts=tuple(read.doubts), reading=_figures(read))
-    return Imported(trace, replace(keys, **decided))
-
-
-def _offset(recording: Recording, keys: TraceKeys, source: str) -> tuple[float, list[_Assumption]]:
-    if keys.angle_offset_deg is not None:
-        return keys.angle_offset_deg, []
-    offset = firing_offset(recording, source)
-    peak = recording.peak
-    tdc = _TURN - offset + _CYCLE * round((peak - _TURN + offset) / _CYCLE)
-    why = f"firing TDC at {tdc:g}° in the file, where the peak is at {peak:.4g}°"
-    return offset, [_Assumption("angle_offset_deg", offset, why)]
-
-
-def _told(
-    trace: Trace, recording: Recording, reading: Reading, around: Surroundings, assumptions: list[_Assumption]
-) -> str:
-    cycles = ""
-    if recording.cycles > 1:
-        highest = float(reading.gauge(np.array(recording.highest), around.atmosphere / BAR))
-        cycles = f"the mean of {recording.cycles} cycles, the highest of which reaches {highest:.4g} bar, "
-    if not cycles and not assumptions:
-        return ""
-    pressures = trace.pressures[0]
-    at = trace.crank_angles[int(pressures.argmax())] / DEG
-    assumed = ", ".join(each.text for each in assumptions)
-    return (
-        f"pressure trace {trace.source}: {cycles}peak {pressures.max() / BAR:.4g} bar gauge at {at:.4g}°"
-        + (f", assuming {assumed}" if assumed else "")
+    trace = _checked(turned[order] * DEG, gauge[order] * BAR, np.zeros(0), source)
+    name, flanks, doubts = f"pressure trace {source}", "", [*scale.doubts]
+    if fit is not None and is_motored(angles, absolute):
+        doubts.append(_motored_phase(peak_angle(angles, absolute), source))
+    elif fit is not None and keys.angle_offset_deg is None:
+        flanks = _phase_error(angles, absolute)
+    remarks = [_summary(trace, recording, scale, atmosphere, assumed), flanks]
+    trace = replace(
+        trace,
+        remarks=tuple(f"{name}: {remark}" for remark in remarks if remark),
+        doubts=tuple(f"{name}: {doubt}" for doubt in doubts if doubt),
+        reading=TraceReading(
+            unit=unit.value,
+            reference=scale.reference.value,
+            offset_bar=scale.offset,
+            offset_error_bar=scale.offset_error,
+            compression_exponent=None if fit is None else fit.exponent,
+            peak_bar=float(gauge.max()),
+        ),
     )
+    decided: TomlTable = {each.key: each.value for each in assumed}
+    return ImportedTrace(trace, replace(keys, **decided))
+
+
+def _summary(
+    trace: Trace, recording: Recording, scale: "_Scale", atmosphere: float, assumed: list[_Assumption]
+) -> str:
+    """Say how many cycles were averaged and what was assumed; "" where there is nothing to say."""
+    cycles, pressures = "", trace.pressures[0]
+    if recording.cycles > 1:
+        highest = float(scale.absolute(np.array(recording.highest), atmosphere)) - atmosphere
+        cycles = f"the mean of {recording.cycles} cycles, the highest of which reaches {highest:.4g} bar, "
+    if not cycles and not assumed:
+        return ""
+    peak, angle = pressures.max() / BAR, trace.crank_angles[int(pressures.argmax())] / DEG
+    assuming = f", assuming {', '.join(each.text for each in assumed)}" if assumed else ""
+    return f"{cycles}peak {peak:.4g} bar gauge at {angle:.4g}°{assuming}"
+
+
+# Degrees from TDC of a motored peak, which heat and leaks bring before it: the latest, as near to TDC as a
+# peak can be located, those between which it is not doubted, and where it usually is.
+_MOTORED_LATEST, _MOTORED_UNDOUBTED, _MOTORED_USUAL = -0.02, (-2.0, -0.2), -0.6
+
+
+def _motored_phase(peak: float, source: str) -> str:
+    """Return a doubt of the angles of a motored trace. Raises `InvalidValue`: it peaks at or after TDC."""
+    rule = "of a motored engine lies at or after TDC: heat and leaks bring it 0.3 to 1° before it"
+    remedy = f"Add {_MOTORED_USUAL - peak:.2g}° to the angles (engine.angle_offset_deg)."
+    require(peak < _MOTORED_LATEST, f"{source}: the peak", f"{peak:+.2f}° from TDC", rule, remedy)
+    if _MOTORED_UNDOUBTED[0] <= peak <= _MOTORED_UNDOUBTED[1]:
+        return ""
+    return f"the motored peak is {-peak:.2g}° before TDC, where 0.3 to 1° is usual: check angle_offset_deg"
+
+
+_FLANKS = 60.0  # degrees about firing TDC in which the pressure rises and falls fastest
+# Bar, by which the shock of the flame's heat moves the exhaust stroke of a pegged sensor.
+_SHOCK = "±0.3 to 0.5"
+
+
+def _phase_error(angles: Floats, absolute: Floats) -> str:
+    """Say what an uncertain TDC of a degree costs, where neither file nor key gives it."""
+    near = np.abs(angles) <= _FLANKS
+    flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
+    return (
+        f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar, and "
+        "the heat of the flame moves the sensor's exhaust stroke, which counts at gas-exchange TDC, by "
+        f"{_SHOCK} bar"
+    )
+
+
+_LOWEST_PEAK, _HIGHEST_PEAK = 3.0, 400.0  # bar absolute: an engine that idles, and more than any reaches
+# Absolute pressures at which the intake shuts, bar: of engines, and by which a unit that is given is doubted.
+_CLOSING, _DOUBTFUL = (0.2, 4.0), (0.1, 6.0)
+# Zeros nearer than this to that of the reference, bar, are taken for the same; with a wide error the second.
+_SAME, _FARTHEST_SAME = 0.12, 0.45
+# A zero that is given is doubted where the compression shows another by more than this, bar.
+_CONTRADICTS = 0.3
+_PEG_ERROR = 0.05  # bar, of the pressure in the cylinder at BDC against that in the intake
+_AT_BDC = (-190.0, -170.0)  # degrees from firing TDC, about the dead centre at which the cylinder is filled
+# Least pressures as they stand in the file, bar: below the first they are gauge, from the second to the third
+# absolute, where no compression decides.
+_NEAR_ZERO, _THROTTLED, _AMBIENT = 0.15, 0.4, 1.05
+_LEAST = 1.0  # percentile: the least pressure, above the noise
+
+
+@dataclass(frozen=True)
+class _Scale:
+    """Unit, reference and zero of the pressures of a file, and what shows them."""
+
+    unit: PressureUnit
+    reference: PressureReference
+    offset: float = 0.0  #: bar, added to the pressures of the file before anything else
+    offset_error: float | None = None  #: bar, standard deviation of an offset that was found
+    shown_by: str = ""  #: what shows the reference, in words
+    doubts: tuple[str, ...] = ()  #: in words; empty ones do not count
+
+    def absolute(self, pressures: Floats, atmosphere: float) -> Floats:
+        """Absolute pressures, bar, of pressures in the unit of the file; `atmosphere` in bar."""
+        return pressures * self.unit.bar + self.offset + _base(self.reference, atmosphere)
+
+
+def _base(reference: PressureReference, atmosphere: float) -> float:
+    return atmosphere if reference is PressureReference.GAUGE else 0.0
+
+
+def _pressure_scale(
+    angles: Floats,
+    pressures: Floats,
+    fit: Compression | None,
+    keys: TraceKeys,
+    *,
+    around: Surroundings,
+    source: str,
+) -> _Scale:
+    """Decide how pressures (n,) over angles (n,), degrees from firing TDC, are read.
+
+    A unit that nothing names is that which alone puts the absolute pressure at which the intake shuts within
+    0.2 to 4 bar. The zero is that of the reference if the compression agrees, and else that of the
+    compression, or of the intake where its pressure is given (Randolph, SAE 900170). Raises `InvalidValue`:
+    the unit or the reference cannot be decided, or pressures are those of no engine.
+    """
+    offset, atmosphere = keys.pressure_offset_bar, around.atmosphere / BAR
+    unit = keys.pressure_unit or _unit(pressures, fit, source)
+    doubt = _compression_doubt(fit)
+    if doubt and around.intake is None:
+        reference, why = _by_level(pressures, unit, keys, atmosphere, source)
+        doubts = () if fit is None and offset is not None else (doubt,)
+        return _Scale(unit, reference, offset or 0.0, shown_by=why, doubts=doubts)
+    zero, error, why = _zero(angles, pressures, unit, fit, around)
+    references = [keys.pressure_reference] if keys.pressure_reference else list(PressureReference)
+    away = {each: zero - (offset or 0.0) - _base(each, atmosphere) for each in references}
+    nearest = min(away, key=lambda each: abs(away[each]))
+    if len(away) > 1 and max(map(abs, away.values())) <= 3 * error:  # the compression shows no difference
+        nearest, why = _by_level(pressures, unit, keys, atmosphere, source)
+    same = min(max(_SAME, 2 * error), _FARTHEST_SAME)
+    if offset is not None or abs(away[nearest]) <= same:
+        if offset is not None and abs(away[nearest]) > max(_CONTRADICTS, 3 * error):
+            doubt = (
+                f"pressure_offset_bar = {offset:g} is taken, but {why} shows "
+                f"{zero - _base(nearest, atmosphere):.2f}: check it, the unit and pressure_reference, or "
+                "leave it out"
+            )
+        scale = _Scale(unit, nearest, offset or 0.0, shown_by=why, doubts=(doubt,))
+    else:
+        reference = keys.pressure_reference or PressureReference.ABSOLUTE
+        # Off by an atmosphere is exactly that, as if the other reference were meant.
+        other = min((atmosphere, -atmosphere), key=lambda swap: abs(away[reference] - swap))
+        swapped = abs(away[reference] - other) <= same and keys.pressure_reference
+        offset = other if swapped else round(away[reference], 2)
+        shift = f"{-offset:+.2f} bar, ± {2 * error:.2g}".replace("-", "−")
+        shifted = (
+            f"{why} shows a zero that is off by {shift}; the pressures are shifted by that "
+            "(pressure_offset_bar sets it)"
+        )
+        scale = _Scale(unit, reference, offset, error, why, (doubt, shifted))
+    if fit is not None and keys.pressure_unit is not None:
+        _require_an_engine(fit, unit, pressures, source)
+    return scale
+
+
+def _compression_doubt(fit: Compression | None) -> str:
+    if fit is None:
+        return "it shows no compression before firing TDC, by which zero and angles could be checked"
+    if fit.is_usual:
+        return ""
+    return (
+        f"before firing TDC the pressure follows p·V^{fit.exponent:.3g}, which is not that of a compression "
+        "(about 1.3), and its zero is not checked: see compression_ratio and angle_offset_deg"
+    )
+
+
+def _closes_within(fit: Compression, unit: PressureUnit, bounds: tuple[float, float]) -> bool:
+    return bounds[0] <= fit.closing * unit.bar <= bounds[1]
+
+
+def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUnit:
+    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    remedy = 'Set pressure_unit, as in pressure_unit = "bar", and pressure_offset_bar if the zero is off.'
+    if fit is None:
+        rule = "have no unit in a heading, and show no compression that shows one"
+        raise InvalidValue(name, value, rule, remedy)
+    peaks = {unit: (pressures.max() + fit.zero) * unit.bar for unit in PressureUnit}
+    possible = [
+        unit
+        for unit, peak in peaks.items()
+        if _closes_within(fit, unit, _CLOSING) and _LOWEST_PEAK <= peak <= _HIGHEST_PEAK
+    ]
+    if len(possible) == 1:
+        return possible[0]
+    listed = " or ".join(f"{unit} (peak {peaks[unit]:.4g} bar absolute)" for unit in possible)
+    rule = f"have no unit in a heading and may be {listed}"
+    if not possible:
+        rule = (
+            "have no unit in a heading, and in none of bar, kPa, MPa, Pa and psi does the intake shut at 0.2 "
+            "to 4 bar absolute"
+        )
+        remedy = f"Set engine.pressure_column, if it is another column. {remedy}"
+    raise InvalidValue(name, value, rule, remedy)
+
+
+def _zero(
+    angles: Floats, pressures: Floats, unit: PressureUnit, fit: Compression | None, around: Surroundings
+) -> tuple[float, float, str]:
+    """Return the offset to absolute pressure, bar, its standard deviation, and what shows it."""
+    bdc = (angles >= _AT_BDC[0]) & (angles <= _AT_BDC[1])
+    if around.intake is not None and bdc.any():
+        intake = around.intake / BAR
+        zero = intake - float(pressures[bdc].mean()) * unit.bar
+        return zero, _PEG_ERROR, f"the pressure in the intake, {intake:.4g} bar,"
+    if fit is None:
+        return 0.0, math.inf, "nothing"
+    why = f"the compression, p·V^{fit.exponent:.3g},"
+    return fit.zero * unit.bar, fit.zero_error * unit.bar, why
+
+
+def _by_level(
+    pressures: Floats, unit: PressureUnit, keys: TraceKeys, atmosphere: float, source: str
+) -> tuple[PressureReference, str]:
+    """Decide the reference of a trace without a compression by the least pressure, where that suffices."""
+    if keys.pressure_reference is not None:
+        return keys.pressure_reference, ""
+    least = float(np.percentile(pressures, _LEAST)) * unit.bar + (keys.pressure_offset_bar or 0.0)
+    why = f"the least pressure is {least:.3g} bar"
+    if least < _NEAR_ZERO:
+        return PressureReference.GAUGE, why
+    if _THROTTLED <= least <= _AMBIENT:
+        return PressureReference.ABSOLUTE, why
+    peaks = {
+        each: _Scale(unit, each).absolute(pressures.max(), atmosphere) - atmosphere
+        for each in PressureReference
+    }
+    listed = " or ".join(f"{unit} {each} (peak {peak:.4g} bar gauge)" for each, peak in peaks.items())
+    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    remedy = "Set engine.pressure_reference, or give engine.compression_ratio."
+    raise InvalidValue(name, value, f"may be {listed}", remedy)
+
+
+def _require_an_engine(fit: Compression, unit: PressureUnit, pressures: Floats, source: str) -> None:
+    """Refuse a unit that is given and with which the intake shuts at a pressure of no engine."""
+    others = [str(other) for other in PressureUnit if _closes_within(fit, other, _CLOSING)]
+    likely = f"In {' or '.join(others)} it would be usual: s" if others else "S"
+    rule = (
+        f"are in {unit} by key or heading, in which the intake shuts at {fit.closing * unit.bar:.3g} bar "
+        "absolute, as in no engine"
+    )
+    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    require(_closes_within(fit, unit, _DOUBTFUL), name, value, rule, f"{likely}et engine.pressure_unit.")

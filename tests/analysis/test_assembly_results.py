@@ -16,13 +16,14 @@ from hypothesis import strategies as st
 from vtkmodules.vtkFiltersCore import vtkArrayCalculator
 from written_figures import buckling, result, summary
 
-from fea import analyse, prepare
+from fea import prepare
 from fea.analysis.assembly_report import LARGEST, WITHIN, Onsets, assembly_figures, onset, touch_notes
 from fea.analysis.figures import BoltsFigures, JointCaseFigures, JointFigures, LiningFigures, OnsetFigures
 from fea.analysis.pipeline import RefinedRod, solve_speed
 from fea.analysis.result import run_result
 from fea.analysis.survival import factors, factors_of_assembly, survival
 from fea.apps.export_run import prepared_again
+from fea.apps.result import analyse
 from fea.apps.studio.frame import figures as shown_figures
 from fea.base.choices import Symmetry
 from fea.judge.safety_factor import SafetyFactor

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from studies import PLAIN
 
-from fea import load_study
 from fea.analysis import pipeline
 from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
@@ -17,8 +16,9 @@ from fea.judge.life_line import LifeLine
 from fea.machine.clock import Clock
 from fea.rod.loading import DutyLoads
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import DutyTable, MeshTable
-from fea.study.study import Study, parse_study
+from fea.study.option_tables import MeshTable
+from fea.study.speed_tables import DutyTable
+from fea.study.study import Study, load_study, parse_study
 from geometry.errors import InvalidValue
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")

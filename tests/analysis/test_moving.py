@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea import load_study
 from fea.analysis.meshing import mesh_study
 from fea.analysis.pipeline import MovingRod, prepare
+from fea.study.study import load_study
 
 
 def test_a_rod_that_goes_on_with_the_solver_of_the_last_is_solved_the_same():

@@ -16,12 +16,13 @@ from studies import ENGINE as RUNNING
 from studies import PRESSED
 from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
 
-from fea import analyse, load_study, run
+from fea import run
 from fea.apps.export_run import export_run, write_mesh
+from fea.apps.result import analyse
 from fea.output.inp import read_frd
 from fea.output.stored_run import read_run
 from fea.solid.element import volume_points
-from fea.study.study import parse_study
+from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 from geometry.session import session
 from geometry.surfaces import Surface

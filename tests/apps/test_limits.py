@@ -28,7 +28,8 @@ from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading
 from fea.study.flags import Flags
-from fea.study.option_tables import DutyTable, ForcesTable
+from fea.study.option_tables import ForcesTable
+from fea.study.speed_tables import DutyTable
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.mass import MassProperties

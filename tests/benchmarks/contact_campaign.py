@@ -26,7 +26,8 @@ from fea.base.choices import CONTACT, PinBody
 from fea.contact.active_set import MOST_CHANGES
 from fea.pins.contact import ContactPins
 from fea.solid.errors import ContactError
-from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
+from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from geometry.errors import GeometryError, InvalidValue
 from mesh.sizing import default_size

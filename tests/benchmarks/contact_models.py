@@ -25,8 +25,9 @@ from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import CONTACT
 from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
-from fea.study.option_tables import ContactTable, MeshTable, SpeedTable
+from fea.study.option_tables import ContactTable, MeshTable
 from fea.study.rod_table import rod_of_file
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study, load_study
 from geometry.cad.formats import export_step
 from geometry.session import session

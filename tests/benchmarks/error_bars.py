@@ -33,7 +33,8 @@ from fea.judge.case_result import CaseResult
 from fea.judge.verdict import peak
 from fea.machine.clock import Clock
 from fea.solid.error_estimate import STRESS_FACTOR
-from fea.study.option_tables import MeshTable, SpeedTable
+from fea.study.option_tables import MeshTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study, load_study
 from mesh.sizing import Sizing
 

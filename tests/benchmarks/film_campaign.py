@@ -28,7 +28,8 @@ from fea.pins import lubrication
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError
 from fea.study.film_table import TURNS, FilmTable
-from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable, SpeedTable
+from fea.study.option_tables import AnalysisTable, ContactTable, MeshTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from geometry.errors import GeometryError, InvalidValue
 from mesh.sizing import default_size

@@ -24,7 +24,7 @@ from fea.apps.limits.explore import explore
 from fea.apps.limits.figures import words
 from fea.apps.result import analyse
 from fea.machine.clock import Clock
-from fea.study.rod_kinds import rod_of_kind
+from fea.study.rod_table import rod_of_kind
 from fea.study.study import load_study
 from geometry.section import HeightField
 

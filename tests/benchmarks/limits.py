@@ -16,7 +16,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from fea.rod.places import SurfaceRegions
 from scripts import reporting
 
 from fea.analysis.buckling import buckling_report
@@ -33,7 +32,8 @@ from fea.base.units import BAR, DEG
 from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, signed_equivalent
 from fea.machine.clock import Clock
-from fea.study.presets import engine_names, engine_preset
+from fea.rod.places import SurfaceRegions
+from fea.study.engine_table import engine_names, engine_preset
 from fea.study.study import Study, load_study
 
 # Study or engine of the library, and pins.

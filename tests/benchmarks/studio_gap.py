@@ -31,11 +31,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the program does
 
 import numpy as np
 
-from fea import load_study
 from fea.analysis.engine_study import engine_study
 from fea.apps.studio.live_rod import LiveRod
 from fea.apps.studio.operation import fault
-from fea.study.study import parse_study
+from fea.study.study import load_study, parse_study
 
 STUDIES = ("leon-2001", "molina-2024", "columba-2022", "toyota-2jz")
 TOUCHED = (
@@ -184,7 +183,7 @@ def timed(what, job, repeat=1):
 
 FIRST = """
 from fea.apps.studio.live_rod import LiveRod
-from fea import load_study
+from fea.study.study import load_study
 rod = LiveRod(load_study({!r}))
 rod.frame({{}}, rod.operation)
 """

@@ -26,7 +26,8 @@ from rod_studies import random_study
 from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
 from fea.analysis.refinement import wanted_sizes
 from fea.machine.clock import Clock
-from fea.study.option_tables import MeshTable, SpeedTable
+from fea.study.option_tables import MeshTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study, load_study
 
 SPEEDS = {"leon-2001": (800, 3000, 6000), "columba-2022": (800, 5100), "molina-2024": (780, 2000)}

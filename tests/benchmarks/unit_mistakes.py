@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from wrong_units import ENGINES, drawn, said_of, units_of
 
-from fea.study.plausibility import RANGES, Finding
+from fea.study.plausibility import RANGES, ImplausibleValue
 from fea.study.study import TABLES
 from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
@@ -90,7 +90,7 @@ def _undetectable() -> list[tuple[str, float]]:
     return sorted(shares.items(), key=lambda item: -item[1])
 
 
-def _kind(said: InvalidValue | list[Finding]) -> str:
+def _kind(said: InvalidValue | list[ImplausibleValue]) -> str:
     if isinstance(said, InvalidValue) or any(finding.refused for finding in said):
         return "refused"
     return "noted" if said else "unnoticed"

@@ -11,7 +11,7 @@ from fea.contact.multipliers import uniform
 from fea.judge.vdi2230 import BoltBody
 from fea.pins.assembly_states import AssemblyStates
 from fea.solid.traction import traction_forces
-from fea.study.bolts import parse_thread
+from fea.study.assembly_table import parse_thread
 from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, pulled
 from fea.verify.body import STEEL
 from fea.verify.body import uniform as shear

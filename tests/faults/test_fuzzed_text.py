@@ -10,9 +10,9 @@ from studies import LEON
 
 from fea.__main__ import exit_code
 from fea.machine.exit_codes import USAGE
-from fea.study.paths import parse_speeds
+from fea.study.files import toml_text
+from fea.study.speed_tables import parse_speeds
 from fea.study.study import parse_study, shipped_studies
-from fea.study.tables import toml_text
 from fea.study.traces import parse_trace
 from geometry.errors import InvalidValue
 

@@ -22,7 +22,7 @@ from fea.judge.vdi2230 import (
     endurance_before,
     tightening_stress,
 )
-from fea.study.bolts import BoltStrength, Thread, bolt_strength, parse_thread, thread_in_hole
+from fea.study.assembly_table import BoltStrength, Thread, bolt_strength, parse_thread, thread_in_hole
 from geometry.errors import InvalidValue
 
 # Seat of a hexagon bolt (ISO 4014) and medium hole (ISO 273) by nominal diameter, mm.

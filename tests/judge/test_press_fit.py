@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fea.judge.press_fit import PressFit, Ring, judge_fit, judge_seat, warmed
-from fea.study.material_table import MaterialTable, thermal_expansion
-from fea.study.materials import LIBRARY
+from fea.study.material_table import LIBRARY, MaterialTable, thermal_expansion
 from geometry.errors import InvalidValue
 
 STEEL = MaterialTable(E_GPa=207.0, nu=0.3, density_kg_m3=7850.0, yield_MPa=600.0)

@@ -17,8 +17,6 @@ from fea.output.json_file import json_text
 from fea.output.pictures import picture, process
 from fea.output.pictures.drawing import Scene
 from fea.output.pictures.picture import (
-    Picture,
-    described,
     draw_pictures,
     picture_of,
     picture_of_mesh,
@@ -26,7 +24,7 @@ from fea.output.pictures.picture import (
     try_rendering,
 )
 from fea.output.pictures.process import drawing_process, environments, explained, ready_to_draw
-from fea.output.pictures.shown import available, described_by
+from fea.output.pictures.shown import Picture, available, described, described_by
 from fea.output.pictures.strokes import is_complete_png, require_rod
 from fea.output.target import PictureError
 from fea.output.vtu import write_vtu

@@ -16,7 +16,8 @@ from fea.pins.assembly import _principal
 from fea.rod.loading import DutyLoads
 from fea.solid.parity import Parity
 from fea.study.material_table import MaterialTable
-from fea.study.option_tables import DutyTable, MeshTable
+from fea.study.option_tables import MeshTable
+from fea.study.speed_tables import DutyTable
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 

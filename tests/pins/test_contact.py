@@ -12,11 +12,11 @@ from facets import WrittenSeats, integral
 from rod_studies import random_study
 from studies import plain_study
 
-from fea import analyse
 from fea.analysis.cycle import basis as bases
 from fea.analysis.cycle.basis import ACCURACY
 from fea.analysis.meshing import mesh_study
 from fea.analysis.pipeline import chosen_pins, prepare, solve_speed
+from fea.apps.result import analyse
 from fea.base.choices import CONTACT, Support
 from fea.contact.elastic_pin import Pin
 from fea.output.json_file import read_summary

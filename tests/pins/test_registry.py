@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from studies import plain_study
 
-from fea import analyse, run
+from fea import run
+from fea.apps.result import analyse
 from fea.pins.model import PinModel
 from fea.study import pin_models
 from fea.study.pin_models import PIN_MODELS, PinModelEntry, pin_model

@@ -13,9 +13,9 @@ from printed import require_brief
 from rich.console import Console
 from scipy.spatial import KDTree
 
-from fea import analyse
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import _bar_notes
+from fea.apps.result import analyse
 from fea.judge.governing import Governing
 from fea.judge.sharp_places import SharpPlaces
 from fea.output.json_file import as_dict

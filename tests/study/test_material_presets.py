@@ -1,7 +1,6 @@
 import pytest
 
-from fea.study.material_table import MaterialTable
-from fea.study.materials import LIBRARY, library_material
+from fea.study.material_table import LIBRARY, MaterialTable, library_material
 from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
 

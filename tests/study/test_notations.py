@@ -10,10 +10,9 @@ import pytest
 from fea.apps.sweep.sampling import read_designs
 from fea.apps.sweep.sweep_file import parse_sweep
 from fea.study.flags import Flags
-from fea.study.paths import parse_speeds
-from fea.study.quantities import Written, own_unit, quantity
+from fea.study.speed_tables import parse_speeds
 from fea.study.study import TABLES, load_study, parse_study
-from fea.study.tables import keys_of
+from fea.study.tables import Written, keys_of, own_unit, quantity
 from geometry.errors import InvalidValue
 
 READ = {

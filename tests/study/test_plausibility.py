@@ -9,8 +9,7 @@ from wrong_units import drawn, said_of
 from fea.base.note import UNITS, NoteKind
 from fea.study.documents import template
 from fea.study.flags import Flags
-from fea.study.material_table import MaterialTable
-from fea.study.materials import LIBRARY
+from fea.study.material_table import LIBRARY, MaterialTable
 from fea.study.plausibility import RANGES
 from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
 from fea.study.tables import keys_of

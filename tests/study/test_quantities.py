@@ -20,9 +20,8 @@ from fea.output.json_file import json_text
 from fea.study.documents import study_schema
 from fea.study.flags import Flags
 from fea.study.option_tables import parse_free
-from fea.study.quantities import own_unit, quantity, stem
 from fea.study.study import TABLES, load_study, parse_study, shipped_studies, study_of_tables
-from fea.study.tables import hints_of, in_own_units, keys_of
+from fea.study.tables import hints_of, in_own_units, keys_of, own_unit, quantity, stem
 from geometry.errors import InvalidValue
 
 ROD = '[rod]\npreset = "leon-2001"\n'

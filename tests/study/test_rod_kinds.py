@@ -4,7 +4,7 @@ import pytest
 
 from fea.__main__ import call
 from fea.judge.bolt_choice import seats_of
-from fea.study.rod_kinds import rod_of_kind
+from fea.study.rod_table import rod_of_kind
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.section import HeightField

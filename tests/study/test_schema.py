@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 from fea.analysis.engine_study import engine_study
 from fea.output.json_file import json_text
 from fea.study.documents import SCHEMA_FILE, is_schema, study_schema, template
-from fea.study.quantities import own_unit, stem
 from fea.study.study import TABLES, load_study, parse_study, shipped_studies
+from fea.study.tables import own_unit, stem
 from geometry.errors import InvalidValue
 
 SCHEMA = json.loads(json_text(study_schema()))

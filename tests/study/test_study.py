@@ -14,7 +14,7 @@ from fea.analysis.pipeline import prepare
 from fea.base.choices import Element, Support
 from fea.study.documents import template
 from fea.study.flags import Flags, python_flags
-from fea.study.paths import parse_speeds
+from fea.study.speed_tables import parse_speeds
 from fea.study.study import load_study, parse_study, shipped_studies
 from geometry.errors import InvalidValue
 

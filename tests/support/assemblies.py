@@ -9,7 +9,7 @@ from rod_studies import random_rod
 
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
-from fea.study.option_tables import SpeedTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import load_study
 from geometry.assembly import Assembly, BoltSeat
 from geometry.errors import InvalidValue

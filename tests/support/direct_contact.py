@@ -12,7 +12,7 @@ from scipy import sparse
 from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector, FacetBasis, LinearForm
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fea import to_skfem
+from fea.solid.scikit_fem import to_skfem
 from geometry.surfaces import Surface
 from mesh.tetmesh import FACET_TURN
 

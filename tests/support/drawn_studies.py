@@ -58,7 +58,7 @@ def written(seed, folder, section=None):
     InvalidValue
         The rod drawn is refused.
     """
-    from fea.study.tables import toml_text
+    from fea.study.files import toml_text
 
     draw, more = np.random.default_rng([seed, 11]), np.random.default_rng([seed, 12])
     harsh = seed % 5 == 4
@@ -111,8 +111,8 @@ def written(seed, folder, section=None):
 
 def drawn_rod(seed, draw, folder, *, harsh, section=None):
     """A rod and the [rod] table that gives it."""
+    from fea.study.files import toml_text
     from fea.study.rod_table import RodTable
-    from fea.study.tables import toml_text
     from geometry.presets import PRESETS
     from geometry.rod import proportioned
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.material import Material
-from fea.solid.element import gauss_block, shape_functions, tabulate
+from fea.solid.element import gauss_block, reference_nodes, shape_functions, tabulate
 from fea.solid.error_estimate import ErrorEstimator
-from fea.solid.recovery import ElementStress, Recovery, reference_nodes
+from fea.solid.recovery import ElementStress, Recovery
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from fea.verify.body import STEEL, SolvedBody

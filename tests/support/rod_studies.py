@@ -8,8 +8,9 @@ import numpy as np
 from fea.base.choices import CONTACT, PinBody, Support
 from fea.study.assembly_table import AssemblyTable
 from fea.study.engine_table import EngineTable
-from fea.study.option_tables import AnalysisTable, ContactTable, ForcesTable, MeshTable, SpeedTable
+from fea.study.option_tables import AnalysisTable, ContactTable, ForcesTable, MeshTable
 from fea.study.rod_table import RodTable
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.errors import InvalidValue

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base.units import OTHER_UNITS
-from fea.study.materials import LIBRARY
-from fea.study.plausibility import Finding
-from fea.study.presets import engine_names, engine_preset
+from fea.study.engine_table import engine_names, engine_preset
+from fea.study.files import toml_text
+from fea.study.material_table import LIBRARY
+from fea.study.plausibility import ImplausibleValue
 from fea.study.study import Study, parse_study
-from fea.study.tables import toml_text, unit_of
+from fea.study.tables import unit_of
 from geometry.errors import InvalidValue
 from geometry.rod import proportioned
 
@@ -126,7 +127,7 @@ def units_of(key: str) -> dict[str, float]:
     return by_symbol.get(own or key, {})
 
 
-def said_of(study: dict[str, Any]) -> InvalidValue | list[Finding]:
+def said_of(study: dict[str, Any]) -> InvalidValue | list[ImplausibleValue]:
     """The refusal that the tables of a study meet, or else what is noted of its units."""
     try:
         asked: Study = parse_study(toml_text(study), "drawn", Path.cwd())

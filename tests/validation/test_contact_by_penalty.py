@@ -15,10 +15,10 @@ from skfem import Basis, BilinearForm, ElementTetP1, ElementTetP2, ElementVector
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 from studies import plain_study
 
-from fea import to_skfem
 from fea.analysis.pipeline import prepare
 from fea.base.choices import CONTACT
 from fea.solid.parity import Parity
+from fea.solid.scikit_fem import to_skfem
 from fea.study.flags import Flags
 from fea.study.option_tables import ContactTable, ForcesTable
 from geometry.surfaces import Surface

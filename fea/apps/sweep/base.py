@@ -9,9 +9,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fea.base.shipped import shipped_toml
-from fea.study.option_tables import SpeedTable
-from fea.study.paths import is_file
+from fea.base.shipped import TomlTable, shipped_toml
+from fea.study.files import is_file, read_toml
+from fea.study.speed_tables import SpeedTable
 from fea.study.study import (
     TABLES,
     Study,
@@ -21,7 +21,6 @@ from fea.study.study import (
     with_own_units,
 )
 from fea.study.tables import full_key, hints_of, keys_of, number_of, unknown_key
-from fea.study.toml_files import TomlTable, read_toml
 from geometry.errors import InvalidValue, require
 
 

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from fea.apps.sweep.base import kind_of
-from fea.study.paths import require_size
-from fea.study.quantities import Written
-from fea.study.tables import checked, number_of, unknown_key
+from fea.study.files import require_size
+from fea.study.tables import Written, checked, number_of, unknown_key
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_number
 

@@ -11,9 +11,8 @@ from typing import Any
 from fea.analysis.figures import Figures
 from fea.apps.sweep.base import Base, Extras, digest, files_of, kind_of, leaves, read_base
 from fea.apps.sweep.sampling import Design, Sampling, Variation, designs, read_designs, variation, whole
-from fea.study.paths import is_file, located
+from fea.study.files import is_file, located, read_toml
 from fea.study.tables import checked, unknown_key
-from fea.study.toml_files import read_toml
 from geometry.errors import InvalidValue, require
 
 _KEYS = ("study", "sampling", "samples", "seed", "designs", "frequencies", "limits", "set", "vary")

@@ -18,7 +18,7 @@ from fea.output.stored_run import Run
 from fea.output.terminal.answer import assembly_lines, basis, buckling, life, linings
 from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
 from fea.output.units import scale, unit
-from fea.study.materials import LIBRARY
+from fea.study.material_table import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.arrays import Floats
 from geometry.presets import ORIGINS, PRESETS

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from cad_files import cad_file
 
-from fea import load_study
 from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
 from fea.analysis.result import run_result
 from fea.apps.studio.frame import Label, figures
@@ -15,7 +14,7 @@ from fea.apps.studio.live_rod import LiveRod, fresh, live_study
 from fea.apps.studio.operation import Operation, applied
 from fea.machine.clock import Clock
 from fea.rod.discretise import moved
-from fea.study.study import parse_study
+from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")

@@ -2,8 +2,9 @@
 
 import pytest
 
-from fea import load_study, run
+from fea import run
 from fea.study.flags import Flags
+from fea.study.study import load_study
 from fea.verify.stability import bodies, runs
 from fea.verify.stability.outcome import ExtremeRow, Outcome, judged
 from fea.verify.stability.stability import CASES, counts, stability, write_report
