@@ -27,14 +27,13 @@ from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
 from fea.output.report.assumptions import limits
-from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
 from fea.output.report.sections import chart
-from fea.output.report.surface import NumberedSurface
-from fea.output.report.tables import figure, named
+from fea.output.report.surface import HOLE, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
+from fea.output.units import figure, named
 from fea.solid.stress import von_mises
 from fea.study.study import load_study
 from geometry.errors import InvalidValue

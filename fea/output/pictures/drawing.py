@@ -17,8 +17,7 @@ from fea.output.pictures.scale import Bands, exaggeration, round_down
 from fea.output.pictures.shown import MODE, VON_MISES, Field, Picture, field_of
 from fea.output.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, USUAL, Frame, View
 from fea.output.pictures.surface import DrawnSurface, refined_line
-from fea.output.text import error_bar
-from fea.output.units import in_text, scale, shown_in, unit
+from fea.output.units import bar, coordinates, quantity, scale, shown_in, unit
 from fea.output.vtu import point_name
 from geometry.arrays import Floats, Ints
 from geometry.system import CAN_FORK
@@ -50,7 +49,7 @@ class Scene:
         name = picture.field
         if name not in data:
             raise ValueError(f"{picture.vtu} is not a result of a run: it has no array {name}.")
-        field = field_of(name).in_units()
+        field = field_of(name)
         values = field.values(data)
         worst = field.worst(values)
         return cls(
@@ -67,8 +66,8 @@ class Scene:
     @property
     def worst(self) -> str:
         """The worst value with its error bar, as text."""
-        said, bar = self.field.said(self.peak), self.error_percent
-        return said if bar is None else f"{said} ± {error_bar(bar)} %"
+        extreme = self.field.extreme(self.peak)
+        return extreme if self.error_percent is None else f"{extreme} ± {bar(self.error_percent)} %"
 
     @property
     def top(self) -> float:
@@ -224,20 +223,19 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     strokes.write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
         strokes.write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
-    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
-    moved = f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
+    moved = f"displacement up to {quantity(scene.displaced, '.3g', 'mm')}, drawn × {scene.exaggeration:g}"
     if scene.field.name.startswith(MODE):
         moved = "mode shape: its amplitude is arbitrary"
     lines = [
         scene.worst,
-        f"at x, y, z = {x}, {y}, {z} mm",
+        f"at x, y, z = {coordinates(scene.at - scene.origin)} {unit('mm')}",
         *([f"blue: {limits[-1]:g} and above"] if scene.field.capped else []),
         *([moved] if scene.displaced > 0 else []),
         *notes,
         *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
-        strokes.write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
+        strokes.write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
 
 
 def _surface(scene: Scene, skin: DrawnSurface) -> Any:

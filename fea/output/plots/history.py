@@ -11,7 +11,7 @@ from fea.analysis.result import RunResult
 from fea.base.units import DEG
 from fea.output.pictures.scale import round_up
 from fea.output.target import PictureError, reported
-from fea.output.units import in_heading, in_text, scale
+from fea.output.units import heading, place, scale
 from geometry.arrays import Floats
 
 _SIZE, _FINER = (1100, 660), 3  # pixels, and the factor of oversampling
@@ -55,16 +55,15 @@ def plot_histories(
     `marks` are crank angles to mark, rad, by the name of their case. Raises `PictureError`: the file could
     not be written.
     """
-    histories = [(place, scale("MPa") * np.asarray(signed)) for place, signed in histories]
+    histories = [(at, scale("MPa") * np.asarray(signed)) for at, signed in histories]
     panel = _Panel(np.array([signed for _, signed in histories]))
     panel.text((_SIZE[0] / 2, 18), f"{title}: most stressed places", _TITLE, "mm")
     panel.axes()
     panel.mark({name: angle / DEG for name, angle in marks.items()})
-    for number, (place, signed) in enumerate(histories):
+    for number, (at, signed) in enumerate(histories):
         colour = _COLOURS[number % len(_COLOURS)]
         panel.curve(angles / DEG, signed, colour)
-        x, y, z = (coordinate + 0.0 for coordinate in np.round(place, 1))
-        panel.name(number, in_text(f"({x:g}, {y:g}, {z:g}) mm").replace("-", "−"), colour)
+        panel.name(number, place(at).replace("-", "−"), colour)
     with reported(path, "Choose another directory.", kind=PictureError):
         panel.picture().save(path, format="PNG", compress_level=2)
 
@@ -98,7 +97,7 @@ class _Panel:
         self._line(corners, _INK, 1)
         self.text(((_LEFT + _RIGHT) / 2, _BOTTOM + 42), "crank angle, ° (firing TDC at 360°)", _TEXT, "mm")
         self.text((_LEFT, _SIZE[1] - 20), _SIGN, _SMALL, "lm", _GREY)
-        self._upwards(in_heading("signed von Mises stress, MPa"))
+        self._upwards(heading("signed von Mises stress", "MPa"))
 
     def mark(self, marks: Mapping[str, float]) -> None:
         """Mark crank angles, degrees, with names above the panel in as many rows as avoid overlaps."""

@@ -1,12 +1,12 @@
-"""What a run assumes and what its model leaves out, in words: each is said where it applies to this run."""
+"""The assumptions of a run and the limits of its model, as far as they apply to it, in sentences."""
 
 from collections.abc import Iterator
 
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
-from fea.base.units import DEG
-from fea.output.report.tables import figure
+from fea.base.units import DEG, GPA, KG_M3, KN
 from fea.output.stored_run import Run
+from fea.output.units import figure, unit
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from fea.study.pin_models import FILM, pin_model
@@ -48,17 +48,23 @@ def _material(run: Run) -> str:
     least = min(case.min_safety_factor for case in run.summary.results.values())
     if least < 1:
         said += (
-            f" Stresses above the yield strength, here up to {figure(largest)} MPa, are those of an elastic "
-            "rod: they show that the rod yields, not what happens then."
+            f" Stresses above the yield strength, here up to {_amount(largest, 'MPa')}, are those of an "
+            "elastic rod: they show that the rod yields, not what happens then."
         )
     return said
 
 
 def _constants(material: Material) -> str:
-    return (
-        f"E = {figure(material.youngs_modulus / 1000)} GPa, ν = {figure(material.poissons_ratio)}, "
-        f"{figure(material.density * 1e12)} kg/m³, yield strength {figure(material.yield_strength)} MPa"
+    modulus, density = (
+        _amount(material.youngs_modulus / GPA, "GPa"),
+        _amount(material.density / KG_M3, "kg/m³"),
     )
+    strength = _amount(material.yield_strength, "MPa")
+    return f"E = {modulus}, ν = {figure(material.poissons_ratio)}, {density}, yield strength {strength}"
+
+
+def _amount(value: float, name: str) -> str:
+    return f"{figure(value, name=name)} {unit(name)}"
 
 
 def _loads(run: Run) -> str:
@@ -68,7 +74,8 @@ def _loads(run: Run) -> str:
     said = (
         f"The crank turns at a constant {summary.rpm:g} rpm; crank, block and piston are rigid. Forces "
         "follow from the exact slider-crank motion with the mass properties of the meshed rod and a piston "
-        f"of {figure(engine.piston_mass_kg)} kg (with rings and pin). The gas pressure is {_gas(engine)}. "
+        f"of {_amount(engine.piston_mass_kg, 'kg')} (with rings and pin). "
+        f"The gas pressure is {_gas(engine)}. "
     )
     said += "Friction of the piston is left out. " if engine.friction == 0 else (
         f"The piston slides in the cylinder with a coefficient of friction of {figure(engine.friction)}. "
@@ -116,12 +123,12 @@ def _assembled(run: Run) -> str:
     found = run.summary.assembly
     if found is None:
         return ""
-    friction, preload = found.joint.friction, found.bolts.preload_N / 1000
+    friction, preload = found.joint.friction, _amount(found.bolts.preload_N / KN, "kN")
     return (
         f"Rod, cap and press-fitted parts are separate bodies in contact with Coulomb friction "
         f"({friction:g} in the joint), open and slip; each bolt is a spring between its seats with "
-        f"a preload of {figure(preload)} kN, and a beam whose ends follow them. Temperature "
-        f"{figure(found.temperature_C)} °C."
+        f"a preload of {preload}, and a beam whose ends follow them. Temperature "
+        f"{_amount(found.temperature_C, '°C')}."
     )
 
 

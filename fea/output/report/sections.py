@@ -8,16 +8,25 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
-from fea.output import units
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import round_up
-from fea.output.report import tables as tabular
 from fea.output.report.assumptions import assumptions, limits
-from fea.output.report.tables import Table, figure, named, shown
+from fea.output.statements import full_statements
 from fea.output.stored_run import Run
-from fea.output.terminal.answer import assembly_lines, basis, buckling, life, linings
-from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
-from fea.output.units import scale, unit
+from fea.output.tables import (
+    AnswerTable,
+    assembly_tables,
+    buckling_tables,
+    case_table,
+    check_table,
+    contact_tables,
+    convergence_tables,
+    fatigue_tables,
+    film_table,
+    lettered,
+    load_table,
+)
+from fea.output.units import factor, figure, in_unit, named, scale, unit
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.arrays import Floats
@@ -141,7 +150,7 @@ _TITLES = {
 _GIVEN, _DEFAULT = "the study", "the program's default"
 
 
-class Input(NamedTuple):
+class StudyInput(NamedTuple):
     """An input: its name, its value as text, its unit, and where it comes from."""
 
     name: str
@@ -155,7 +164,7 @@ class InputTable(NamedTuple):
 
     title: str
     remark: str
-    rows: tuple[Input, ...]
+    rows: tuple[StudyInput, ...]
 
     @property
     def origin(self) -> str:
@@ -166,40 +175,42 @@ class InputTable(NamedTuple):
 
 def input_tables(study: Study) -> list[InputTable]:
     """Return all inputs of a study but those that say where results are written."""
-    found = []
+    tables = []
     for name, values in study.as_dict().items():
-        if name == "output":
-            continue
-        plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
-        found.append(_table(study, name, _TITLES.get(name, name.replace("_", " ").capitalize()), plain))
-        for part, entry in values.items():
-            if isinstance(entry, Mapping):
-                found.append(_table(study, "material", f"Material of {part.replace('_', ' ')}", entry))
-    return [table for table in found if table.rows]
+        nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
+        plain = {key: value for key, value in values.items() if key not in nested}
+        title = _TITLES.get(name, name.replace("_", " ").capitalize())
+        entries: list[tuple[str, str, Mapping[str, Any]]] = [(name, title, plain)]
+        entries += [
+            ("material", f"Material of {part.replace('_', ' ')}", own) for part, own in nested.items()
+        ]
+        for table, heading, given in entries if name != "output" else ():
+            rows = tuple(_rows(study, table, given))
+            tables += [InputTable(heading, _remark(study, table, given), rows)] if rows else []
+    return tables
 
 
-def _table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> InputTable:
-    return InputTable(title, _remark(study, table, values), tuple(_rows(study, table, values)))
-
-
-def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[Input]:
+def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[StudyInput]:
     usual: JsonObject = {}
     if table in TABLES and table not in {"rod", "material", "engine", "speed"}:
         usual = {field.name: field.default for field in fields(TABLES[table])}
     for key, value in values.items():
-        name, unit = named(key)
+        name, own = named(key)
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        yield Input(name, shown(_in_unit(value, unit)), units.unit(unit), origin)
+        yield StudyInput(name, _shown(value, own), unit(own), origin)
 
 
-def _in_unit(value: object, name: str) -> object:
+def _shown(value: object, name: str) -> str:
+    """Return a value of a study as text, in the unit that is shown in place of its own."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return figure(value if unit(name) == name else float(f"{in_unit(value, name):.6g}"), 10)
     if isinstance(value, list | tuple):
-        return [_in_unit(each, name) for each in value]
-    if units.unit(name) == name or isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    return float(f"{units.in_unit(value, name):.6g}")
+        return ", ".join(_shown(item, name) for item in value)
+    return str(value)
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
@@ -239,7 +250,7 @@ _PROCESSORS = ("x86_64", "AMD64", "aarch64", "arm64")
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A section: its id and title, its template, what that needs, and a shorter title for the contents."""
 
     id: str
@@ -249,65 +260,69 @@ class Section:
     short: str = ""
 
 
-def sections(run: Run) -> Iterator[Section]:
+def sections(run: Run) -> Iterator[ReportSection]:
     """Yield the sections that a run has, in the order of the page."""
     summary = run.summary
     assumed = {"statements": assumptions(run), "notes": summary.notes}
-    yield Section("assumptions", "Assumptions", "statements.html.jinja", assumed)
+    yield ReportSection("assumptions", "Assumptions", "statements.html.jinja", assumed)
     left_out = {"limits": list(limits(run)), "omissions": summary.left_out}
-    yield Section("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
-    yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
-    yield _loads(run)
-    peaks = [tabular.case_table(summary), tabular.contact_table(summary)]
-    yield _tables(
-        "results", "Results", peaks, [*basis(summary), *sharp_edge_lines(summary), *linings(summary)]
-    )
-    if (parts := summary.assembly) is not None:
-        yield _tables(
-            "assembly", "Bolts, joint and fits", tabular.assembly_tables(parts), [*assembly_lines(parts)]
-        )
+    yield ReportSection("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
+    yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
+    charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
+    angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
+    yield _answer(summary, "loads", "Loads", [load_table(summary)], text=angles, charts=charts)
+    yield _answer(summary, "results", "Results", [case_table(summary), *contact_tables(summary)])
+    if summary.assembly is not None:
+        yield _answer(summary, "assembly", "Bolts, joint and fits", assembly_tables(summary.assembly))
     if summary.cycle is not None:
-        yield _cycle(summary, summary.cycle)
+        yield _fatigue(summary, summary.cycle)
     if run.film is not None and summary.film:
-        yield _film(summary, run.film)
-    if tables := tabular.buckling_tables(summary):
-        yield _tables("buckling", "Buckling", tables, buckling(summary.buckling))
+        tables = [film_table(*each) for each in summary.film.items()]
+        charts = list(_film_charts(summary, run.film))
+        films = _answer(summary, "film", "Oil films of the bearings", tables, charts=charts)
+        yield replace(films, template="film.html.jinja")
+    if tables := list(buckling_tables(summary)):
+        yield _answer(summary, "buckling", "Buckling", tables)
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
-    yield _tables("convergence", "Convergence", tabular.convergence_tables(summary), [_BARS, *fixed])
-    yield _tables("checks", "Checks", [tabular.check_table(summary)])
+    yield _answer(summary, "convergence", "Convergence", convergence_tables(summary), text=[_BARS, *fixed])
+    yield _answer(summary, "checks", "Checks", [check_table(summary)])
     yield _repeat(run)
 
 
-def _loads(run: Run) -> Section:
-    charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
-    text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    return _tables("loads", "Loads", [tabular.load_table(run.summary)], text, charts)
+def _answer(
+    summary: Summary,
+    name: str,
+    title: str,
+    tables: Iterable[AnswerTable],
+    *,
+    text: Sequence[str] = (),
+    charts: Sequence[Chart] = (),
+) -> ReportSection:
+    """Return a section with the statements on its topic, after some text of its own."""
+    lines = [*text, *full_statements(summary, name)]
+    content = {"tables": list(tables), "text": lines, "charts": charts}
+    return ReportSection(name, title, "tables.html.jinja", content)
 
 
-def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
-    degrees = np.linspace(0.0, 720.0, found.instants)
-    named = [(f"place {chr(ord('A') + k)}", spot) for k, spot in enumerate(found.spots)]
-    histories = {name: np.array(spot.history_MPa, float) for name, spot in named}
-    heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
-    drawn = chart(heading, degrees, histories, marks(summary))
-    at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
-    least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
-    text = [least, _SIGN, *life(summary.life)]
-    tables = [tabular.cycle_table(found), tabular.endurance_table(summary), tabular.life_table(summary.life)]
-    return _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
+def _fatigue(summary: Summary, cycle: EnvelopeFigures) -> ReportSection:
+    degrees = np.linspace(0.0, 720.0, cycle.instants)
+    histories = [np.array(spot.history_MPa, float) for spot in cycle.spots]
+    curves = dict(zip(lettered(len(histories)), histories, strict=True))
+    ident = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
+    drawn = chart(ident, degrees, curves, marks(summary))
+    at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
+    least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
+    tables, text = fatigue_tables(summary), [least, _SIGN]
+    return _answer(summary, "fatigue", "Cycle and fatigue", tables, text=text, charts=[drawn])
 
 
-def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
+def _film_charts(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Iterator[Chart]:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
-    degrees, ends, drawn = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}, []
+    degrees, ends = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}
     for name, title, given in _FILM_CHARTS:
         courses = {end: columns[first + name] for end, first in ends.items() if first + name in columns}
         curves = {end: np.interp(degrees, columns["crank_deg"], own) for end, own in courses.items()}
-        drawn.append(chart((f"chart-{name}", title, given), degrees, curves, marks(summary)))
-    tables = [tabular.film_table(*each) for each in (summary.film or {}).items()]
-    found = _tables("film", "Oil films of the bearings", tables, charts=drawn)
-    content = {**found.content, "lines": film_lines(summary)}
-    return replace(found, template="film.html.jinja", content=content)
+        yield chart((f"chart-{name}", title, given), degrees, curves, marks(summary))
 
 
 _FILM_CHARTS = (
@@ -318,7 +333,7 @@ _FILM_CHARTS = (
 )
 
 
-def _repeat(run: Run) -> Section:
+def _repeat(run: Run) -> ReportSection:
     summary = run.summary
     platform = summary.environment.platform
     processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
@@ -330,7 +345,9 @@ def _repeat(run: Run) -> Section:
         "total_s": summary.total_s,
         "memory": summary.peak_memory_MiB,
     }
-    return Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
+    return ReportSection(
+        "repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat"
+    )
 
 
 def marks(summary: Summary) -> dict[str, float]:
@@ -347,14 +364,3 @@ def study_text(run: Run) -> str:
     for path in named:
         text = text.replace(path, path.replace("\\", "/").rpartition("/")[2])
     return text
-
-
-def _tables(
-    name: str,
-    title: str,
-    tables: Iterable[Table | None],
-    text: Sequence[str] = (),
-    charts: Sequence[Chart] = (),
-) -> Section:
-    content = {"tables": list(filter(None, tables)), "text": text, "charts": charts}
-    return Section(name, title, "tables.html.jinja", content)
