@@ -22,7 +22,7 @@ from fea.base.units import DEG
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.inp import Step, write_deck
-from fea.output.pictures.process import ready_to_draw
+from fea.output.pictures.picture import ready_to_draw
 from fea.output.report.page import write_report
 from fea.output.report.sections import marks
 from fea.output.stored_run import StoredRun, read_run

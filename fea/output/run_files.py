@@ -20,6 +20,7 @@ from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
+from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_columns, write_text
@@ -201,8 +202,6 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.pictured and run.speed is not None:
-        from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
-
         results = [f"{name}.vtu" for name in run.cases]
         results += [ENVELOPE] if run.cycle is not None else []
         results += [BUCKLING] if run.buckling is not None and run.buckling.shapes else []

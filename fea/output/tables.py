@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import AssemblyFigures, BoltsFigures, FilmFigures, Summary
+from fea.analysis.figures import BoltsFigures, Summary
 from fea.base.checks import TITLES
 from fea.base.units import KN, UM
 from fea.judge.verdict import Verdict
@@ -212,6 +212,12 @@ _CONTACT = (
 )
 
 
+def peak_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the peaks of the load cases, and the contact on the bores."""
+    yield case_table(summary)
+    yield from contact_tables(summary)
+
+
 def contact_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the contact on the bores in every load case."""
     rows = [
@@ -269,8 +275,10 @@ _FIT = (
 )
 
 
-def assembly_tables(assembly: AssemblyFigures) -> Iterator[AnswerTable]:
+def assembly_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the bolts, the joint by load case, and each fit by load case."""
+    if (assembly := summary.assembly) is None:
+        return
     bolts, joint = assembly.bolts, assembly.joint
     yield AnswerTable.of_quantities(f"Bolts, {bolts.thread}, by VDI 2230", _BOLTS, bolts)
     cases = joint.by_case.items()
@@ -402,16 +410,17 @@ _FILM = {
 }  # fmt: skip
 
 
-def film_table(end: str, film: FilmFigures) -> AnswerTable:
-    """Return the figures of the oil film of an end, ``big_end`` or ``small_end``."""
-    quantities = []
-    for name in (field.name for field in fields(film) if getattr(film, field.name) is not None):
-        words, own = ("temperature error", "K") if name == "temperature_error_K" else named(name)
-        title = "at crank angle" if own == "°" else _FILM.get(name, words)
-        title = "its error bar" if words.endswith(" error") else title
-        quantities.append(TableColumn(title, own, name, "4g"))
-    caption = f"The film of the {end.replace('_', ' ')} over the crank cycle"
-    return AnswerTable.of_quantities(caption, quantities, film)
+def film_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the figures of the oil film of each end."""
+    for end, film in (summary.film or {}).items():
+        quantities = []
+        for name in (field.name for field in fields(film) if getattr(film, field.name) is not None):
+            words, own = ("temperature error", "K") if name == "temperature_error_K" else named(name)
+            title = "at crank angle" if own == "°" else _FILM.get(name, words)
+            title = "its error bar" if words.endswith(" error") else title
+            quantities.append(TableColumn(title, own, name, "4g"))
+        caption = f"The film of the {end.replace('_', ' ')} over the crank cycle"
+        yield AnswerTable.of_quantities(caption, quantities, film)
 
 
 _BARS = (
@@ -444,10 +453,10 @@ _CHECKS = (
 )
 
 
-def check_table(summary: Summary) -> AnswerTable:
-    """Return every check with its limit."""
+def check_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield every check with its limit."""
     checks = summary.checks.items()
     rows = [(TITLES.get(name, name.replace("_", " ")), check) for name, check in checks]
     failed = [k for k, (_, check) in enumerate(rows) if not check.passed]
     caption = "Checks: each value must not exceed its limit; relative, unless it is a count or a ratio"
-    return AnswerTable.of(caption, "check", _CHECKS, rows, failed)
+    yield AnswerTable.of(caption, "check", _CHECKS, rows, failed)

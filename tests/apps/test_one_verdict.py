@@ -24,7 +24,7 @@ def test_a_table_with_another_factor_is_found(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     forms = {"safety factor": lambda value: f"{1.1 * value:.2f}"}
     columns = tuple(replace(column, form=forms.get(column.title, column.form)) for column in PEAKS)
-    monkeypatch.setattr("fea.output.terminal.run.PEAKS", columns)
+    monkeypatch.setattr("fea.output.tables.PEAKS", columns)
     wrong = disagreements(asked(25, 3.5, "cosine-180"), tmp_path)
     assert len(wrong) == 5
     assert all("the table has no" in text for text in wrong)

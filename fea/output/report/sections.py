@@ -8,24 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
+from fea.output import tables
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import round_up
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
-from fea.output.tables import (
-    AnswerTable,
-    assembly_tables,
-    buckling_tables,
-    case_table,
-    check_table,
-    contact_tables,
-    convergence_tables,
-    fatigue_tables,
-    film_table,
-    lettered,
-    load_table,
-)
+from fea.output.tables import AnswerTable
 from fea.output.units import factor, figure, in_unit, named, scale, unit
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
@@ -175,7 +164,7 @@ class InputTable(NamedTuple):
 
 def input_tables(study: Study) -> list[InputTable]:
     """Return all inputs of a study but those that say where results are written."""
-    tables = []
+    found = []
     for name, values in study.as_dict().items():
         nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if key not in nested}
@@ -186,8 +175,8 @@ def input_tables(study: Study) -> list[InputTable]:
         ]
         for table, heading, given in entries if name != "output" else ():
             rows = tuple(_rows(study, table, given))
-            tables += [InputTable(heading, _remark(study, table, given), rows)] if rows else []
-    return tables
+            found += [InputTable(heading, _remark(study, table, given), rows)] if rows else []
+    return found
 
 
 def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[StudyInput]:
@@ -270,22 +259,26 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
     charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
     angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    yield _answer(summary, "loads", "Loads", [load_table(summary)], text=angles, charts=charts)
-    yield _answer(summary, "results", "Results", [case_table(summary), *contact_tables(summary)])
-    if summary.assembly is not None:
-        yield _answer(summary, "assembly", "Bolts, joint and fits", assembly_tables(summary.assembly))
-    if summary.cycle is not None:
-        yield _fatigue(summary, summary.cycle)
+    yield from _answer(summary, "loads", "Loads", [tables.load_table(summary)], text=angles, charts=charts)
+    yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
+    yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
+    if (cycle := summary.cycle) is not None:
+        at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
+        least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
+        histories, text = [_history_chart(summary, cycle)], [least, _SIGN]
+        fatigue = tables.fatigue_tables(summary)
+        yield from _answer(summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories)
     if run.film is not None and summary.film:
-        tables = [film_table(*each) for each in summary.film.items()]
         charts = list(_film_charts(summary, run.film))
-        films = _answer(summary, "film", "Oil films of the bearings", tables, charts=charts)
-        yield replace(films, template="film.html.jinja")
-    if tables := list(buckling_tables(summary)):
-        yield _answer(summary, "buckling", "Buckling", tables)
+        films = _answer(
+            summary, "film", "Oil films of the bearings", tables.film_tables(summary), charts=charts
+        )
+        yield from (replace(section, template="film.html.jinja") for section in films)
+    yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
-    yield _answer(summary, "convergence", "Convergence", convergence_tables(summary), text=[_BARS, *fixed])
-    yield _answer(summary, "checks", "Checks", [check_table(summary)])
+    bars = tables.convergence_tables(summary)
+    yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed])
+    yield from _answer(summary, "checks", "Checks", tables.check_tables(summary))
     yield _repeat(run)
 
 
@@ -293,27 +286,22 @@ def _answer(
     summary: Summary,
     name: str,
     title: str,
-    tables: Iterable[AnswerTable],
+    found: Iterable[AnswerTable],
     *,
     text: Sequence[str] = (),
     charts: Sequence[Chart] = (),
-) -> ReportSection:
-    """Return a section with the statements on its topic, after some text of its own."""
-    lines = [*text, *full_statements(summary, name)]
-    content = {"tables": list(tables), "text": lines, "charts": charts}
-    return ReportSection(name, title, "tables.html.jinja", content)
+) -> Iterator[ReportSection]:
+    """Yield a section with the statements on its topic, after some text of its own, if it has tables."""
+    content = {"tables": list(found), "text": [*text, *full_statements(summary, name)], "charts": charts}
+    if content["tables"]:
+        yield ReportSection(name, title, "tables.html.jinja", content)
 
 
-def _fatigue(summary: Summary, cycle: EnvelopeFigures) -> ReportSection:
-    degrees = np.linspace(0.0, 720.0, cycle.instants)
+def _history_chart(summary: Summary, cycle: EnvelopeFigures) -> Chart:
     histories = [np.array(spot.history_MPa, float) for spot in cycle.spots]
-    curves = dict(zip(lettered(len(histories)), histories, strict=True))
-    ident = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
-    drawn = chart(ident, degrees, curves, marks(summary))
-    at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
-    least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
-    tables, text = fatigue_tables(summary), [least, _SIGN]
-    return _answer(summary, "fatigue", "Cycle and fatigue", tables, text=text, charts=[drawn])
+    curves = dict(zip(tables.lettered(len(histories)), histories, strict=True))
+    heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
+    return chart(heading, np.linspace(0.0, 720.0, cycle.instants), curves, marks(summary))
 
 
 def _film_charts(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Iterator[Chart]:

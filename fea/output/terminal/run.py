@@ -13,41 +13,11 @@ from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
 from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.safety_factor import Answer
 from fea.judge.verdict import Verdict
-from fea.output.statements import (
-    brief_statements,
-    full_statements,
-    governs,
-    levers,
-    life,
-    of_kind,
-    singular,
-)
-from fea.output.tables import (
-    FORCES,
-    PEAKS,
-    AnswerTable,
-    TableColumn,
-    assembly_tables,
-    buckling_tables,
-    case_rows,
-    contact_tables,
-    endurance_tables,
-    fatigue_tables,
-    life_tables,
-)
+from fea.output import statements, tables
+from fea.output.tables import AnswerTable, TableColumn
 from fea.output.target import near, picture_name
-from fea.output.terminal.prose import (
-    counted,
-    fitting,
-    gathered,
-    in_full,
-    plain_table,
-    print_lines,
-    print_paths,
-    some_speeds,
-    terminal,
-    unusual,
-)
+from fea.output.terminal import prose
+from fea.output.terminal.prose import plain_table, print_lines, some_speeds
 from fea.output.units import bar, factor, in_text, number, quantity, unit
 
 
@@ -55,7 +25,7 @@ def print_runs(
     runs: Sequence[tuple[Path, Summary]], console: Console | None = None, *, verbose: bool = False
 ) -> None:
     """Print runs and their folders: at most `prose.MOST_LINES` after the table, unless `verbose`."""
-    console = console or terminal()
+    console = console or prose.terminal()
     if len(runs) == 1:
         _print_run(console, *runs[0], verbose=verbose)
     elif runs:
@@ -63,36 +33,36 @@ def print_runs(
 
 
 def _print(
-    console: Console, heading: list[str], tables: Iterable[RichTable], lines: list[str], paths: list[str]
+    console: Console, heading: list[str], printed: Iterable[RichTable], lines: list[str], paths: list[str]
 ) -> None:
     print_lines(console, heading[:1], "bold")
     print_lines(console, heading[1:])
-    for table in tables:
+    for table in printed:
         console.print(table)
     print_lines(console, lines)
-    print_paths(console, paths)
+    prose.print_paths(console, paths)
 
 
-def _captioned(tables: Iterable[AnswerTable]) -> list[RichTable]:
-    return [table.printed(gap=0, title=in_text(table.caption), title_justify="left") for table in tables]
+def _captioned(printed: Iterable[AnswerTable]) -> list[RichTable]:
+    return [table.printed(gap=0, title=in_text(table.caption), title_justify="left") for table in printed]
 
 
 def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: bool) -> None:
-    heading = [f"{summary.title}: {summary.survival.text}", *unusual(summary.notes)]
-    parts = [] if summary.assembly is None else list(assembly_tables(summary.assembly))
+    heading = [f"{summary.title}: {summary.survival.text}", *prose.unusual(summary.notes)]
+    parts = list(tables.assembly_tables(summary))
     shown = [table for table in parts[1:] if verbose or table.head[0] == _governing_part(summary)]
-    tables = [case_table(summary, console), *(table.printed(no_wrap=True) for table in shown)]
+    printed = [case_table(summary, console), *(table.printed(no_wrap=True) for table in shown)]
     if verbose:
-        tables += _captioned([*parts[:1], *contact_tables(summary), *fatigue_tables(summary)])
-        tables += _captioned(buckling_tables(summary))
-        notes = in_full((*summary.notes, *summary.left_out))
-        lines = [*full_statements(summary), *notes, f"{summary.model.nodes} nodes, {_model(summary)}"]
+        printed += _captioned([*parts[:1], *tables.contact_tables(summary), *tables.fatigue_tables(summary)])
+        printed += _captioned(tables.buckling_tables(summary))
+        lines = [*statements.full_statements(summary), *prose.in_full((*summary.notes, *summary.left_out))]
+        lines.append(f"{summary.model.nodes} nodes, {_model(summary)}")
         paths = [f"Written to {near(folder)}/", *_files(summary), _next(folder, summary)]
     else:
-        end = [_model(summary), counted(summary.notes, summary.left_out)]
+        end = [_model(summary), prose.counted(summary.notes, summary.left_out)]
         paths = _written(folder, summary, console.width)
-        lines = [*fitting(brief_statements(summary), end, paths, console.width), *end]
-    _print(console, heading, tables, lines, paths)
+        lines = [*prose.fitting(statements.brief_statements(summary), end, paths, console.width), *end]
+    _print(console, heading, printed, lines, paths)
 
 
 # Gap between columns and whether there is a border, from wide consoles to narrow ones; which of these is the
@@ -103,21 +73,24 @@ _ENDLESS = 1000
 
 def case_table(summary: Summary, console: Console) -> RichTable:
     """Return the load cases of one speed, the worst bold; a narrow console shows fewer columns."""
-    tables, endless = [_laid_out(summary, layout) for layout in range(len(_LAYOUTS))], Console(width=_ENDLESS)
-    return next((one for one in tables if endless.measure(one).maximum <= console.width), tables[-1])
+    printed, endless = (
+        [_laid_out(summary, layout) for layout in range(len(_LAYOUTS))],
+        Console(width=_ENDLESS),
+    )
+    return next((one for one in printed if endless.measure(one).maximum <= console.width), printed[-1])
 
 
 def _laid_out(summary: Summary, layout: int) -> RichTable:
     columns = [
         replace(column, title=shown.title, form=shown.form or column.form)
-        for column in dict.fromkeys((*FORCES, *PEAKS))
+        for column in dict.fromkeys((*tables.FORCES, *tables.PEAKS))
         if (shown := column.terminal) and shown.narrowest >= layout
     ]
     head = ["case", *map(_head, columns)]
     left = ["case", *(title for title in head if title.startswith("at "))]
     gap, border = _LAYOUTS[layout]
     table = plain_table(head, (), left=left, no_wrap=True, gap=gap, show_edge=border)
-    for row in case_rows(summary, most_edges=1):
+    for row in tables.case_rows(summary, most_edges=1):
         name = f"  edge {row.edge}" if row.edge else row.case
         style = "bold" if name == summary.worst_case else ""
         table.add_row(name, *(column.cell(row) for column in columns), style=style)
@@ -185,31 +158,40 @@ def _print_speeds(console: Console, runs: Sequence[tuple[Path, Summary]], *, ver
 
     worst = min(summaries, key=rank)
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
-    noted = gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
+    noted = prose.gathered((one.rpm or 0.0, (*one.notes, *one.left_out)) for one in summaries)
     notes, left_out = by_consequence(noted)
-    tables = [*_speed_tables(summaries)]
+    printed = [*_speed_tables(summaries)]
     paths = [*_speeds_written(runs), *_speeds_next(runs)]
     if verbose:
-        tables += _captioned([*endurance_tables(worst), *life_tables(worst)])
-        lines = [*_doubts(summaries), *singular(worst), *governs(worst), *levers(worst)]
-        lines += [*_critical(summaries), *life(worst), *in_full((*notes, *left_out))]
+        printed += _captioned([*tables.endurance_tables(worst), *tables.life_tables(worst)])
+        lines = [
+            *_doubts(summaries),
+            *statements.singular(worst),
+            *statements.governs(worst),
+            *statements.levers(worst),
+        ]
+        lines += [*_critical(summaries), *statements.life(worst), *prose.in_full((*notes, *left_out))]
     else:
-        more = counted(notes, left_out)
-        statements = _brief_statements(summaries, worst, notes)
-        lines = [*fitting(statements, [more], paths, console.width), more]
-    _print(console, [headline, *unusual(notes)], tables, lines, paths)
+        more = prose.counted(notes, left_out)
+        brief = _brief_statements(summaries, worst, notes)
+        lines = [*prose.fitting(brief, [more], paths, console.width), more]
+    _print(console, [headline, *prose.unusual(notes)], printed, lines, paths)
 
 
 def _brief_statements(summaries: Sequence[Summary], worst: Summary, notes: Sequence[Note]) -> Iterator[str]:
     """Yield what a reader should know, by consequence."""
     yield from _doubts(summaries)
-    yield from of_kind(notes, NoteKind.DOUBT)
-    yield from singular(worst)
-    yield from life(worst)
+    yield from statements.of_kind(notes, NoteKind.DOUBT)
+    yield from _of_worst(summaries, worst)
+    yield from statements.of_kind(notes, NoteKind.WARNING)
+
+
+def _of_worst(summaries: Sequence[Summary], worst: Summary) -> Iterator[str]:
+    yield from statements.singular(worst)
+    yield from statements.life(worst)
     yield from _critical(summaries)
-    yield from governs(worst)
-    yield from levers(worst)
-    yield from of_kind(notes, NoteKind.WARNING)
+    yield from statements.governs(worst)
+    yield from statements.levers(worst)
 
 
 def _doubts(summaries: Sequence[Summary]) -> Iterator[str]:
@@ -250,7 +232,7 @@ def _speed_tables(summaries: Sequence[Summary]) -> Iterator[RichTable]:
     rising = sorted(summaries, key=lambda summary: summary.rpm or 0.0)
     table = plain_table(("rpm", *map(_head, _WORST), ""), (), left=("worst\ncase",))
     for one in rising:
-        row = next(row for row in case_rows(one) if row.case == one.worst_case)
+        row = next(row for row in tables.case_rows(one) if row.case == one.worst_case)
         failed = "" if one.trusted else "check failed"
         table.add_row(number(one.rpm, "g"), *(column.cell(row) for column in _WORST), failed)
     yield table
