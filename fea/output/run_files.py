@@ -183,7 +183,7 @@ def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
 def _plots(run: RunResult) -> Iterator[RunFiles]:
     title, films = run.summary.title, run.films
     if run.cycle is not None:
-        from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
+        from fea.output.plots.chart import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
     touched = run.pictured and any(case.touch for case in run.cases.values())

@@ -26,10 +26,10 @@ from fea.analysis.motion import Known, agreeing
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
+from fea.output.plots.chart import chart
 from fea.output.report.assumptions import limits
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
-from fea.output.report.sections import chart
 from fea.output.report.surface import HOLE, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
@@ -386,7 +386,7 @@ def test_charts_stay_within_their_frame(values):
     heights = [float(point.split(",")[1]) for point in drawn.lines[0].split()]
     assert min(heights) >= 25.9
     assert max(heights) <= 198.1
-    assert {row for _, row, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
+    assert {row for _, row, _, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
 
 
 def test_what_rounding_leaves_of_a_force_is_drawn_as_zero():

@@ -15,7 +15,8 @@ from fea.analysis.forces import study_forces
 from fea.base.choices import UnitSystem
 from fea.output.pictures.shown import field_of
 from fea.output.plots import forces as plots
-from fea.output.report.sections import chart, input_tables
+from fea.output.plots.chart import chart
+from fea.output.report.sections import input_tables
 from fea.output.tables import case_table, load_table
 from fea.output.terminal.run import print_runs
 from fea.output.units import _US, Verbatim, in_heading, in_text, in_unit, scale, shown_in, unit

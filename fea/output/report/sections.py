@@ -10,110 +10,16 @@ import numpy.typing as npt
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import tables
 from fea.output.json_file import JsonObject
-from fea.output.pictures.scale import round_up
+from fea.output.plots.chart import Chart, chart
 from fea.output.report.assumptions import assumptions, limits
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
-from fea.output.units import factor, figure, in_unit, named, scale, unit
+from fea.output.units import factor, figure, in_unit, named, unit
 from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.arrays import Floats
 from geometry.presets import ORIGINS, PRESETS
-
-# Of the drawing, which is scaled to the width of the page.
-WIDTH, HEIGHT = 600, 230
-LEFT, RIGHT, TOP, BOTTOM = 58, 590, 26, 198
-LAST = 720
-_STEPS = 5
-_EVERY = 2  # degrees from one corner of a line to the next
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A chart for the template."""
-
-    #: id, title, unit: its name on the page, what is drawn, and in which unit
-    id: str
-    title: str
-    unit: str
-    description: str  #: in words, for who does not see it
-    names: tuple[str, ...]  #: of the lines; empty where there is one that needs no name
-    lines: tuple[str, ...]  #: the points of each line as SVG has them
-    ticks: tuple[tuple[float, str], ...]  #: height and label of the horizontal lines
-    marks: tuple[tuple[float, int, str], ...]  #: place, row and name of the load cases
-    series: tuple[tuple[float, ...], ...]  #: (n_lines, 721) values at every degree, for the slider
-
-    def moving(self) -> JsonObject:
-        """What the page needs to show the crank angle of the slider."""
-        series = [list(values) for values in self.series]
-        return {"id": self.id, "left": LEFT, "width": RIGHT - LEFT, "unit": self.unit, "series": series}
-
-
-# What rounding leaves of a force that is zero, kN or N·m: no engine has forces of a micronewton.
-_ROUNDING = 1e-9
-
-
-def chart(
-    heading: tuple[str, str, str], degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
-) -> Chart:
-    """Draw curves (n,), by name and in the unit of the heading, over crank angles (n,) in degrees.
-
-    The heading is the id of the chart on the page, its title and that unit. The marks are the angles of the
-    load cases, by their names. A single curve needs no name (``""``).
-    """
-    ident, title, given = heading
-    curves = {
-        name: scale(given) * np.where(np.abs(curve) < _ROUNDING, 0.0, curve) for name, curve in curves.items()
-    }
-    values = np.stack(list(curves.values()))
-    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
-    step = round_up((high - low or 1.0) / _STEPS)
-    first, last = int(np.floor(low / step + 1e-9)), int(np.ceil(high / step - 1e-9))
-    last = max(last, first + 1)
-    bottom, top = step * first, step * last
-
-    def x(angle: float) -> float:
-        return round(LEFT + (RIGHT - LEFT) * angle / LAST, 1)
-
-    def y(value: float) -> float:
-        return round(BOTTOM - (BOTTOM - TOP) * (value - bottom) / (top - bottom), 1)
-
-    some = slice(None, None, _EVERY)
-    return Chart(
-        id=ident,
-        title=title,
-        unit=unit(given),
-        description=_described(degrees, curves, unit(given)),
-        names=tuple(key for key in curves if key),
-        lines=tuple(
-            " ".join(f"{x(a):g},{y(v):g}" for a, v in zip(degrees[some], row[some], strict=True))
-            for row in values
-        ),
-        ticks=tuple((y(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, last + 1)),
-        marks=_marks({case: x(angle) for case, angle in marks.items()}),
-        series=tuple(tuple(float(f"{value:.4g}") for value in row) for row in values),
-    )
-
-
-def _described(degrees: Floats, curves: Mapping[str, Floats], unit: str) -> str:
-    said = []
-    for name, curve in curves.items():
-        ends = [(float(curve[k]), float(degrees[k])) for k in (int(np.argmin(curve)), int(np.argmax(curve)))]
-        low, high = (f"{value:.4g} {unit} at {angle:.0f}°" for value, angle in ends)
-        said.append(f"{f'{name}: ' if name else ''}from {low} to {high}".replace("-", "−"))
-    return "; ".join(said)
-
-
-def _marks(places: Mapping[str, float]) -> tuple[tuple[float, int, str], ...]:
-    ends: list[float] = []
-    found = []
-    for name, place in sorted(places.items(), key=lambda item: item[1]):
-        half = 3.1 * len(name)
-        row = next((k for k, end in enumerate(ends) if place - half > end), len(ends))
-        ends[row : row + 1] = [place + half + 4]
-        found.append((place, row, name))
-    return tuple(found)
 
 
 def force_charts(forces: Mapping[str, Any], marks: Mapping[str, float]) -> list[Chart]:
