@@ -83,6 +83,7 @@ class AnswerTable:
     rows: tuple[tuple[str, ...], ...]  #: cells
     marked: tuple[int, ...] = ()  #: numbers of rows that stand out
     words: tuple[int, ...] = (0,)  #: numbers of columns that hold words and not figures
+    remark: str = ""  #: below the caption
 
     @classmethod
     def of(

@@ -406,7 +406,7 @@ def test_the_engine_of_the_library_names_its_sources():
     from fea.output.report.sections import input_tables
 
     tables = input_tables(load_study("leon-2001").with_engine("toyota-2jz"))
-    (engine,) = (table for table in tables if table.title.startswith("Engine"))
-    origins = {row.name: row.origin for row in engine.rows}
+    (engine,) = (table for table in tables if table.caption.startswith("Engine"))
+    origins = {row[0]: row[3] for row in engine.rows}
     assert origins["bore"].startswith("Toyota Supra repair manual")
     assert origins["piston mass"].startswith("assumed: ")

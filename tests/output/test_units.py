@@ -108,9 +108,9 @@ def test_fields_curves_and_inputs_are_converted(us):
     drawn = chart(("id", "Force", "kN"), angles, {"": np.sin(np.radians(angles))}, {})
     assert drawn.unit == "lbf"
     assert max(drawn.series[0]) == pytest.approx(224.8, rel=1e-3)
-    rod = next(table for table in input_tables(load_study()) if table.title == "Rod")
-    length = next(row for row in rod.rows if row.name == "length")
-    assert (length.value, length.unit) == ("5.55118", "in")
+    rod = next(table for table in input_tables(load_study()) if table.caption == "Rod")
+    length = next(row for row in rod.rows if row[0] == "length")
+    assert length[1:3] == ("5.55118", "in")
 
 
 @pytest.mark.parametrize("system", UnitSystem)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -45,56 +45,34 @@ _TITLES = {
 _GIVEN, _DEFAULT = "the study", "the program's default"
 
 
-class StudyInput(NamedTuple):
-    """An input: its name, its value as text, its unit, and where it comes from."""
-
-    name: str
-    value: str
-    unit: str
-    origin: str
-
-
-class InputTable(NamedTuple):
-    """Inputs of one kind, and what holds for all of them."""
-
-    title: str
-    remark: str
-    rows: tuple[StudyInput, ...]
-
-    @property
-    def origin(self) -> str:
-        """Where all of them come from; empty where they differ."""
-        origins = {row.origin for row in self.rows}
-        return origins.pop() if len(origins) == 1 else ""
-
-
-def input_tables(study: Study) -> list[InputTable]:
-    """Return all inputs of a study but those that say where results are written."""
-    found = []
+def input_tables(study: Study) -> Iterator[AnswerTable]:
+    """Yield all inputs of a study, but those that say where results are written, and where they come from."""
     for name, values in study.as_dict().items():
         nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
         plain = {key: value for key, value in values.items() if key not in nested}
         title = _TITLES.get(name, name.replace("_", " ").capitalize())
-        entries: list[tuple[str, str, Mapping[str, Any]]] = [(name, title, plain)]
-        entries += [
-            ("material", f"Material of {part.replace('_', ' ')}", own) for part, own in nested.items()
-        ]
-        for table, heading, given in entries if name != "output" else ():
-            rows = tuple(_rows(study, table, given))
-            found += [InputTable(heading, _remark(study, table, given), rows)] if rows else []
-    return found
+        if name != "output":
+            yield from _input_table(study, name, title, plain)
+        for part, own in nested.items():
+            yield from _input_table(study, "material", f"Material of {part.replace('_', ' ')}", own)
 
 
-def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[StudyInput]:
+def _input_table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> Iterator[AnswerTable]:
+    head, rows = ("input", "value", "unit", "source"), []
     usual: JsonObject = {}
     if table in TABLES and table not in {"rod", "material", "engine", "speed"}:
         usual = {field.name: field.default for field in fields(TABLES[table])}
     for key, value in values.items():
-        name, own = named(key)
+        words, own = named(key)
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        yield StudyInput(name, _shown(value, own), unit(own), origin)
+        rows.append((words, _shown(value, own), unit(own), origin))
+    remark = _remark(study, table, values)
+    if len(origins := {row[-1] for row in rows}) == 1:
+        remark, head, rows = f"{remark} From {origins.pop()}.".strip(), head[:-1], [row[:-1] for row in rows]
+    if rows:
+        yield AnswerTable(title, head, tuple(rows), words=(0, 2, 3), remark=remark)
 
 
 def _shown(value: object, name: str) -> str:
@@ -109,7 +87,7 @@ def _shown(value: object, name: str) -> str:
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
-    """The source of a figure of an engine of the library; empty where the study gives it itself."""
+    """Return the source of a figure of an engine of the library; empty where the study gives it itself."""
     preset = None if study.engine is None else study.engine.library()
     known = None if preset is None else preset.engine.get(key)
     if preset is None or known is None or known.value != value:
@@ -162,7 +140,7 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield ReportSection("assumptions", "Assumptions", "statements.html.jinja", assumed)
     left_out = {"limits": list(limits(run)), "omissions": summary.left_out}
     yield ReportSection("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
-    yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
+    yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": list(input_tables(run.study))})
     charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
     angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
     yield from _answer(summary, "loads", "Loads", [tables.load_table(summary)], text=angles, charts=charts)
