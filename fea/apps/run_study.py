@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class RunPlace(NamedTuple):
-    """Where a speed's run belongs: speed in rpm, folder, and file of its animation."""
+    """Destination of a run: its speed in rpm, its folder, and the file of its animation."""
 
     rpm: float | None
     folder: Path
@@ -78,7 +78,7 @@ def run_study(
 ) -> "list[WrittenRun]":
     """Analyse a study at each of its speeds, and write and return the runs in the order of the speeds.
 
-    The listener is told the name of each stage as it begins. The modules `ahead` are imported in a second
+    The listener receives the name of each stage as it begins. The modules `ahead` are imported in a second
     thread while the rod is drawn and meshed. Raises `InvalidValue`: a value breaks a rule; `OccupiedError`,
     `StorageError`: the output directory cannot take the run; `GeometryError`, `MeshError`,
     `UnderconstrainedError`, `SingularMatrixError`, `SolverUnavailableError`: see the stages.

@@ -1,4 +1,4 @@
-"""What the answer says of the parts around the rod: bolts, joint and fits, linings, oil films and pins."""
+"""Statements on the parts around the rod: bolts, joint and fits, linings, oil films and pins."""
 
 from collections.abc import Iterator
 from math import inf

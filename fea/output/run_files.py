@@ -229,7 +229,7 @@ WRITERS = (
 
 
 def pays_to_draw(run: RunResult, clock: Clock) -> bool:
-    """Whether pictures that nobody asked for would add at most a quarter to the time of a run until now.
+    """Return whether pictures that were not requested add at most a quarter to the time of a run until now.
 
     Starting the process that draws takes about 2.5 s, and a picture .25 s and 2 µs a node.
     """

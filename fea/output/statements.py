@@ -127,11 +127,6 @@ def not_converged(summary: Summary) -> Iterator[str]:
         yield f"Not converged: {names}{'' if fixed else ' (try --tolerance 5 or less)'}"
 
 
-def low_linings(summary: Summary) -> Iterator[str]:
-    """Yield the linings whose factors are below the required one."""
-    return linings(summary, summary.survival.required_safety_factor)
-
-
 def singular(summary: Summary) -> Iterator[str]:
     """Yield where the exact stress is infinite, with the largest value that the mesh gives there.
 
@@ -348,7 +343,7 @@ STATEMENTS = (
     Statement(film_lines, film_lines, "film"),
     Statement(_notes(NoteKind.DOUBT)),
     Statement(not_converged, not_converged),
-    Statement(low_linings, linings, "results"),
+    Statement(lambda summary: linings(summary, summary.survival.required_safety_factor), linings, "results"),
     Statement(singular, singular),
     Statement(life, life, "fatigue"),
     Statement(levers, levers),

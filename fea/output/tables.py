@@ -7,24 +7,12 @@ from typing import Any, NamedTuple
 
 from rich.table import Table as RichTable
 
-from fea.analysis.figures import BoltsFigures, Summary
+from fea.analysis.figures import Summary
 from fea.base.checks import TITLES
 from fea.base.units import KN, UM
 from fea.judge.verdict import Verdict
 from fea.output.terminal.prose import plain_table
-from fea.output.units import (
-    UNKNOWN,
-    bar,
-    coordinates,
-    factor,
-    figure,
-    heading,
-    kilo,
-    named,
-    number,
-    place,
-    quantity,
-)
+from fea.output.units import bar, coordinates, factor, figure, heading, kilo, named, number, place, quantity
 
 # The unit at the end of an attribute's name, and its factor, for columns in a larger or smaller unit.
 _LARGER = {"kN": ("_N", KN), "µm": ("_mm", UM)}
@@ -73,6 +61,10 @@ class TableColumn:
             return figure(value, int(self.form[:-1]), self.unit)
         return number(value, self.form, self.unit)
 
+    def proper(self, row: Any) -> str:
+        """Return the text of a row's cell with a proper minus."""
+        return self.cell(row) if self.words else self.cell(row).replace("-", "−")
+
 
 @dataclass(frozen=True)
 class AnswerTable:
@@ -95,26 +87,20 @@ class AnswerTable:
         marked: Iterable[int] = (),
     ) -> "AnswerTable":
         """Return the table of some rows with their headings, whose column has a title."""
-        cells = tuple(
-            (name, *(_proper(column.cell(row), column) for column in columns)) for name, row in rows
-        )
+        cells = tuple((name, *(column.proper(row) for column in columns)) for name, row in rows)
         words = (0, *(k for k, column in enumerate(columns, start=1) if column.words))
         return cls(caption, (title, *(column.heading for column in columns)), cells, tuple(marked), words)
 
     @classmethod
     def of_quantities(cls, caption: str, quantities: Iterable[TableColumn], source: Any) -> "AnswerTable":
         """Return the table of the quantities of one thing, a row each."""
-        rows = tuple((each.heading, _proper(each.cell(source), each)) for each in quantities)
+        rows = tuple((each.heading, each.proper(source)) for each in quantities)
         return cls(caption, ("quantity", "value"), rows)
 
     def printed(self, **options: Any) -> RichTable:
         """Return the table for the terminal, with units below their headings, and options of its own."""
         head = ["\n".join(title.rsplit(", ", 1)) for title in self.head]
         return plain_table(head, self.rows, left=[head[column] for column in self.words], **options)
-
-
-def _proper(cell: str, column: TableColumn) -> str:
-    return cell if column.words else cell.replace("-", "−")
 
 
 def case_rows(summary: Summary, most_edges: int | None = None) -> Iterator[Any]:
@@ -148,11 +134,9 @@ def _force(name: str) -> Callable[[Any], str]:
 
 
 def _torque(newton_metres: float | None) -> str:
-    small = newton_metres is not None and abs(newton_metres) < _WHOLE
-    return number(newton_metres, ".3g" if small else ".0f", "N·m")
+    large = newton_metres is None or abs(newton_metres) >= 100
+    return number(newton_metres, ".0f" if large else ".3g", "N·m")
 
-
-_WHOLE = 100.0  # N·m: torques from here on have no decimals
 
 # The columns of the load cases. The report has a table of each kind; the terminal one, of those that say so.
 _ANGLE = TableColumn("crank angle", "°", "crank_deg", ".1f", terminal=OnTerminal("crank", 4, ".0f"))
@@ -231,16 +215,11 @@ def contact_tables(summary: Summary) -> Iterator[AnswerTable]:
         yield AnswerTable.of(caption, "load case, bore", _CONTACT, rows)
 
 
-def _largest_load_factor(bolts: BoltsFigures) -> float | None:
-    every = (one for case in bolts.by_case.values() for one in case)
-    return max(every, key=lambda one: one.force_N).load_factor
-
-
 _BOLTS = (
     TableColumn("preload after tightening and embedding", "kN", "preload_N", ".1f"),
     TableColumn("largest force", "kN", "max_force_N", ".1f"),
     TableColumn("amplitude", "kN", "amplitude_N", ".2g"),
-    TableColumn("load factor Φ of the bolt with the largest force", "", _largest_load_factor, ".2g"),
+    TableColumn("load factor Φ of the bolt with the largest force", "", "largest_load_factor", ".2g"),
     TableColumn("load factor Φ of a central load", "", "vdi_load_factor", ".2g"),
     TableColumn("largest force over proof load", "", "proof_use", ".2f"),
     TableColumn("stress at tightening over yield strength", "", "tightening_use", ".2f"),
@@ -281,7 +260,9 @@ def assembly_tables(summary: Summary) -> Iterator[AnswerTable]:
     if (assembly := summary.assembly) is None:
         return
     bolts, joint = assembly.bolts, assembly.joint
-    yield AnswerTable.of_quantities(f"Bolts, {bolts.thread}, by VDI 2230", _BOLTS, bolts)
+    largest = max((bolt for case in bolts.by_case.values() for bolt in case), key=lambda bolt: bolt.force_N)
+    quantities = SimpleNamespace(**vars(bolts), largest_load_factor=largest.load_factor)
+    yield AnswerTable.of_quantities(f"Bolts, {bolts.thread}, by VDI 2230", _BOLTS, quantities)
     cases = joint.by_case.items()
     rows = [(case, SimpleNamespace(bolts=bolts.by_case[case], **vars(found))) for case, found in cases]
     yield AnswerTable.of(f"Joint between rod and cap, friction {joint.friction:g}", "joint", _JOINT, rows)
@@ -427,7 +408,7 @@ def film_tables(summary: Summary) -> Iterator[AnswerTable]:
 _BARS = (
     TableColumn("error bar of the peak", "%", "error_percent", bar),
     TableColumn("error in the energy norm", "%", "energy_error_percent", ".1f"),
-    TableColumn("verdict", "", lambda case: case.verdict or UNKNOWN, words=True),
+    TableColumn("verdict", "", "verdict", words=True),
 )
 _PASSES = (
     TableColumn("elements", "", "elements", ".0f"),

@@ -1,4 +1,4 @@
-"""How figures are written: in the units that a reader has chosen, with the digits that they are worth.
+"""The formatting of figures: in the units that a reader has chosen, with the digits that they are worth.
 
 Elsewhere, and in data files, figures are in SI units and mm. `number`, and what is built on it, converts a
 figure by its unit. Text that was written elsewhere, such as the notes of a run, is converted by `in_text`.

@@ -35,10 +35,10 @@ def drawn(film: CycleAnimation, suffix: str) -> bytes:
         target = Path(scratch, f"film{suffix.lower()}")
         for environment in environments():
             job = "fea.output.pictures.animation_frames:draw_film"
-            said = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
-            if not said:
+            failure = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
+            if not failure:
                 return target.read_bytes()
-    raise PictureError(f"the animation could not be drawn: {said}. Remedy: {system_remedy('pictures')}.")
+    raise PictureError(f"the animation could not be drawn: {failure}. Remedy: {system_remedy('pictures')}.")
 
 
 def write_film(path: Path, content: bytes) -> None:

@@ -37,7 +37,11 @@ class ResultScene:
     at: Floats
     peak: float
     error_percent: float | None = None
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: (3,) mm, from which the hot spot's place is told
+    origin: tuple[float, float, float] = (
+        0.0,
+        0.0,
+        0.0,
+    )  #: (3,) mm, from which the place is measured
 
     @classmethod
     def read(cls, picture: Picture) -> "ResultScene":

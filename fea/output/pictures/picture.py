@@ -69,13 +69,13 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
         job, timeout = "fea.output.pictures.drawing:draw_all", TIMEOUT * (1 + len(pictures))
-        said = run_drawing(job, pictures, environment=environment, timeout=timeout)
+        failure = run_drawing(job, pictures, environment=environment, timeout=timeout)
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
     names = ", ".join(missing)
     raise PictureError(
-        f"{names} could not be drawn: {said or _NOTHING}. Remedy: {system_remedy('pictures')}."
+        f"{names} could not be drawn: {failure or _NOTHING}. Remedy: {system_remedy('pictures')}."
     )
 
 
@@ -146,8 +146,8 @@ def explained(process: IsolatedProcess, job: str, *arguments: object, timeout: f
         return str(error)
     except CrashError as error:
         exited = error.cause.startswith("exit")
-        said = process.last_message if exited else f"the drawing process ended ({error.cause})"
-        return said.rstrip(".") or str(error)
+        message = process.last_message if exited else f"the drawing process ended ({error.cause})"
+        return message.rstrip(".") or str(error)
     except Exception as error:  # noqa: BLE001 - whatever a library raises
         return f"{type(error).__name__}: {error}".rstrip(".")
     return ""

@@ -45,7 +45,7 @@ class Field:
 
     @property
     def capped(self) -> bool:
-        """Whether the colour scale is capped: for a safety factor, which has no natural upper end."""
+        """Whether the colour scale is capped, as that of a safety factor, which has no natural upper end."""
         return self.low and not self.signed
 
     def extreme(self, value: float) -> str:
@@ -138,7 +138,7 @@ class Picture:
     #: peak, at: the worst value that counts and its place, mm; None for the largest in the file
     peak: float | None = None
     at: tuple[float, float, float] | None = None
-    #: where the rod of the worst value has its own origin, mm: its place is told from there
+    #: origin of the rod with the worst value, mm, from which its place is measured
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     notes: tuple[str, ...] = ()  #: more lines beside the legend
     mesh_only: bool = False  #: show the rod and its elements; there are no results

@@ -42,7 +42,7 @@ class View:
 def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: float) -> View:
     """Return the view that shows a place with this outward unit normal (3,) best.
 
-    `visible` tells whether the place is visible to an eye in a direction (3,); `closeness` is the weight of
+    `visible` returns whether an eye in a direction (3,) sees the place; `closeness` is the weight of
     looking straight at the place, relative to looking from the usual direction.
     """
     slant, around = np.radians(np.mgrid[-40:41:8, -180:180:10].reshape(2, -1))

@@ -58,7 +58,8 @@ def input_tables(study: Study) -> Iterator[AnswerTable]:
 
 
 def _input_table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> Iterator[AnswerTable]:
-    head, rows = ("input", "value", "unit", "source"), []
+    head: tuple[str, ...] = ("input", "value", "unit", "source")
+    rows: list[tuple[str, ...]] = []
     usual: JsonObject = {}
     if table in TABLES and table not in {"rod", "material", "engine", "speed"}:
         usual = {field.name: field.default for field in fields(TABLES[table])}

@@ -1,4 +1,4 @@
-"""Lines and tables that fit a terminal, and no more of them than a reader takes in."""
+"""Lines and tables that fit a terminal, and no more lines than are read."""
 
 import re
 from collections.abc import Collection, Iterable, Sequence, Sized
@@ -101,19 +101,19 @@ def unusual(notes: Iterable[Note]) -> list[str]:
 
 
 def _units(notes: Iterable[Note]) -> list[str]:
-    said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
-    left = len(said) - _MOST_UNUSUAL
+    texts = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
+    left = len(texts) - _MOST_UNUSUAL
     more = f" Unusual, too: {left} more value{'s' * (left > 1)} (--verbose)." if left > 0 else ""
-    return [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
+    return [Verbatim(f"Check the units: {'; '.join(texts[:_MOST_UNUSUAL])}.{more}")] if texts else []
 
 
 def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:
     """Return how much there is to read beside the figures, and where."""
     assumed = sum(note.kind is NoteKind.ASSUMPTION for note in notes)
     counts = {"assumption": assumed, "note": len(notes) - assumed, "omission": len(left_out)}
-    said = [f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items() if count]
+    parts = [f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items() if count]
     where = "--verbose, `fea report`, summary.json"
-    return f"{', '.join(said)}: {where}." if said else f"More: {where}."
+    return f"{', '.join(parts)}: {where}." if parts else f"More: {where}."
 
 
 def in_full(notes: Iterable[Note]) -> list[str]:

@@ -65,19 +65,16 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     _print(console, heading, printed, lines, paths)
 
 
-# Gap between columns and whether there is a border, from wide consoles to narrow ones; which of these is the
-# last that has a column is said in `fea.output.tables`.
+# Gap between columns and whether there is a border, from wide consoles to narrow ones; a column of
+# `fea.output.tables` names the last of these that has it.
 _LAYOUTS = ((1, True), (0, True), (0, False), (0, False), (0, False), (0, False))
 _ENDLESS = 1000
 
 
 def case_table(summary: Summary, console: Console) -> RichTable:
     """Return the load cases of one speed, the worst bold; a narrow console shows fewer columns."""
-    printed, endless = (
-        [_laid_out(summary, layout) for layout in range(len(_LAYOUTS))],
-        Console(width=_ENDLESS),
-    )
-    return next((one for one in printed if endless.measure(one).maximum <= console.width), printed[-1])
+    endless, choices = Console(width=_ENDLESS), [_laid_out(summary, k) for k in range(len(_LAYOUTS))]
+    return next((one for one in choices if endless.measure(one).maximum <= console.width), choices[-1])
 
 
 def _laid_out(summary: Summary, layout: int) -> RichTable:
