@@ -25,7 +25,7 @@ COLUMN = 224  # width of the text beside the picture
 
 
 @dataclass(frozen=True)
-class Page:
+class _Page:
     """The content that is the same on every page.
 
     `peak` is the largest von Mises stress of the whole cycle, in the `unit` of stress, so that colours mean
@@ -160,7 +160,7 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
 def draw_film(film: CycleAnimation, target: Path) -> None:
     """Draw an animation and write its file, a .gif or .mp4."""
     film = replace(film, skin=replace(film.skin, pieces=PIECES))
-    page = Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE, film.unit)
+    page = _Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE, film.unit)
     stress = film.von_mises.max(axis=1)
     pages = [
         page.drawn(image, film.crank_angle[k] / DEG, float(stress[k])) for k, image in enumerate(images(film))

@@ -40,7 +40,7 @@ _VERDICTS = {
 }
 
 
-class Fact(NamedTuple):
+class _Fact(NamedTuple):
     """A figure of the answer: its name, the figure, and what else is to be said of it."""
 
     name: str
@@ -66,35 +66,35 @@ def _answer(summary: Summary) -> JsonObject:
     }
 
 
-def _facts(summary: Summary) -> Iterator[Fact]:
+def _facts(summary: Summary) -> Iterator[_Fact]:
     """Yield the figures that matter most."""
     name, envelope, buckling = summary.worst_case, summary.envelope, summary.buckling
     worst, angle = summary.results[name], summary.loads[name].crank_deg
     where = _where(worst.at_mm)
     where = where if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {where}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
-    yield Fact("Safety factor against yielding", _with_interval(worst.min_safety_factor), when)
-    yield Fact("Largest von Mises stress", quantity(worst.max_von_mises_MPa, ".0f", "MPa"), where)
+    yield _Fact("Safety factor against yielding", _with_interval(worst.min_safety_factor), when)
+    yield _Fact("Largest von Mises stress", quantity(worst.max_von_mises_MPa, ".0f", "MPa"), where)
     if envelope is not None and envelope.fatigue is not None:
         judged = f"{envelope.fatigue_criterion.capitalize()}; {_where(envelope.fatigue.at_mm)}"
         least = _with_interval(envelope.min_fatigue_safety_factor)
-        yield Fact("Safety factor against fatigue", least, judged)
+        yield _Fact("Safety factor against fatigue", least, judged)
     if (most := summary.survival.fatigue_at_most) is not None:
         between = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
-        yield Fact("Safety factor against fatigue, at most", factor(most), between)
+        yield _Fact("Safety factor against fatigue, at most", factor(most), between)
     if buckling.min_safety_factor is not None:
         under = f", under {buckling.column.case}" if buckling.column.case else ""
-        yield Fact(
+        yield _Fact(
             "Safety factor against buckling", factor(buckling.min_safety_factor), f"as a column{under}"
         )
     for end, film in (summary.film or {}).items():
         gap = f"{quantity(film.h_min_um, '.2f', 'µm')} ± {bar(film.h_min_error_percent)} %"
         pressure = f"{quantity(film.p_max_MPa, '.0f', 'MPa')} ± {bar(film.p_max_error_percent)} %"
         extremes = f"smallest gap {gap} at {film.h_min_deg:.0f}°; highest pressure {pressure}"
-        yield Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, extremes)
+        yield _Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, extremes)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
-    yield Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
+    yield _Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
 
 
 def _where(at: Vector) -> str:
