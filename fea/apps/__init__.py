@@ -1,1 +1,1 @@
-"""What is done with analyses: runs written, exported and reported; many rods; the lightest rod."""
+"""Jobs built on analyses: write, export and report runs, analyse many rods, find the lightest rod."""

@@ -23,7 +23,7 @@ from fea.base.units import DEG
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.inp import Step, write_deck
-from fea.output.pictures.process import ready_to_draw
+from fea.output.pictures.picture import ready_to_draw
 from fea.output.report.page import write_report
 from fea.output.report.sections import marks
 from fea.output.stored_run import StoredRun, read_run
@@ -77,11 +77,11 @@ def require_same_loads(run: StoredRun, cases: Iterable[Instants]) -> Mapping[str
     """Return load cases by name, if their loads are those of the run. Raises `InvalidValue`: they are not."""
     again = {case.name: case for case in cases}
     remedy = "Repeat the run: fea run study.toml."
-    told = run.summary.loads
-    rule = f"holds the cases {', '.join(told)}, but its study gives {', '.join(again)}"
-    require(set(told) == set(again), "RUN", str(run.folder), rule, remedy)
+    loads = run.summary.loads
+    rule = f"holds the cases {', '.join(loads)}, but its study gives {', '.join(again)}"
+    require(set(loads) == set(again), "RUN", str(run.folder), rule, remedy)
     for name, case in again.items():
-        then = np.array([told[name].pin_axial_N, told[name].crank_axial_N])
+        then = np.array([loads[name].pin_axial_N, loads[name].crank_axial_N])
         now = np.array([case.pin_axial, case.crank_axial])
         if np.abs(then - now).max() > _SAME_FORCES * case.largest_force:
             rule = f"was loaded with {then[0]:.6g} N at the pin in {name}, but its study gives {now[0]:.6g} N"
@@ -100,7 +100,7 @@ _REFUSALS = (
 def report_run(folder: Path, listener: Listener | None = None, units: UnitSystem | None = None) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
-    The listener is told the name of each stage as it begins. The figures are in the given units, or in those
+    The listener receives the name of each stage as it begins. The figures are in the given units, or in those
     of the run. Raises `InvalidValue`: the folder is not that of a run, or its files are damaged;
     `StorageError`: the disk, a permission or the file system refused.
     """
@@ -158,7 +158,7 @@ Array = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Format:
-    """What a format carries."""
+    """Capabilities of a file format."""
 
     module: str  #: meshio's module that writes it
     #: points, cells: whether it takes arrays of the nodes, and of the elements
@@ -170,7 +170,7 @@ class Format:
 
     @property
     def without(self) -> str:
-        """What it cannot carry, in words; empty for nothing."""
+        """The content that it cannot carry, in words; empty for nothing."""
         if self.skin:
             return "the solid elements and the results: the file holds the boundary as flat triangles"
         if not self.points:
@@ -300,7 +300,7 @@ SUFFIXES = (".inp", *FORMATS)
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written."""
+    """Result of an export."""
 
     files: tuple[Path, ...]  #: where
     notes: tuple[Note, ...]  #: what the format does not carry, and what a reader must know of the file

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Result(RunResult):
-    """What an analysis found at one speed; frozen, in memory only until `write` is called.
+    """Results of an analysis at one speed; frozen, in memory only until `write` is called.
 
     Fields are arrays on the whole rod, mm and MPa; figures are in ``summary``, in the units their names say.
 

@@ -4,13 +4,13 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
 from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import RunResult, gathered_result, run_result
-from fea.analysis.speed_result import SpeedResult
-from fea.apps.run_places import Place, target_of
+from fea.analysis.speed import SpeedResult
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
@@ -19,6 +19,9 @@ from fea.output.run_files import write_run
 from fea.output.text import csv_text, write_columns, write_text
 from fea.rod.meshed_rod import MeshedRod
 from fea.study.study import Study
+
+if TYPE_CHECKING:
+    from fea.apps.run_study import RunPlace
 
 # Beside the folders of several speeds.
 CASE_MAP = "map.csv"
@@ -37,17 +40,25 @@ class WrittenRun:
 
 
 def write_runs(
-    study: Study, mesh: MeshedRod, places: Sequence[Place], clock: Clock, listener: Listener | None = None
+    study: Study,
+    mesh: MeshedRod,
+    places: "Sequence[RunPlace]",
+    target: Path,
+    *,
+    clock: Clock,
+    listener: Listener | None = None,
 ) -> list[WrittenRun]:
-    """Solve a study and write each speed's run into its place; see `fea.apps.run_study.run_study`."""
-    prepared = refined_rod(study, [place.rpm for place in places], clock, listener, mesh)
+    """Solve a study and write each speed's run into its place, all of them inside the target or none.
+
+    See `fea.apps.run_study.run_study`.
+    """
+    prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
-        (rpm, _, film) = places[0]
-        found = run_result(study, prepared, prepared.at(rpm))
-        with run_folder(target_of(places)) as part:
-            reports = [_write(found, prepared, Place(rpm, part, film), clock)]
+        result = run_result(study, prepared, prepared.at(places[0].rpm))
+        with run_folder(target) as part:
+            reports = [_write(result, prepared, places[0]._replace(folder=part), clock)]
     else:
-        with run_folder(target_of(places)) as part:
+        with run_folder(target) as part:
             parts = [place._replace(folder=part / place.folder.name) for place in places]
             reports = _write_all(study, prepared, parts, clock)
     for report in reports:
@@ -57,7 +68,9 @@ def write_runs(
     return [dataclasses.replace(report, folder=place.folder) for report, place in both]
 
 
-def _write_all(study: Study, prepared: RefinedRod, places: Sequence[Place], clock: Clock) -> list[WrittenRun]:
+def _write_all(
+    study: Study, prepared: Adapted, places: "Sequence[RunPlace]", clock: Clock
+) -> list[WrittenRun]:
     shown = bool(study.output.screenshot) or study.analysis.buckling or any(place.film for place in places)
     sweep, speeds = None, [place.rpm for place in places if place.rpm is not None]
     if study.analysis.cycle:
@@ -80,7 +93,7 @@ def _write_all(study: Study, prepared: RefinedRod, places: Sequence[Place], cloc
 
 
 def _write_worst(
-    study: Study, prepared: RefinedRod, sweep: SpeedSweep, places: Sequence[Place], clock: Clock
+    study: Study, prepared: Adapted, sweep: SpeedSweep, places: "Sequence[RunPlace]", clock: Clock
 ) -> list[WrittenRun]:
     full = {
         place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
@@ -104,9 +117,9 @@ def _write_worst(
 
 def _write_one(
     study: Study,
-    prepared: RefinedRod,
+    prepared: Adapted,
     critical: Mapping[str, float | None] | None,
-    place: Place,
+    place: "RunPlace",
     clock: Clock,
 ) -> tuple[WrittenRun, SpeedResult]:
     solved = prepared.at(place.rpm)
@@ -119,8 +132,8 @@ def _write_one(
 
 def _write(
     found: RunResult,
-    prepared: RefinedRod,
-    place: Place,
+    prepared: Adapted,
+    place: "RunPlace",
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,
 ) -> WrittenRun:

@@ -1,1 +1,1 @@
-"""What a run leaves behind: result files, pictures, the summary and the closing table."""
+"""Result files, pictures, tables, statements, terminal output and reports of runs."""

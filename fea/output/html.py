@@ -1,5 +1,8 @@
 """HTML pages that run what they hold and fetch nothing."""
 
+import base64
+import hashlib
+import json
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -8,7 +11,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fea.base.shipped import shipped_text
-from fea.output.report.coding import policy
 from fea.output.units import in_text
 
 
@@ -41,7 +43,7 @@ def joined_script(*parts: tuple[str, Iterable[str]]) -> str:
 def environment(room: str) -> Environment:
     """Return the templates of a room."""
     templates = Environment(
-        loader=PackageLoader(f"fea.output.{room}", "page"),
+        loader=PackageLoader("fea.output", f"{room}/page"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -53,8 +55,27 @@ def environment(room: str) -> Environment:
     return templates
 
 
-def _sentence(said: object) -> str:
-    """A sentence begins with a capital letter, unless its first word is the name of a key."""
-    text = str(said)
+def _sentence(value: object) -> str:
+    """Return a text with a capital letter at its beginning, unless its first word is the name of a key."""
+    text = str(value)
     first = text.partition(" ")[0]
     return text if "_" in first or not text else f"{text[0].upper()}{text[1:]}"
+
+
+def policy(style: str, script: str) -> str:
+    """Return what a page may do: run its own script and style, show pictures that it holds; nothing else."""
+    scripts = f"'{_hash(script)}'" if script else "'none'"
+    return (
+        f"default-src 'none'; script-src {scripts}; style-src '{_hash(style)}'; img-src data:; "
+        "connect-src 'none'; base-uri 'none'; form-action 'none'"
+    )
+
+
+def embedded_json(value: object) -> Markup:
+    """Return JSON that cannot end the element that holds it."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return Markup(text.replace("<", "\\u003c").replace("&", "\\u0026"))  # noqa: S704 - escaped here
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

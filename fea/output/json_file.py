@@ -39,7 +39,7 @@ def json_text(value: object, digits: int = DIGITS) -> str:
 
 def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a type
     if dataclasses.is_dataclass(value):
-        return _plain(_told(value), digits)
+        return _plain(_fields(value), digits)
     if isinstance(value, np.ndarray | np.generic):
         return _plain(value.tolist(), digits)
     if isinstance(value, Enum):
@@ -63,23 +63,23 @@ def _plain(value: object, digits: int) -> Any:  # noqa: PLR0911 - one line a typ
     raise TypeError(f"{value!r} has no JSON form: give a mapping, a sequence, a number, text or None.")
 
 
-def _told(value: Any) -> JsonObject | str:
-    """What is told of a dataclass: its fields by their names, but for a check and a note."""
+def _fields(value: Any) -> JsonObject | str:
+    """Return the fields of a dataclass by their names; a check and a note have forms of their own."""
     if isinstance(value, Check):
         return {"value": value.value, "limit": value.limit, "pass": value.passed}
     if isinstance(value, Note):
         omitted = value.kind is NoteKind.OMISSION
         return {"what": value.topic, "why": value.text} if omitted else str(value)
     hints = _hints(typing.cast("type", type(value)))
-    known = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
-    optional = {name for name in known if ONLY_WHERE_KNOWN in getattr(hints[name], "__metadata__", ())}
-    told = {}
-    for name, item in known.items():
+    values = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+    optional = {name for name in values if ONLY_WHERE_KNOWN in getattr(hints[name], "__metadata__", ())}
+    written = {}
+    for name, item in values.items():
         if item is not None or name not in optional:
-            told[name] = item
+            written[name] = item
         if isinstance(item, SafetyFactor):
-            told |= {f"{name}_low": item.low, f"{name}_high": item.high}
-    return told
+            written |= {f"{name}_low": item.low, f"{name}_high": item.high}
+    return written
 
 
 def json_lines(content: bytes) -> Iterator[tuple[JsonObject, int]]:
@@ -151,7 +151,7 @@ def _folded(kind: type, raw: Mapping[str, Any]) -> JsonObject:
     fields = dict(raw)
     for name in getattr(kind, "factor_names", ()):
         low, high = fields.pop(f"{name}_low", None), fields.pop(f"{name}_high", None)
-        if low is not None:  # JSON knows no infinity
+        if low is not None:  # JSON has no infinity
             fields[name] = SafetyFactor(fields[name], low, math.inf if high is None else high)
     return fields
 

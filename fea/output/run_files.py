@@ -20,6 +20,7 @@ from fea.judge.case_result import CaseResult
 from fea.machine.clock import Clock
 from fea.output.folder import REPORT, SUMMARY
 from fea.output.json_file import json_text
+from fea.output.pictures.picture import take_pictures
 from fea.output.plots import joint
 from fea.output.target import PictureError, picture_name
 from fea.output.text import write_columns, write_text
@@ -182,7 +183,7 @@ def _envelope_and_buckling(run: RunResult) -> Iterator[RunFiles]:
 def _plots(run: RunResult) -> Iterator[RunFiles]:
     title, films = run.summary.title, run.films
     if run.cycle is not None:
-        from fea.output.plots.history import plot_stress_history  # noqa: PLC0415 - only a plot needs it
+        from fea.output.plots.chart import plot_stress_history  # noqa: PLC0415 - only a plot needs it
 
         yield _one("history.png", lambda path: plot_stress_history(path, run))
     touched = run.pictured and any(case.touch for case in run.cases.values())
@@ -201,8 +202,6 @@ def _plots(run: RunResult) -> Iterator[RunFiles]:
 def _pictures(run: RunResult) -> Iterator[RunFiles]:
     """All pictures together: one process draws them."""
     if run.pictured and run.speed is not None:
-        from fea.output.pictures.picture import take_pictures  # noqa: PLC0415 - only a picture needs it
-
         results = [f"{name}.vtu" for name in run.cases]
         results += [ENVELOPE] if run.cycle is not None else []
         results += [BUCKLING] if run.buckling is not None and run.buckling.shapes else []
@@ -230,7 +229,7 @@ WRITERS = (
 
 
 def pays_to_draw(run: RunResult, clock: Clock) -> bool:
-    """Whether pictures that nobody asked for would add at most a quarter to the time of a run until now.
+    """Return whether pictures that were not requested add at most a quarter to the time of a run until now.
 
     Starting the process that draws takes about 2.5 s, and a picture .25 s and 2 µs a node.
     """

@@ -26,7 +26,7 @@ _AGAIN = "Repeat the run: fea run study.toml."
 
 
 class FileFields(NamedTuple):
-    """What a result file holds: the mesh without named surfaces, and the arrays of its nodes and elements."""
+    """Content of a result file: the mesh without named surfaces, and the arrays of its nodes and elements."""
 
     mesh: TetMesh
     point: Mapping[str, Array]

@@ -3,15 +3,13 @@
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from fea.base.note import Note
 from fea.output.target import reported
 from geometry.arrays import Floats
 from geometry.system import replaced
@@ -34,39 +32,6 @@ def make_directory(path: Path) -> None:
     """Create a directory and its missing parents; raises `StorageError` if the system refuses."""
     with reported(path, "Choose another path.", verb="created"):
         path.mkdir(parents=True, exist_ok=True)
-
-
-_WHOLE = 9.95  # percent: error bars from here on have no decimals
-
-
-def error_bar(percent: float) -> str:
-    """Return an error bar as text with two digits."""
-    return f"{percent:.{0 if percent >= _WHOLE else 1}f}"
-
-
-_AT_SPEED = " at\0rpm"  # stands for the speed in a note
-_FEW = 4  # with more speeds, their number and range is said
-
-
-def gathered(notes: Iterable[tuple[float, Iterable[Note]]]) -> list[Note]:
-    """Return the notes of several speeds, rpm; those that differ only in the speed are merged."""
-    speeds: dict[Note, list[str]] = {}
-    for rpm, said in notes:
-        for note in said:
-            general = replace(note, text=note.text.replace(f" at {rpm:g} rpm", _AT_SPEED))
-            speeds.setdefault(general, []).append(f"{rpm:g}")
-    return [
-        replace(note, text=note.text.replace(_AT_SPEED, f" at {some_speeds(rpm)}"))
-        for note, rpm in speeds.items()
-    ]
-
-
-def some_speeds(rpm: Sequence[str]) -> str:
-    """Return a few speeds, or how many there are and their range."""
-    if len(rpm) <= _FEW:
-        return f"{', '.join(rpm)} rpm"
-    rising = sorted(rpm, key=float)
-    return f"{len(rpm)} speeds from {rising[0]} to {rising[-1]} rpm"
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:

@@ -27,10 +27,10 @@ from fea.apps.result import analyse
 from fea.apps.studio.frame import figures as shown_figures
 from fea.base.choices import Symmetry
 from fea.judge.safety_factor import SafetyFactor
+from fea.output.assembly_statements import assembly_lines, linings
 from fea.output.json_file import read_summary
-from fea.output.report.tables import assembly_tables
 from fea.output.stored_run import StoredRun
-from fea.output.terminal.answer import assembly_lines, linings
+from fea.output.tables import assembly_tables
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue
 from geometry.surfaces import Surface
@@ -300,7 +300,7 @@ def test_bushing_and_shells_have_a_line_of_their_own():
     cases |= {"tension": result(linings={"bushing": replace(bushing, safety_factor=1.1)})}
     (said,) = linings(SimpleNamespace(results=cases))
     assert "bushing 0.90 (gas; 94 MPa over its bore); shell 1.20 (gas; 40 MPa over its bore)" in said
-    assert linings(SimpleNamespace(results={"gas": result()})) == []
+    assert list(linings(SimpleNamespace(results={"gas": result()}))) == []
 
 
 def test_the_studio_counts_bolts_and_joint_as_a_run_does(rod):
@@ -318,7 +318,7 @@ def test_a_reader_learns_what_the_bolts_and_the_joint_do(pulled_rod):
     figures = replace(figures, joint=replace(figures.joint, opens=opens))
     lines = "\n".join(assembly_lines(figures))
     assert re.search(r"Bolts, M9x1: 3\d\.\d kN \(given\), bending", lines)
-    rows = dict(assembly_tables(figures)[0].rows)
+    rows = dict(next(assembly_tables(summary(assembly=figures))).rows)
     assert 0 < float(rows["load factor Φ of the bolt with the largest force"]) < 1
     assert 0 < figures.bolts.seat_lift_ratio < 1
     assert figures.bolts.hole_play_mm == 0.0 <= figures.bolts.shear_N

@@ -5,11 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 from studies import plain_study
+from written_figures import summary
 
 from fea.analysis.buckling import buckling_report
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Support, Symmetry
-from fea.output.terminal import answer
+from fea.output.statements import buckling as buckling_lines
 from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import SLIDE_X, TURN_Z, ConstrainedSurface, mean_motions
 from fea.solid.errors import UnderconstrainedError
@@ -89,7 +90,8 @@ def test_a_rod_that_is_only_pulled_does_not_buckle():
     assert found.figures.column.case is None
     assert not found.shapes
     assert [note.text for note in found.notes] == ["no load case compresses the rod"]
-    assert answer.buckling(found.figures) == ["No load case compresses the rod, so it cannot buckle."]
+    lines = buckling_lines(summary(buckling=found.figures))
+    assert list(lines) == ["No load case compresses the rod, so it cannot buckle."]
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,8 @@ from dataclasses import replace
 import pytest
 from agreeing import disagreements, random_asked
 
+from fea.output.tables import PEAKS
+
 
 def asked(seed, size, pressure):
     study = random_asked(seed, size)
@@ -20,7 +22,9 @@ def test_a_random_study_says_one_thing_everywhere(seed, pressure, tmp_path, monk
 
 def test_a_table_with_another_factor_is_found(tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    monkeypatch.setattr("fea.output.terminal.run.factor", lambda value: f"{1.1 * value:.2f}")
+    forms = {"safety factor": lambda value: f"{1.1 * value:.2f}"}
+    columns = tuple(replace(column, form=forms.get(column.title, column.form)) for column in PEAKS)
+    monkeypatch.setattr("fea.output.tables.PEAKS", columns)
     wrong = disagreements(asked(25, 3.5, "cosine-180"), tmp_path)
     assert len(wrong) == 5
     assert all("the table has no" in text for text in wrong)

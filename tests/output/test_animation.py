@@ -19,8 +19,7 @@ from fea.base.units import DEG
 from fea.machine.remedies import system_remedy
 from fea.output.pictures import animation
 from fea.output.pictures.animation import COUNT, computed, drawn, require_film, write_film
-from fea.output.pictures.film import Film
-from fea.output.pictures.surface import DrawnSurface
+from fea.output.pictures.surface import CycleAnimation, DrawnSurface
 from fea.output.target import PictureError, StorageError
 from geometry.errors import InvalidValue
 from geometry.system import CAN_FORK
@@ -29,7 +28,7 @@ RADIUS, LENGTH = 40.0, 100.0
 
 
 @pytest.fixture(scope="module")
-def bar() -> Film:
+def bar() -> CycleAnimation:
     """A bar from pin to pin that is pulled and pushed once in a cycle of six frames."""
     corners = [[x, y, z] for x in np.linspace(0, LENGTH, 11) for y in (-15, 15) for z in (-8, 8)]
     points = np.array(corners, float)
@@ -38,7 +37,7 @@ def bar() -> Film:
     angle = np.arange(6) * 4 * math.pi / 6
     pull = np.cos(angle)[:, None] * points[:, 0]
     displacement = np.stack([1e-3 * pull, 0 * pull, 0 * pull], axis=-1)
-    return Film(
+    return CycleAnimation(
         skin,
         displacement.astype(np.float32),
         np.abs(pull).astype(np.float32),

@@ -1,79 +1,69 @@
-"""Curves of the history plot lie where their stress is."""
+"""Curves of a chart lie where their stress is, and names of load cases where they can be read."""
 
 import numpy as np
 import pytest
 from PIL import Image, ImageColor
 
-from fea.output.plots import history as history_plot
-from fea.output.plots.history import plot_histories
+from fea.output.plots import chart as charts
+from fea.output.plots.chart import chart, save_picture
 from fea.output.target import PictureError
 
-ANGLES = np.radians(np.arange(721.0))
+DEGREES = np.arange(721.0)
+
+
+def drawn(curves, marks):
+    return chart(("history", "a rod", "MPa"), DEGREES, curves, marks)
 
 
 def test_curves_lie_where_their_stress_is(tmp_path):
-    stress = [np.full(721, 100.0), np.where(np.arange(721) < 360, 50.0, -50.0)]
-    places = [(1.0, 2.0, 3.0), (4.0, -0.04, 0.0)]
-    marks = {"tension": 0.1, "side": 0.2}
+    stress = {"A": np.full(721, 100.0), "B": np.where(DEGREES < 360, 50.0, -50.0)}
     path = tmp_path / "history.png"
-    plot_histories(path, "a rod", ANGLES, list(zip(places, stress, strict=True)), marks)
+    laid_out = drawn(stress, {"tension": 6.0, "side": 12.0})
+    save_picture(path, laid_out, "remark")
     pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
-    low, high = -50 - 0.05 * 150, 100 + 0.05 * 150
+    (bottom, low), (top, high) = (
+        (y, float(label.replace("−", "-"))) for y, label in (laid_out.ticks[0], laid_out.ticks[-1])
+    )
 
     def row(degrees, colour):
-        """Stress at a crank angle by the middle of the pixels of a curve."""
-        left, right = history_plot._LEFT, history_plot._RIGHT
-        column = pixels[:, round(left + degrees / 720 * (right - left))]
+        """Height at a crank angle by the middle of the pixels of a curve, in the units of the layout."""
+        column = pixels[:, round(charts.across(degrees) * 11 / 6)]
         mine = np.flatnonzero(np.abs(column - ImageColor.getrgb(colour)).sum(axis=1) < 30)
-        mine = mine[mine > history_plot._TOP]
-        share = (history_plot._BOTTOM - mine.mean()) / (history_plot._BOTTOM - history_plot._TOP)
-        return low + share * (high - low)
+        return mine[mine > 100].mean() / (11 / 6)
 
-    first, second = history_plot._COLOURS[:2]
-    assert row(300, first) == pytest.approx(100, abs=1)
-    assert row(300, second) == pytest.approx(50, abs=1)
-    assert row(400, second) == pytest.approx(-50, abs=1)
+    first, second = charts.COLOURS[:2]
+    upper, middle, lower = row(300, first), row(300, second), row(400, second)
+    per_MPa = (bottom - top) / (high - low)
+    assert lower - upper == pytest.approx(150 * per_MPa, abs=1)
+    assert middle - upper == pytest.approx(50 * per_MPa, abs=1)
 
 
 @pytest.mark.parametrize(
     "degrees", [(4, 432, 466, 483), (350, 355, 360, 365), (719, 432, 466, 483), (0, 180, 400, 600)]
 )
-def test_names_of_cases_touch_neither_each_other_nor_a_line_nor_the_edge(degrees, tmp_path, monkeypatch):
-    marks = dict(zip(("tension", "bending", "compression", "side"), np.radians(degrees), strict=True))
-    boxes, lines = [], []
-    panel = history_plot._Panel
-    text, line = panel.text, panel._line
-
-    def noted(self, place, words, size, anchor, *colour):
-        if words in marks:
-            width = history_plot._font(size).getlength(words)
-            left = place[0] - (width if anchor[0] == "r" else 0)
-            boxes.append((left, place[1] - size, left + width, place[1]))
-        text(self, place, words, size, anchor, *colour)
-
-    def drawn(self, points, colour, width):
-        (x, top), (end, bottom) = points[0], points[-1]
-        if x == end and colour == history_plot._GREY and len(points) == 2:
-            lines.append((x, top, end, bottom))
-        line(self, points, colour, width)
-
-    monkeypatch.setattr(panel, "text", noted)
-    monkeypatch.setattr(panel, "_line", drawn)
-    plot_histories(tmp_path / "h.png", "a rod", ANGLES, [((0.0, 0.0, 0.0), np.zeros(721))], marks)
+def test_names_of_cases_touch_neither_each_other_nor_a_line_nor_the_edge(degrees):
+    marks = dict(zip(("tension", "bending", "compression", "side"), degrees, strict=True))
+    places = drawn({"": np.zeros(721)}, marks).marks
+    widths = {name: charts.font(36).getlength(name) / 5.5 + 2 for name in marks}
+    boxes = {
+        name: (x, x + widths[name], row) if fits else (x - widths[name], x, row)
+        for x, row, name, fits in places
+    }
     assert len(boxes) == 4
-    for k, box in enumerate(boxes):
-        assert box[0] > 0
-        assert box[2] < history_plot._SIZE[0]
-        for other in boxes[:k] + boxes[k + 1 :] + lines:
-            apart = box[2] < other[0] or other[2] < box[0] or box[3] < other[1] or other[3] < box[1]
-            assert apart, (box, other)
+    for name, (left, right, row) in boxes.items():
+        assert left > 0
+        assert right < charts.WIDTH
+        for other, (x, top, _, _) in ((place[2], place) for place in places if place[2] != name):
+            begin, end, level = boxes[other]
+            assert level != row or right <= begin or end <= left, (name, other)
+            assert top < row or x <= left or x >= right, (name, other)  # lines end below their own names
 
 
 def test_a_rod_without_stress_has_a_plot(tmp_path):
-    plot_histories(tmp_path / "none.png", "a rod", ANGLES, [((0.0, 0.0, 0.0), np.zeros(721))], {})
+    save_picture(tmp_path / "none.png", drawn({"A": np.zeros(721)}, {}), "")
     assert (tmp_path / "none.png").stat().st_size > 5000
 
 
 def test_what_cannot_be_written_is_said(tmp_path):
     with pytest.raises(PictureError, match="could not be written"):
-        plot_histories(tmp_path / "no" / "history.png", "a rod", ANGLES, [((0, 0, 0), np.zeros(721))], {})
+        save_picture(tmp_path / "no" / "history.png", drawn({"A": np.zeros(721)}, {}), "")

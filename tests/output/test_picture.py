@@ -14,18 +14,22 @@ from written_figures import result as case_result
 from fea.analysis.figures import BucklingModeFigures
 from fea.machine import isolated
 from fea.output.json_file import json_text
-from fea.output.pictures import picture, process
-from fea.output.pictures.drawing import Scene
+from fea.output.pictures import picture
+from fea.output.pictures.drawing import ResultScene
 from fea.output.pictures.picture import (
     draw_pictures,
+    drawing_process,
+    environments,
+    explained,
+    is_complete_png,
     picture_of,
     picture_of_mesh,
+    ready_to_draw,
     take_pictures,
     try_rendering,
 )
-from fea.output.pictures.process import drawing_process, environments, explained, ready_to_draw
 from fea.output.pictures.shown import Picture, available, described, described_by
-from fea.output.pictures.strokes import is_complete_png, require_rod
+from fea.output.pictures.strokes import require_rod
 from fea.output.target import PictureError
 from fea.output.vtu import write_vtu
 from geometry.errors import InvalidValue
@@ -45,7 +49,7 @@ KILLED = -signal.SIGKILL if hasattr(signal, "SIGKILL") else 1  # an exit code
 
 
 def shown(vtu, **more):
-    return Scene.read(Picture(vtu=vtu, png=vtu.with_suffix(".png"), title="", **more))
+    return ResultScene.read(Picture(vtu=vtu, png=vtu.with_suffix(".png"), title="", **more))
 
 
 @pytest.fixture
@@ -183,7 +187,7 @@ def test_a_process_that_does_not_answer_is_ended(result):
 @pytest.fixture
 def started(monkeypatch) -> list[subprocess.Popen]:
     """The processes that are started, one after the other; none is copied."""
-    monkeypatch.setattr(process, "fresh", isolated.fresh)
+    monkeypatch.setattr(picture, "fresh", isolated.fresh)
     processes, original = [], subprocess.Popen
     monkeypatch.setattr(
         isolated.subprocess, "Popen", lambda *a, **b: processes.append(original(*a, **b)) or processes[-1]

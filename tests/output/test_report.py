@@ -26,15 +26,14 @@ from fea.analysis.motion import SolvedInstant, agreeing
 from fea.apps.export_run import report_run
 from fea.base.units import DEG
 from fea.output.folder import SUMMARY, is_earlier_run
+from fea.output.plots.chart import chart
 from fea.output.report.assumptions import limits
-from fea.output.report.coding import HOLE, Packer, corner_steps
 from fea.output.report.page import open_report, page, still
 from fea.output.report.scene import scene
-from fea.output.report.sections import chart
-from fea.output.report.surface import NumberedSurface
-from fea.output.report.tables import figure, named
+from fea.output.report.surface import HOLE, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import read_run
 from fea.output.target import PictureError
+from fea.output.units import figure, named
 from fea.solid.stress import von_mises
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
@@ -388,7 +387,7 @@ def test_charts_stay_within_their_frame(values):
     heights = [float(point.split(",")[1]) for point in drawn.lines[0].split()]
     assert min(heights) >= 25.9
     assert max(heights) <= 198.1
-    assert {row for _, row, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
+    assert {row for _, row, _, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
 
 
 def test_what_rounding_leaves_of_a_force_is_drawn_as_zero():
@@ -408,7 +407,7 @@ def test_the_engine_of_the_library_names_its_sources():
     from fea.output.report.sections import input_tables
 
     tables = input_tables(load_study("leon-2001").with_engine("toyota-2jz"))
-    (engine,) = (table for table in tables if table.title.startswith("Engine"))
-    origins = {row.name: row.origin for row in engine.rows}
+    (engine,) = (table for table in tables if table.caption.startswith("Engine"))
+    origins = {row[0]: row[3] for row in engine.rows}
     assert origins["bore"].startswith("Toyota Supra repair manual")
     assert origins["piston mass"].startswith("assumed: ")

@@ -11,10 +11,10 @@ from fea.analysis.figures import PassFigures
 from fea.analysis.rod_report import SolidFigures
 from fea.base.checks import Check
 from fea.base.note import UNITS, assumption, by_consequence, doubt, omission, remark, warning
+from fea.output.terminal.prose import gathered
 from fea.output.terminal.rod import solid_lines
 from fea.output.terminal.run import print_runs
-from fea.output.terminal.run_lines import kilo
-from fea.output.text import gathered
+from fea.output.units import kilo
 
 LOADS = {
     "tension": load(crank_deg=4.0, pin_axial_N=31512.0, crank_axial_N=48100.0, wall_N=-212.0),

@@ -20,7 +20,7 @@ from fea.apps.result import analyse
 from fea.base.choices import CONTACT, Support
 from fea.contact.elastic_pin import Pin
 from fea.output.json_file import read_summary
-from fea.output.terminal.answer import levers
+from fea.output.statements import levers
 from fea.pins.fits import Fits
 from fea.rod.meshed_rod import Bores
 from fea.solid.stress import von_mises

@@ -15,7 +15,7 @@ from tempfile import TemporaryFile
 import pytest
 
 from fea.machine.isolated import IsolatedProcess, serve
-from fea.output.pictures import process
+from fea.output.pictures import picture as process
 
 _LIBRARIES = ("fea.output.pictures.drawing", "pyvista.plotting", "fea.output.pictures.animation_frames")
 # What decides how libraries are loaded, by how it begins: where a test changes it, a new interpreter draws.

@@ -8,7 +8,7 @@ from studies import plain_study
 
 from fea.__main__ import call
 from fea.output.inp import read_frd
-from fea.output.pictures.strokes import is_complete_png
+from fea.output.pictures.picture import is_complete_png
 from fea.output.plots.figure import log_ticks, new_figure
 from fea.study.study import load_study
 from fea.verify import converge as module

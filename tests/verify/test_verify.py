@@ -3,7 +3,7 @@ import json
 import pytest
 
 from fea.__main__ import call
-from fea.output.pictures.strokes import is_complete_png
+from fea.output.pictures.picture import is_complete_png
 from fea.solid.traction import traction_forces
 from fea.verify import benchmark, verify
 from fea.verify.benchmark import Benchmark, Quantity

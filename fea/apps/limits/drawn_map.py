@@ -13,9 +13,8 @@ from fea.apps.limits.factors import ONSETS, FailureMode
 from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
-from fea.output.html import html_page, page_file
+from fea.output.html import embedded_json, html_page, page_file
 from fea.output.plots.figure import label_axes, new_figure, save
-from fea.output.report.coding import embedded_json
 from fea.output.report.page import viewer
 from fea.output.report.scene import scene
 from fea.output.stored_run import Run

@@ -15,8 +15,7 @@ from fea.apps.optimise.variables import Variables
 from fea.base.note import Note
 from fea.machine.clock import duration
 from fea.output.target import near
-from fea.output.terminal.prose import print_lines, terminal, unusual
-from fea.output.terminal.run_lines import plain_table
+from fea.output.terminal.prose import plain_table, print_lines, terminal, unusual
 from fea.output.units import in_unit
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.

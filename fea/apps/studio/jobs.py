@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.apps.optimise.designs import Design, Designs
+from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import USUAL, search
 from fea.apps.optimise.variables import variables
 from fea.apps.run_study import run_study
@@ -189,8 +190,6 @@ def _table(variants: Mapping[str, Any]) -> str:
 
 def lighten(state: State) -> JsonObject:
     """Search the lightest rod from a design; the designs that are tried are said as they come."""
-    from fea.apps.optimise.run_optimise import search_study  # noqa: PLC0415
-
     free = variables(search_study(_applied(state)))
 
     def told(design: Design, done: int = 0, _now: int = 0) -> JsonObject:

@@ -11,12 +11,10 @@ import numpy as np
 from fea.apps.sweep.journal import Journal, State, failures
 from fea.apps.sweep.statistics import FACTOR, MASS, Samples, Statistics, samples_of, statistics
 from fea.apps.sweep.sweep_file import Sweep
-from fea.output.html import html_page, page_file
+from fea.output.html import embedded_json, html_page, page_file
 from fea.output.pictures.scale import round_up
-from fea.output.report.coding import embedded_json
-from fea.output.report.tables import named
 from fea.output.text import write_text
-from fea.output.units import in_unit, unit
+from fea.output.units import in_unit, named, unit
 from geometry.arrays import Floats, Ints
 
 

@@ -11,9 +11,8 @@ from fea.analysis.result import InstantFields
 from fea.base.units import DEG
 from fea.machine.clock import Clock
 from fea.machine.remedies import system_remedy
-from fea.output.pictures.film import Film
-from fea.output.pictures.process import environments, run_drawing
-from fea.output.pictures.surface import DrawnSurface
+from fea.output.pictures.picture import environments, run_drawing
+from fea.output.pictures.surface import CycleAnimation, DrawnSurface
 from fea.output.target import PictureError, require_target
 from fea.output.text import stored
 from fea.output.units import scale, unit
@@ -30,16 +29,16 @@ def require_film(path: Path) -> None:
         raise PictureError(f"{path.name} needs imageio-ffmpeg, which is not installed. {remedy}")
 
 
-def drawn(film: Film, suffix: str) -> bytes:
+def drawn(film: CycleAnimation, suffix: str) -> bytes:
     """Return the content of an animation's file. Raises `PictureError`; the message says what to install."""
     with TemporaryDirectory() as scratch:
         target = Path(scratch, f"film{suffix.lower()}")
         for environment in environments():
             job = "fea.output.pictures.animation_frames:draw_film"
-            said = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
-            if not said:
+            failure = run_drawing(job, film, target, environment=environment, timeout=TIMEOUT)
+            if not failure:
                 return target.read_bytes()
-    raise PictureError(f"the animation could not be drawn: {said}. Remedy: {system_remedy('pictures')}.")
+    raise PictureError(f"the animation could not be drawn: {failure}. Remedy: {system_remedy('pictures')}.")
 
 
 def write_film(path: Path, content: bytes) -> None:
@@ -60,7 +59,7 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
         return b"", str(error)
 
 
-def computed(rod: PreparedRod, rpm: float) -> Film:
+def computed(rod: PreparedRod, rpm: float) -> CycleAnimation:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, mesh = rod.engine.engine, rod.mesh.whole
     instants = InstantFields(rod, rpm, 720 / COUNT)
@@ -71,7 +70,7 @@ def computed(rod: PreparedRod, rpm: float) -> Film:
     for k, (moved, _, equivalent, _) in enumerate(instants.solved()):
         displacement[k] = moved[nodes]
         stress[k] = scale("MPa") * equivalent[nodes]
-    return Film(
+    return CycleAnimation(
         skin=DrawnSurface(mesh.points[nodes], facets.reshape(outer.facets.shape)),
         displacement=displacement,
         von_mises=stress,

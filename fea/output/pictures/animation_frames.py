@@ -15,9 +15,9 @@ from PIL import Image, ImageDraw, ImageFont
 from fea.base.units import DEG
 from fea.output.pictures import strokes
 from fea.output.pictures.drawing import SCALARS, add_surface, surface_of
-from fea.output.pictures.film import Film
 from fea.output.pictures.scale import Bands
-from fea.output.pictures.strokes import GREY, INK, PAPER, Frame, View, add_lines, oversampled
+from fea.output.pictures.strokes import GREY, INK, PAPER, CameraFrame, View, add_lines, oversampled
+from fea.output.pictures.surface import CycleAnimation
 
 MARGIN, BAR, LINE = 16, 24, 24  # pixels
 FAINT = "#606060"  # pale but legible
@@ -25,7 +25,7 @@ COLUMN = 224  # width of the text beside the picture
 
 
 @dataclass(frozen=True)
-class Page:
+class _Page:
     """The content that is the same on every page.
 
     `peak` is the largest von Mises stress of the whole cycle, in the `unit` of stress, so that colours mean
@@ -83,7 +83,7 @@ PIECES = 2  # per side of a facet: a page is a quarter of the size of a picture
 TOWARDS = np.array([0.12, -0.24, 0.96])
 
 
-def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
+def images(film: CycleAnimation) -> Iterator[npt.NDArray[np.uint8]]:
     """Draw the engine for every page, (height, width, 3)."""
     plotter = pyvista.Plotter(off_screen=True, window_size=oversampled(SIZE), lighting="none", border=False)
     plotter.set_background(PAPER)
@@ -107,7 +107,7 @@ def images(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
     plotter.close()
 
 
-def _add_engine(plotter: Any, film: Film) -> Any:
+def _add_engine(plotter: Any, film: CycleAnimation) -> Any:
     r, offset = film.crank_radius, film.pin_offset
     axis = pyvista.Line((-r, offset, 0), (r + film.skin.points[:, 0].max(), offset, 0))
     plotter.add_mesh(axis, color=GREY, line_width=2, lighting=False)
@@ -117,7 +117,7 @@ def _add_engine(plotter: Any, film: Film) -> Any:
     return plotter.add_mesh(pyvista.Line((0, 0, 0), (r, 0, 0)), color=INK, line_width=6, lighting=False)
 
 
-def _frame(film: Film) -> Frame:
+def _frame(film: CycleAnimation) -> CameraFrame:
     towards = TOWARDS / np.linalg.norm(TOWARDS)
     up = np.array([1.0, 0, 0]) - towards[0] * towards
     up /= np.linalg.norm(up)
@@ -127,7 +127,7 @@ def _frame(film: Film) -> Frame:
         placed = film.placement(k)
         swept.append(film.deformed(k)[some] @ placed[:3, :3].T + placed[:3, 3])
     view = View(towards, np.cross(up, towards), up)
-    return Frame.around(np.concatenate(swept), view, SIZE[0] / SIZE[1], width=0.94, height=0.94)
+    return CameraFrame.around(np.concatenate(swept), view, SIZE[0] / SIZE[1], width=0.94, height=0.94)
 
 
 def write_gif(path: Path, pages: list[Image.Image]) -> None:
@@ -157,10 +157,10 @@ def write_mp4(path: Path, pages: list[Image.Image]) -> None:
     writer.close()
 
 
-def draw_film(film: Film, target: Path) -> None:
+def draw_film(film: CycleAnimation, target: Path) -> None:
     """Draw an animation and write its file, a .gif or .mp4."""
     film = replace(film, skin=replace(film.skin, pieces=PIECES))
-    page = Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE, film.unit)
+    page = _Page(film.title, float(film.von_mises.max()), film.exaggeration, SIZE, film.unit)
     stress = film.von_mises.max(axis=1)
     pages = [
         page.drawn(image, film.crank_angle[k] / DEG, float(stress[k])) for k, image in enumerate(images(film))

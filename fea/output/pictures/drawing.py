@@ -15,17 +15,16 @@ from fea.machine.isolated import IsolatedProcess, copied
 from fea.output.pictures import strokes
 from fea.output.pictures.scale import Bands, exaggeration, round_down
 from fea.output.pictures.shown import MODE, VON_MISES, Field, Picture, field_of
-from fea.output.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, USUAL, Frame, View
+from fea.output.pictures.strokes import GREY, INK, PAPER, SHADING, SIZE, USUAL, CameraFrame, View
 from fea.output.pictures.surface import DrawnSurface, refined_line
-from fea.output.text import error_bar
-from fea.output.units import in_text, scale, shown_in, unit
+from fea.output.units import bar, coordinates, quantity, scale, shown_in, unit
 from fea.output.vtu import point_name
 from geometry.arrays import Floats, Ints
 from geometry.system import CAN_FORK
 
 
 @dataclass(frozen=True)
-class Scene:
+class ResultScene:
     """A rod under load."""
 
     skin: DrawnSurface  #: the outer surface without load
@@ -38,10 +37,14 @@ class Scene:
     at: Floats
     peak: float
     error_percent: float | None = None
-    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: (3,) mm, from which the hot spot's place is told
+    origin: tuple[float, float, float] = (
+        0.0,
+        0.0,
+        0.0,
+    )  #: (3,) mm, from which the place is measured
 
     @classmethod
-    def read(cls, picture: Picture) -> "Scene":
+    def read(cls, picture: Picture) -> "ResultScene":
         """Read what a picture shows; unless it is given, the hot spot is the worst place of its field.
 
         Raises `ValueError`: the file has no tetrahedra, or does not have the field at its nodes.
@@ -50,7 +53,7 @@ class Scene:
         name = picture.field
         if name not in data:
             raise ValueError(f"{picture.vtu} is not a result of a run: it has no array {name}.")
-        field = field_of(name).in_units()
+        field = field_of(name)
         values = field.values(data)
         worst = field.worst(values)
         return cls(
@@ -67,8 +70,8 @@ class Scene:
     @property
     def worst(self) -> str:
         """The worst value with its error bar, as text."""
-        said, bar = self.field.said(self.peak), self.error_percent
-        return said if bar is None else f"{said} ± {error_bar(bar)} %"
+        extreme = self.field.extreme(self.peak)
+        return extreme if self.error_percent is None else f"{extreme} ± {bar(self.error_percent)} %"
 
     @property
     def top(self) -> float:
@@ -141,7 +144,7 @@ MARGIN = 0.11  # half the width of the label of the peak, which must stay within
 Marks = Sequence[tuple[str, Sequence[float]]]
 
 
-def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ()) -> Image.Image:
+def draw(scene: ResultScene, title: str, notes: Sequence[str] = (), marks: Marks = ()) -> Image.Image:
     """Return the picture of a result, with more notes beside the legend.
 
     `marks` are names and places, mm, on the undeformed rod, that get a small ring. Raises `RuntimeError`: the
@@ -158,9 +161,9 @@ def draw(scene: Scene, title: str, notes: Sequence[str] = (), marks: Marks = ())
     return strokes.finish(plotter, ROD_SHARE)
 
 
-def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
+def _draw_rod(plotter: Any, scene: ResultScene, marks: Marks) -> None:
     aspect = SIZE[0] / (SIZE[1] * ROD_SHARE)
-    frame = Frame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
+    frame = CameraFrame.around(scene.deformed, scene.view(closeness=0.8), aspect, width=0.9, height=0.7)
     add_surface(plotter, _surface(scene, scene.skin), scene.bands)
     strokes.add_edges(plotter, scene.skin, scene.skin.points, frame, (GREY, 1.0))
     strokes.add_edges(plotter, scene.skin, scene.deformed, frame, (INK, 1.5))
@@ -172,7 +175,7 @@ def _draw_rod(plotter: Any, scene: Scene, marks: Marks) -> None:
     frame.aim(plotter)
 
 
-def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
+def _add_label(plotter: Any, scene: ResultScene, frame: CameraFrame, radius: float) -> None:
     flat = frame.view.across(scene.deformed)
     x, y = flat[scene.node]
     beside = flat[abs(flat[:, 0] - x) < 0.15 * scene.extent, 1]
@@ -186,11 +189,11 @@ def _add_label(plotter: Any, scene: Scene, frame: Frame, radius: float) -> None:
     strokes.write(plotter, scene.worst, (min(max(across, MARGIN), 1 - MARGIN), height), size=24, centred=True)
 
 
-def _draw_spot(plotter: Any, scene: Scene) -> None:
+def _draw_spot(plotter: Any, scene: ResultScene) -> None:
     aspect = SIZE[0] * SPOT_SHARE / (SIZE[1] * (1 - ROD_SHARE))
     view, half = scene.view(closeness=2.5), MAGNIFIED * scene.extent
     near = float((scene.deformed @ view.towards).max()) + 1.0
-    frame = Frame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
+    frame = CameraFrame(view, view.across(scene.deformed[scene.node]), half, aspect, near)
     skin = scene.skin.part(frame.meets(scene.deformed[scene.skin.facets]))
     add_surface(plotter, _surface(scene, skin), scene.bands)
     elements = refined_line(scene.deformed, skin.sides[0]) + frame.nudge
@@ -209,13 +212,13 @@ def _draw_spot(plotter: Any, scene: Scene) -> None:
     frame.aim(plotter)
 
 
-def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
+def _draw_legend(plotter: Any, scene: ResultScene, notes: Sequence[str]) -> None:
     limits, colours = scene.bands.limits, scene.bands.colours
     edges = np.linspace(0.06, 0.94, len(limits))
     low, high = 0.76, 0.84
     corners = [[[a, low], [b, low], [b, high], [a, high]] for a, b in itertools.pairwise(edges)]
     aspect = SIZE[0] * (1 - SPOT_SHARE) / (SIZE[1] * (1 - ROD_SHARE))
-    frame = Frame(View.along(np.array([0.0, 0.0, 1.0])), np.array([aspect / 2, 0.5]), 0.5, aspect, 0.0)
+    frame = CameraFrame(View.along(np.array([0.0, 0.0, 1.0])), np.array([aspect / 2, 0.5]), 0.5, aspect, 0.0)
     points = frame.lifted(np.reshape(corners, (-1, 2)) * [aspect, 1.0])
     bar = pyvista.PolyData.from_regular_faces(points, np.arange(len(points)).reshape(-1, 4))
     bar.cell_data["colours"] = colours
@@ -224,23 +227,22 @@ def _draw_legend(plotter: Any, scene: Scene, notes: Sequence[str]) -> None:
     strokes.write(plotter, scene.field.label, (edges[0], high + 0.035), size=24)
     for edge, limit in zip(edges, limits, strict=True):
         strokes.write(plotter, f"{limit:g}", (edge, low - 0.065), size=19, centred=True)
-    x, y, z = (round(float(coordinate), 1) + 0.0 for coordinate in scene.at - scene.origin)
-    moved = f"displacement up to {scene.displaced:.3g} mm, drawn × {scene.exaggeration:g}"
+    moved = f"displacement up to {quantity(scene.displaced, '.3g', 'mm')}, drawn × {scene.exaggeration:g}"
     if scene.field.name.startswith(MODE):
         moved = "mode shape: its amplitude is arbitrary"
     lines = [
         scene.worst,
-        f"at x, y, z = {x}, {y}, {z} mm",
+        f"at x, y, z = {coordinates(scene.at - scene.origin)} {unit('mm')}",
         *([f"blue: {limits[-1]:g} and above"] if scene.field.capped else []),
         *([moved] if scene.displaced > 0 else []),
         *notes,
         *(["grey lines: the undeformed rod"] if scene.displaced > 0 else []),
     ]
     for k, line in enumerate(lines):
-        strokes.write(plotter, in_text(line), (edges[0], 0.57 - 0.085 * k), size=21)
+        strokes.write(plotter, line, (edges[0], 0.57 - 0.085 * k), size=21)
 
 
-def _surface(scene: Scene, skin: DrawnSurface) -> Any:
+def _surface(scene: ResultScene, skin: DrawnSurface) -> Any:
     return surface_of(skin, scene.deformed, np.minimum(scene.values, scene.top))
 
 
@@ -260,7 +262,7 @@ def add_surface(plotter: Any, surface: Any, bands: Bands) -> Any:
     return plotter.add_mesh(surface, scalars=SCALARS, cmap=bands.table(), **bare, **SHADING)
 
 
-def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats) -> None:
+def _add_mark(plotter: Any, scene: ResultScene, frame: CameraFrame, name: str, place: Floats) -> None:
     node = int(np.linalg.norm(scene.skin.points - place, axis=1).argmin())
     middle, radius = frame.view.across(scene.deformed[node]), 0.2 * MAGNIFIED * scene.extent
     _add_ring(plotter, frame, middle, radius)
@@ -268,7 +270,7 @@ def _add_mark(plotter: Any, scene: Scene, frame: Frame, name: str, place: Floats
     strokes.write(plotter, name, beside, size=22, ground=0.7)
 
 
-def _add_ring(plotter: Any, frame: Frame, middle: Floats, radius: float) -> None:
+def _add_ring(plotter: Any, frame: CameraFrame, middle: Floats, radius: float) -> None:
     angle = np.linspace(0, 2 * np.pi, 73)[:, None]
     ring = frame.lifted(middle + radius * np.hstack([np.cos(angle), np.sin(angle)]))[None]
     strokes.add_lines(plotter, ring, PAPER, 6)
@@ -286,7 +288,7 @@ def draw_mesh(skin: DrawnSurface, title: str) -> Image.Image:
     for row, towards in enumerate((USUAL, np.array([0.0, 0.0, 1.0]))):
         plotter.subplot(row, 0)
         aspect = SIZE[0] / (SIZE[1] * ROWS[row])
-        frame = Frame.around(skin.points, View.along(towards), aspect, width=0.9, height=0.74)
+        frame = CameraFrame.around(skin.points, View.along(towards), aspect, width=0.9, height=0.74)
         plotter.add_mesh(surface, color=STEEL, copy_mesh=False, **SHADING)
         strokes.add_lines(
             plotter, refined_line(skin.points, skin.sides[0]) + frame.nudge, INK, 0.8, opacity=0.3
@@ -311,7 +313,7 @@ def warm_up() -> None:
 def _draw_trial() -> None:
     points = np.vstack([np.zeros(3), np.eye(3)])
     skin = DrawnSurface.of(points, np.array([[0, 1, 2, 3]]))
-    draw(Scene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0), "")
+    draw(ResultScene(skin, field_of(VON_MISES), 0.01 * points, points.sum(axis=1), points[1], 1.0), "")
 
 
 def draw_all(pictures: Sequence[Picture]) -> None:
@@ -335,4 +337,4 @@ def _drawn(picture: Picture) -> Image.Image:
     if picture.mesh_only:
         points, tets, _ = read_result(picture.vtu)
         return draw_mesh(DrawnSurface.of(points, tets), picture.title)
-    return draw(Scene.read(picture), picture.title, picture.notes, picture.marks)
+    return draw(ResultScene.read(picture), picture.title, picture.notes, picture.marks)

@@ -1,16 +1,20 @@
-"""Pictures of results, drawn by a process that may fail without harm to them."""
+"""Pictures of results, drawn by another process: a broken OpenGL library may end that at once."""
 
-from collections.abc import Sequence
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
+from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from fea.analysis.figures import Summary
+from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 from fea.machine.remedies import system_remedy
-from fea.output.pictures.process import environments, run_drawing
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
-from fea.output.pictures.strokes import is_complete_png
 from fea.output.target import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
@@ -65,11 +69,90 @@ def draw_pictures(pictures: Sequence[Picture]) -> None:
         for picture in pictures:
             picture.png.unlink(missing_ok=True)
         job, timeout = "fea.output.pictures.drawing:draw_all", TIMEOUT * (1 + len(pictures))
-        said = run_drawing(job, pictures, environment=environment, timeout=timeout)
+        failure = run_drawing(job, pictures, environment=environment, timeout=timeout)
         missing = [picture.png.name for picture in pictures if not is_complete_png(picture.png)]
         if not missing:
             return
     names = ", ".join(missing)
     raise PictureError(
-        f"{names} could not be drawn: {said or _NOTHING}. Remedy: {system_remedy('pictures')}."
+        f"{names} could not be drawn: {failure or _NOTHING}. Remedy: {system_remedy('pictures')}."
     )
+
+
+def is_complete_png(path: Path) -> bool:
+    """Return whether `path` is a PNG with every chunk intact and more than one colour in it."""
+    from PIL import Image  # noqa: PLC0415 - only a picture needs it
+
+    try:
+        with Image.open(path, formats=["PNG"]) as image:
+            image.verify()  # of the chunks; after it an image cannot be read
+        with Image.open(path, formats=["PNG"]) as image:
+            bands = np.atleast_2d(image.getextrema())
+    except (OSError, SyntaxError, ValueError):  # Pillow's for a chunk that is damaged or missing
+        return False
+    return bool((bands[:, 0] < bands[:, 1]).any())
+
+
+_ready: ContextVar[IsolatedProcess | None] = ContextVar("_ready", default=None)
+
+
+def environments() -> list[dict[str, str]]:
+    """Return what to try in the environment of the drawing process; on Linux, first without a display."""
+    headless = {"VTK_DEFAULT_OPENGL_WINDOW": "vtkEGLRenderWindow"}
+    if not sys.platform.startswith("linux") or headless.keys() <= os.environ.keys():
+        return [{}]
+    has_display = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return [headless, {}] if has_display else [headless]
+
+
+@contextmanager
+def ready_to_draw(*, wanted: bool = True) -> Iterator[None]:
+    """Keep a process for all pictures of the block, which loads its libraries meanwhile."""
+    with ExitStack() as stack:
+        if wanted:
+            with suppress(OSError):  # to be reported where something is to be drawn
+                process = stack.enter_context(drawing_process(environments()[0]))
+                process.begin(_called, "fea.output.pictures.drawing:warm_up")
+                stack.callback(_ready.reset, _ready.set(process))
+        yield
+
+
+def drawing_process(environment: dict[str, str]) -> IsolatedProcess:
+    """Start a process whose environment is that of this one and the given one."""
+    alone = {"OPENBLAS_NUM_THREADS": "1"}  # waiting threads would slow the analysis down
+    return fresh(alone | environment, messages=True)
+
+
+def run_drawing(job: str, *arguments: object, environment: dict[str, str], timeout: float) -> str:
+    """Do a job in the process that is ready, or a new one; return why it failed, in one line, or "".
+
+    The job is a function, ``"module:name"``, whose module only that process imports.
+    """
+    ready = _ready.get()
+    if ready is not None and ready.alive and environment == environments()[0]:
+        return explained(ready, job, *arguments, timeout=timeout)
+    try:
+        with drawing_process(environment) as process:
+            return explained(process, job, *arguments, timeout=timeout)
+    except OSError as error:  # it could not be started
+        return str(error)
+
+
+def explained(process: IsolatedProcess, job: str, *arguments: object, timeout: float) -> str:
+    """Do a job in a process; return as `run_drawing`."""
+    try:
+        process.run(_called, job, *arguments, seconds=timeout)
+    except OvertimeError as error:
+        return str(error)
+    except CrashError as error:
+        exited = error.cause.startswith("exit")
+        message = process.last_message if exited else f"the drawing process ended ({error.cause})"
+        return message.rstrip(".") or str(error)
+    except Exception as error:  # noqa: BLE001 - whatever a library raises
+        return f"{type(error).__name__}: {error}".rstrip(".")
+    return ""
+
+
+def _called(job: str, *arguments: object) -> None:
+    module, _, name = job.partition(":")
+    getattr(import_module(module), name)(*arguments)

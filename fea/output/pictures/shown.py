@@ -10,9 +10,9 @@ import numpy as np
 
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
-from fea.output import units
 from fea.output.json_file import read_summary
 from fea.output.pictures.scale import Bands
+from fea.output.units import heading, quantity, scale, system, unit
 from fea.output.vtu import point_name
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -27,30 +27,32 @@ class Field:
     """A scalar at the nodes, by the name of its array, of whose vectors the length is shown."""
 
     name: str
-    #: label, unit: in the legend; after a value
-    label: str
-    unit: str = ""
+    words: str  #: in the legend
+    own_unit: str = ""  #: of the array
     #: low, signed: whether the smallest value is the worst, and whether negative values are meaningful
     low: bool = False
     signed: bool = False
-    scale: float = 1.0  #: from the unit of the array to that of the legend
 
-    def in_units(self) -> "Field":
-        """Return the field in the units that are shown."""
-        name = self.unit.strip()
-        unit = f" {units.unit(name)}" if name else ""
-        return replace(self, label=units.in_heading(self.label), unit=unit, scale=units.scale(name))
+    @property
+    def label(self) -> str:
+        """Its words with the unit that is shown."""
+        return heading(self.words, self.own_unit)
+
+    @property
+    def scale(self) -> float:
+        """The factor from the unit of the array to that which is shown."""
+        return scale(self.own_unit)
 
     @property
     def capped(self) -> bool:
-        """Whether the colour scale is capped: for a safety factor, which has no natural upper end."""
+        """Whether the colour scale is capped, as that of a safety factor, which has no natural upper end."""
         return self.low and not self.signed
 
-    def said(self, value: float) -> str:
-        """Return its worst value as text."""
+    def extreme(self, value: float) -> str:
+        """Return its worst value, in the unit that is shown, as text."""
         if self.name.startswith(MODE):
             return "largest displacement"
-        return f"{'min' if self.low else 'max'} {value:.4g}{self.unit}"
+        return f"{'min' if self.low else 'max'} {value:.4g} {unit(self.own_unit)}".rstrip()
 
     def values(self, data: Mapping[str, Floats]) -> Floats:
         """Return its values (n_nodes,) in the unit of its legend, from the arrays of a result."""
@@ -76,17 +78,17 @@ class Field:
 
 
 _FIELDS = (
-    Field(VON_MISES, "von Mises stress, MPa", " MPa"),
-    Field("principal_1", "largest principal stress, MPa", " MPa", signed=True),
-    Field("principal_3", "least principal stress, MPa", " MPa", low=True, signed=True),
-    Field("mean", "mean of signed von Mises stress, MPa", " MPa", signed=True),
-    Field("amplitude", "amplitude of signed von Mises stress, MPa", " MPa"),
+    Field(VON_MISES, "von Mises stress", "MPa"),
+    Field("principal_1", "largest principal stress", "MPa", signed=True),
+    Field("principal_3", "least principal stress", "MPa", low=True, signed=True),
+    Field("mean", "mean of signed von Mises stress", "MPa", signed=True),
+    Field("amplitude", "amplitude of signed von Mises stress", "MPa"),
     Field("safety_factor_node", "safety factor against yield", low=True),
     Field("fatigue_safety_factor", "safety factor against fatigue", low=True),
     Field("crossland_safety_factor", "safety factor by Crossland", low=True),
-    Field("endurance_limit", "endurance limit, MPa", " MPa", low=True),
-    Field("contact_pressure", "contact pressure, MPa", " MPa"),
-    Field("displacement", "displacement, mm", " mm"),
+    Field("endurance_limit", "endurance limit", "MPa", low=True),
+    Field("contact_pressure", "contact pressure", "MPa"),
+    Field("displacement", "displacement", "mm"),
 )
 
 
@@ -136,14 +138,14 @@ class Picture:
     #: peak, at: the worst value that counts and its place, mm; None for the largest in the file
     peak: float | None = None
     at: tuple[float, float, float] | None = None
-    #: where the rod of the worst value has its own origin, mm: its place is told from there
+    #: origin of the rod with the worst value, mm, from which its place is measured
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     notes: tuple[str, ...] = ()  #: more lines beside the legend
     mesh_only: bool = False  #: show the rod and its elements; there are no results
     field: str = VON_MISES  #: the array that the colours show
     error_percent: float | None = None  #: error bar of the peak
     marks: tuple[tuple[str, tuple[float, float, float]], ...] = ()  #: names and places, mm, of sharp edges
-    units: UnitSystem = field_of_dataclass(default_factory=units.system)  #: that are shown
+    units: UnitSystem = field_of_dataclass(default_factory=system)  #: that are shown
 
 
 def described(vtu: Path, png: Path, field: str = VON_MISES) -> Picture:
@@ -171,8 +173,8 @@ def _case(summary: Summary, vtu: Path, field: str | None) -> Picture:
         return picture
     edges, notes = result.sharp_edges or (), list(picture.notes)
     if edges:
-        stress = f"structural stress {edges[0].structural_von_mises_MPa:.4g} MPa"
-        notes.append(f"sharp edge {edges[0].name}: {stress}")
+        stress = quantity(edges[0].structural_von_mises_MPa, ".4g", "MPa")
+        notes.append(f"sharp edge {edges[0].name}: structural stress {stress}")
     return replace(
         picture,
         marks=tuple((edge.name, edge.at_mm) for edge in edges),

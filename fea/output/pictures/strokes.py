@@ -42,7 +42,7 @@ class View:
 def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: float) -> View:
     """Return the view that shows a place with this outward unit normal (3,) best.
 
-    `visible` tells whether the place is visible to an eye in a direction (3,); `closeness` is the weight of
+    `visible` returns whether an eye in a direction (3,) sees the place; `closeness` is the weight of
     looking straight at the place, relative to looking from the usual direction.
     """
     slant, around = np.radians(np.mgrid[-40:41:8, -180:180:10].reshape(2, -1))
@@ -57,7 +57,7 @@ def choose_view(normal: Floats, visible: Callable[[Floats], bool], closeness: fl
 
 
 @dataclass(frozen=True)
-class Frame:
+class CameraFrame:
     """A rectangle in space, seen from a direction; lengths in mm.
 
     `centre` (2,) is the middle in the view's coordinates, `aspect` width over height. Marks are drawn at the
@@ -77,7 +77,7 @@ class Frame:
         return step
 
     @classmethod
-    def around(cls, points: Floats, view: View, aspect: float, width: float, height: float) -> "Frame":
+    def around(cls, points: Floats, view: View, aspect: float, width: float, height: float) -> "CameraFrame":
         """Return a frame in which points (n, 3) fill at most these fractions of its width and height."""
         flat = view.across(points)
         low, high = flat.min(axis=0), flat.max(axis=0)
@@ -198,7 +198,9 @@ def require_rod(image: npt.NDArray[np.uint8]) -> None:
         raise RuntimeError("the picture is blank")
 
 
-def add_edges(plotter: Any, skin: DrawnSurface, points: Floats, frame: Frame, pen: tuple[str, float]) -> None:
+def add_edges(
+    plotter: Any, skin: DrawnSurface, points: Floats, frame: CameraFrame, pen: tuple[str, float]
+) -> None:
     """Draw the edges of the shape (not of the elements), with its nodes at `points`."""
     sides, sharp = skin.sides
     add_lines(plotter, refined_line(points, sides[sharp]) + frame.nudge, *pen)
@@ -230,15 +232,3 @@ def write(
         actor.prop.justification_horizontal = "center"
     actor.prop.background_color = PAPER
     actor.prop.background_opacity = ground
-
-
-def is_complete_png(path: Path) -> bool:
-    """Return whether `path` is a PNG with every chunk intact and more than one colour in it."""
-    try:
-        with Image.open(path, formats=["PNG"]) as image:
-            image.verify()  # of the chunks; after it an image cannot be read
-        with Image.open(path, formats=["PNG"]) as image:
-            bands = np.atleast_2d(image.getextrema())
-    except (OSError, SyntaxError, ValueError):  # Pillow's for a chunk that is damaged or missing
-        return False
-    return bool((bands[:, 0] < bands[:, 1]).any())

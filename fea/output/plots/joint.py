@@ -14,7 +14,7 @@ from fea.contact.assembly_state import AssemblyState, bolt_forces
 from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.output.plots.figure import label_axes, new_figure, save
-from fea.output.units import in_heading, in_text, scale, unit
+from fea.output.units import heading, quantity, scale, unit
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.instants import ASSEMBLY
@@ -64,7 +64,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
         points[:, 1], points[:, 0], facets, stress, shading="gouraud", cmap="viridis", vmin=0, vmax=limit
     )
     figure.colorbar(
-        drawn, ax=axes, shrink=0.6, label=in_heading("von Mises stress, MPa"), location="bottom", pad=0.01
+        drawn, ax=axes, shrink=0.6, label=heading("von Mises stress", "MPa"), location="bottom", pad=0.01
     )
     around = _AROUND * reach
     for side in (Surface.JOINT, Surface.JOINT_CAP):
@@ -74,7 +74,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
         axes.plot(at[..., 1].T, at[..., 0].T, color="k", lw=1.2)
     for bolt in () if state is None else state.bolts:
         axes.annotate(
-            in_text(f"{bolt.force / KN:.1f} kN"),
+            quantity(bolt.force / KN, ".1f", "kN"),
             (bolt.at[1], bolt.at[0]),
             (bolt.at[1], bolt.at[0] - 0.8 * around),
             ha="center",
@@ -83,7 +83,7 @@ def _draw_view(figure: Any, axes: Any, case: CaseResult, alone: CaseResult, name
         )
     axes.set(xlim=(-around, around), ylim=(-around, around), aspect="equal")
     label_axes(axes, "y, mm", "x, mm")
-    opened = in_text(f"; gap at most {1e3 * gap:.0f} µm") if gap > 0 else ""
+    opened = f"; gap at most {quantity(gap / UM, '.0f', 'µm')}" if gap > 0 else ""
     axes.set_title(f"{name}: moved since assembly, × {factor:g}{opened}", fontsize=10)
 
 
@@ -124,7 +124,7 @@ def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleRes
         axes.set_xticks(place, list(states))
         low, high, one = (value * scale("kN") for value in (forces.min() / KN, forces.max() / KN, 1.0))
         axes.set(ylim=(max(low - 0.5 * (high - low) - one, 0), high + one))
-    axes.set(ylabel=in_heading("bolt force, kN"))
+    axes.set(ylabel=heading("bolt force", "kN"))
     axes.legend(frameon=False, fontsize=8)
 
 
@@ -200,7 +200,7 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     found, cycle, degrees = film.figures, film.cycle, film.degrees
     figure = new_figure(12, 7.5)
     panels = figure.subplot_mosaic([["film", "orbit"], ["pressure", "map"]], width_ratios=[1.6, 1])
-    for name, heading, values, colour, at in (
+    for name, label, values, colour, at in (
         ("film", "smallest film, µm", cycle.thinnest / UM, _FILM, found.h_min_deg),
         ("pressure", "highest pressure, MPa", cycle.highest, _PRESSURE, found.p_max_deg),
     ):
@@ -209,7 +209,7 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
         axes.axvline(at, color="0.6", linestyle=":")
         axes.set(xlim=(0, 720), xticks=range(0, 721, _EVERY), ylim=(0, None))
         axes.grid(color="0.9")
-        label_axes(axes, "crank angle, ° (firing TDC at 360°)", heading)
+        label_axes(axes, "crank angle, ° (firing TDC at 360°)", label)
     roughness = film.lubrication.asperities and 1e3 * film.lubrication.asperities.roughness
     if roughness:
         panels["film"].axhline(roughness, color="0.4", linestyle="--", linewidth=1)

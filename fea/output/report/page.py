@@ -14,20 +14,19 @@ from markupsafe import Markup
 
 from fea.analysis.figures import Summary
 from fea.base.choices import UnitSystem
-from fea.judge.safety_factor import SafetyFactor, interval, printed
-from fea.output.html import environment, html_page, joined_script, page_file
+from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.html import embedded_json, environment, html_page, joined_script, page_file
 from fea.output.json_file import JsonObject
 from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
-from fea.output.report.coding import embedded_json
-from fea.output.report.scene import Scene, scene
-from fea.output.report.sections import Section, sections
-from fea.output.report.tables import head_table
+from fea.output.report.scene import DrawnRod, scene
+from fea.output.report.sections import ReportSection, sections
 from fea.output.stored_run import Run
+from fea.output.tables import head_table
 from fea.output.target import PictureError, picture_name
-from fea.output.terminal.run_lines import bar, factor, number, place
 from fea.output.text import write_text
-from fea.output.units import in_text, system, unit
+from fea.output.units import bar, coordinates, factor, quantity, system, unit
+from geometry.arrays import Vector
 from geometry.errors import require
 
 _VERDICTS = {
@@ -41,74 +40,69 @@ _VERDICTS = {
 }
 
 
-class Fact(NamedTuple):
-    """A figure of the answer: what it is, the figure, and what else is to be said of it."""
+class _Fact(NamedTuple):
+    """A figure of the answer: its name, the figure, and what else is to be said of it."""
 
     name: str
     value: str
     more: str
 
 
-class Answer(NamedTuple):
-    """The answer."""
+def _answer(summary: Summary) -> JsonObject:
+    """Return the answer of a run for the head of its report.
 
-    #: verdict, text: in a few words, and in a line with the factors
-    verdict: str
-    text: str
-    kind: str  #: ``survives``, ``fails``, ``undecided``, or ``untrusted`` where a check failed
-    doubts: tuple[str, ...]  #: the checks that failed
-    facts: tuple[Fact, ...]  #: the figures that matter most
-
-
-def answer(summary: Summary) -> Answer:
-    """Return the answer of a run."""
-    found = summary.survival
-    plain, required = _VERDICTS[found.answer]
-    verdict = plain if found.required_safety_factor == 1 else required.format(found.required_safety_factor)
+    Its kind is ``survives``, ``fails`` and so on, or ``untrusted`` where a check failed.
+    """
+    survival = summary.survival
+    required = survival.required_safety_factor
+    plain, of_required = _VERDICTS[survival.answer]
     failed = [name.replace("_", " ") for name, check in summary.checks.items() if not check.passed]
-    return Answer(
-        verdict=verdict,
-        text=f"{found.text[0].upper()}{found.text[1:]}.",
-        kind=found.answer if summary.trusted else "untrusted",
-        doubts=tuple(failed),
-        facts=tuple(_facts(summary)),
-    )
+    return {
+        "verdict": plain if required == 1 else of_required.format(required),
+        "text": f"{survival.text[0].upper()}{survival.text[1:]}.",
+        "kind": survival.answer if summary.trusted else "untrusted",
+        "doubts": failed,
+        "facts": list(_facts(summary)),
+    }
 
 
-def _facts(summary: Summary) -> Iterator[Fact]:
-    name = summary.worst_case
-    worst = summary.results[name]
-    angle = summary.loads[name].crank_deg
-    at = f"at x, y, z = {place(worst.at_mm)} mm".replace("-", "−")
-    where = at if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {at}"
+def _facts(summary: Summary) -> Iterator[_Fact]:
+    """Yield the figures that matter most."""
+    name, envelope, buckling = summary.worst_case, summary.envelope, summary.buckling
+    worst, angle = summary.results[name], summary.loads[name].crank_deg
+    where = _where(worst.at_mm)
+    where = where if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {where}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
-    yield Fact("Safety factor against yielding", _alone(worst.min_safety_factor), when)
-    yield Fact("Largest von Mises stress", f"{number(worst.max_von_mises_MPa, '.0f')} MPa", where)
-    envelope = summary.envelope
+    yield _Fact("Safety factor against yielding", _with_interval(worst.min_safety_factor), when)
+    yield _Fact("Largest von Mises stress", quantity(worst.max_von_mises_MPa, ".0f", "MPa"), where)
     if envelope is not None and envelope.fatigue is not None:
-        at = f"at x, y, z = {place(envelope.fatigue.at_mm)} mm".replace("-", "−")
-        criterion = envelope.fatigue_criterion.capitalize()
-        known = _alone(envelope.min_fatigue_safety_factor)
-        yield Fact("Safety factor against fatigue", known, f"{criterion}; {at}")
+        judged = f"{envelope.fatigue_criterion.capitalize()}; {_where(envelope.fatigue.at_mm)}"
+        least = _with_interval(envelope.min_fatigue_safety_factor)
+        yield _Fact("Safety factor against fatigue", least, judged)
     if (most := summary.survival.fatigue_at_most) is not None:
-        said = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
-        yield Fact("Safety factor against fatigue, at most", factor(most), said)
-    if summary.buckling.min_safety_factor is not None:
-        under = summary.buckling.column.case
-        said = f"as a column, under {under}" if under else "as a column"
-        yield Fact("Safety factor against buckling", factor(summary.buckling.min_safety_factor), said)
+        between = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
+        yield _Fact("Safety factor against fatigue, at most", factor(most), between)
+    if buckling.min_safety_factor is not None:
+        under = f", under {buckling.column.case}" if buckling.column.case else ""
+        yield _Fact(
+            "Safety factor against buckling", factor(buckling.min_safety_factor), f"as a column{under}"
+        )
     for end, film in (summary.film or {}).items():
-        thinnest = f"{film.h_min_um:.2f} µm ± {bar(film.h_min_error_percent)} %"
-        pressure = f"{film.p_max_MPa:.0f} MPa ± {bar(film.p_max_error_percent)} %"
-        said = in_text(f"smallest gap {thinnest} at {film.h_min_deg:.0f}°; highest pressure {pressure}")
-        yield Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, said)
+        gap = f"{quantity(film.h_min_um, '.2f', 'µm')} ± {bar(film.h_min_error_percent)} %"
+        pressure = f"{quantity(film.p_max_MPa, '.0f', 'MPa')} ± {bar(film.p_max_error_percent)} %"
+        extremes = f"smallest gap {gap} at {film.h_min_deg:.0f}°; highest pressure {pressure}"
+        yield _Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, extremes)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
-    yield Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
+    yield _Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
 
 
-def _alone(known: SafetyFactor | None) -> str:
-    return printed(known) if known is None else f"{printed(known)} {interval(known)}".strip()
+def _where(at: Vector) -> str:
+    return f"at x, y, z = {coordinates(at)} {unit('mm')}".replace("-", "−")
+
+
+def _with_interval(least: SafetyFactor | None) -> str:
+    return factor(least) if least is None else f"{factor(least)} {interval(least)}".strip()
 
 
 # In this order, as one script: each uses what stands before it.
@@ -118,17 +112,17 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
-def page(run: Run, drawn: Scene | None, picture: bytes | None) -> str:
+def page(run: Run, drawn: DrawnRod | None, picture: bytes | None) -> str:
     """Return the report of a run, with its rod in three dimensions if there is one."""
     parts = list(sections(run))
-    of_rod, script = viewer(run, drawn, parts=parts)
+    viewed, script = viewer(run, drawn, parts=parts)
     style = page_file("report", "report.css")
     head = _head(run, picture)
-    return html_page("report", "report.html.jinja", style, script, **head, sections=parts, **of_rod)
+    return html_page("report", "report.html.jinja", style, script, **head, sections=parts, **viewed)
 
 
 def viewer(
-    run: Run, drawn: Scene | None, more: Sequence[str] = (), parts: Sequence[Section] = ()
+    run: Run, drawn: DrawnRod | None, more: Sequence[str] = (), parts: Sequence[ReportSection] = ()
 ) -> tuple[JsonObject, str]:
     """Return what the templates of the rod in three dimensions need, and its script with `more` files."""
     values = {
@@ -151,7 +145,7 @@ def head(run: Run, picture: bytes | None = None) -> str:
 def _head(run: Run, picture: bytes | None) -> JsonObject:
     return {
         "title": run.summary.title,
-        "answer": answer(run.summary),
+        "answer": _answer(run.summary),
         "cases": head_table(run.summary),
         "picture": None if picture is None else base64.b64encode(picture).decode(),
         "worst": run.summary.worst_case,
@@ -162,17 +156,15 @@ def _head(run: Run, picture: bytes | None) -> JsonObject:
 _NOT_KEPT = "the cycle was analysed without what it needs (analyse(…, report=True) keeps that)"
 
 
-def _with_charts(drawn: Scene, parts: Sequence[Section]) -> JsonObject:
+def _with_charts(drawn: DrawnRod, parts: Sequence[ReportSection]) -> JsonObject:
     turns = any(result["kind"] == "cycle" for result in drawn.header["results"]) or drawn.header["films"]
     charts = [chart.moving() for part in parts for chart in part.content.get("charts", ())] if turns else []
     return {**drawn.header, "charts": charts}
 
 
 def _scales(usual: float) -> list[tuple[float, str]]:
-    found = {0.0: "none", 1.0: "true size", usual / 2: "", usual: "", 2 * usual: ""}
-    return [
-        (scale, words or f"× {scale:g}") for scale, words in found.items() if scale in {0, 1} or scale > 1
-    ]
+    named = {0.0: "none", 1.0: "true size", usual / 2: "", usual: "", 2 * usual: ""}
+    return [(scale, words or f"× {scale:g}") for scale, words in named.items() if scale == 0 or scale >= 1]
 
 
 _MARK = '<meta name="generator" content="conrod-fea">'

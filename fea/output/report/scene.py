@@ -16,18 +16,17 @@ from fea.judge.verdict import CAP
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import exaggeration
 from fea.output.pictures.shown import VON_MISES, Field, available, field_of
-from fea.output.report.coding import LEVELS, Packer, corner_steps
-from fea.output.report.surface import NumberedSurface
+from fea.output.report.surface import LEVELS, NumberedSurface, Packer, corner_steps
 from fea.output.stored_run import Run
-from fea.output.terminal.run_lines import factor, number, place
-from fea.output.units import in_text, scale, unit
+from fea.output.tables import lettered
+from fea.output.units import coordinates, factor, number, quantity, scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints
 from loads.bearing import Arc, BorePressure
 from mesh.tetmesh import TetMesh
 
-_MIDDLE = Field("principal_2", "middle principal stress, MPa", " MPa", signed=True)
-_OF_FILM = Field("film_pressure", "pressure of the oil film, MPa", " MPa")
+_MIDDLE = Field("principal_2", "middle principal stress", "MPa", signed=True)
+_OF_FILM = Field("film_pressure", "pressure of the oil film", "MPa")
 # In the order in which a load case offers them.
 CASE_FIELDS = (
     VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor_node",
@@ -63,17 +62,16 @@ def instant_fields(peak: float, extremes: Mapping[str, Array], displaced: float)
 
 def _described(name: str, data: Mapping[str, Array], known: Mapping[str, float]) -> JsonObject:
     own = {field.name: field for field in (_MIDDLE, _OF_FILM)}
-    field = (own.get(name) or field_of(name)).in_units()
+    field = own.get(name) or field_of(name)
     values = np.asarray(field.values(data), float)
     finite = values[np.isfinite(values)]
     largest = float(finite.min() if field.low else finite.max()) if finite.size else 0.0
     worst = field.scale * known[name] if name in known else largest
     bands = field.bands(finite, worst)
-    label, _, unit = field.label.partition(", ")
     return {
         "name": name,
-        "label": label,
-        "unit": unit,
+        "label": field.words,
+        "unit": unit(field.own_unit),
         "low": field.low and not field.signed,
         "factor": field.scale,
         "limits": [float(f"{limit / field.scale:.6g}") for limit in bands.limits],
@@ -88,28 +86,28 @@ def hot_spots(run: Run) -> Iterator[JsonObject]:
     for name, case in run.summary.results.items():
         if name not in run.fields:
             continue
-        text = f"{number(case.max_von_mises_MPa, '.0f')} MPa, safety factor {factor(case.min_safety_factor)}"
+        stress = quantity(case.max_von_mises_MPa, ".0f", "MPa")
+        text = f"{stress}, safety factor {factor(case.min_safety_factor)}"
         yield _spot(name.capitalize(), text, case.at_mm, name, "von_mises")
         for edge in case.sharp_edges or ():
-            stress = f"structural stress {number(edge.structural_von_mises_MPa, '.0f')} MPa"
+            stress = f"structural stress {quantity(edge.structural_von_mises_MPa, '.0f', 'MPa')}"
             title = f"{name.capitalize()}, sharp edge {edge.name}"
             yield _spot(title, stress, edge.at_mm, name, "von_mises")
     cycle = run.summary.cycle
     if cycle is None or run.envelope is None:
         return
     result = "envelope" if run.motion is None else "cycle"
-    for k, spot in enumerate(cycle.spots):
-        text = f"up to {spot.max_von_mises_MPa:.0f} MPa at {number(spot.crank_deg, '.0f')}°"
-        found = _spot(f"Cycle, place {chr(ord('A') + k)}", text, spot.at_mm, result, "von_mises")
-        yield found | {"angle": spot.crank_deg}
+    for title, spot in zip(lettered(len(cycle.spots)), cycle.spots, strict=True):
+        text = f"up to {quantity(spot.max_von_mises_MPa, '.0f', 'MPa')} at {number(spot.crank_deg, '.0f')}°"
+        yield _spot(f"Cycle, {title}", text, spot.at_mm, result, "von_mises") | {"angle": spot.crank_deg}
     if cycle.fatigue is not None:
         text = f"fatigue factor {factor(cycle.fatigue.fatigue_safety_factor)}"
         yield _spot("Weakest in fatigue", text, cycle.fatigue.at_mm, "envelope", "fatigue_safety_factor")
 
 
 def _spot(title: str, text: str, at: tuple[float, float, float], result: str, field: str) -> JsonObject:
-    said = {"title": title, "text": in_text(text), "place": in_text(f"x, y, z = {place(at)} mm")}
-    return said | {"at": list(at), "result": result, "field": field}
+    where = f"x, y, z = {coordinates(at)} {unit('mm')}"
+    return {"title": title, "text": text, "place": where, "at": list(at), "result": result, "field": field}
 
 
 def pressure_kind(name: str) -> JsonObject:
@@ -166,15 +164,15 @@ _LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
 
 
 @dataclass(frozen=True)
-class Scene:
-    """What a page needs to draw the rod."""
+class DrawnRod:
+    """The data with which a page draws the rod."""
 
     header: Mapping[str, Any]  #: for JSON: results, legends, loads, and how the numbers are packed
-    numbers: str  #: in base64 (`fea.output.report.coding`)
+    numbers: str  #: in base64 (`fea.output.report.surface`)
     complete: bool  #: whether it holds the nodes between the elements' corners, too
 
 
-def scene(run: Run) -> Scene | None:
+def scene(run: Run) -> DrawnRod | None:
     """Return the rod of a run with its load cases, and its cycle; None where the run has no fields.
 
     Nodes between the corners of elements are left out where the page would become too large with them.
@@ -189,7 +187,7 @@ def scene(run: Run) -> Scene | None:
     return _scene(run, mesh, NumberedSurface.of(mesh, most=0))
 
 
-def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
+def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> DrawnRod:
     packer = Packer()
     packer.integers("corners", corner_steps(surface.facets))
     packer.values("positions", mesh.points[surface.nodes], surface.parents)
@@ -215,7 +213,7 @@ def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> Scene:
         "first": _first(run, [result["id"] for result in results]),
         "arrays": packer.entries,
     }
-    return Scene(header, packer.text(), surface.order == mesh.order)
+    return DrawnRod(header, packer.text(), surface.order == mesh.order)
 
 
 def _first(run: Run, drawn: Sequence[str]) -> JsonObject:

@@ -2,120 +2,24 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
-from fea.output import units
+from fea.output import tables
 from fea.output.json_file import JsonObject
-from fea.output.pictures.scale import round_up
-from fea.output.report import tables as tabular
+from fea.output.plots.chart import Chart, chart
 from fea.output.report.assumptions import assumptions, limits
-from fea.output.report.tables import Table, figure, named, shown
+from fea.output.statements import full_statements
 from fea.output.stored_run import Run
-from fea.output.terminal.answer import assembly_lines, basis, buckling, life, linings
-from fea.output.terminal.run_lines import factor, film_lines, sharp_edge_lines
-from fea.output.units import scale, unit
-from fea.study.material_table import LIBRARY
+from fea.output.tables import AnswerTable
+from fea.output.units import factor, figure, in_unit, named, unit
+from fea.study.materials import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.arrays import Floats
 from geometry.presets import ORIGINS, PRESETS
-
-# Of the drawing, which is scaled to the width of the page.
-WIDTH, HEIGHT = 600, 230
-LEFT, RIGHT, TOP, BOTTOM = 58, 590, 26, 198
-LAST = 720
-_STEPS = 5
-_EVERY = 2  # degrees from one corner of a line to the next
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A chart for the template."""
-
-    #: id, title, unit: its name on the page, what is drawn, and in which unit
-    id: str
-    title: str
-    unit: str
-    description: str  #: in words, for who does not see it
-    names: tuple[str, ...]  #: of the lines; empty where there is one that needs no name
-    lines: tuple[str, ...]  #: the points of each line as SVG has them
-    ticks: tuple[tuple[float, str], ...]  #: height and label of the horizontal lines
-    marks: tuple[tuple[float, int, str], ...]  #: place, row and name of the load cases
-    series: tuple[tuple[float, ...], ...]  #: (n_lines, 721) values at every degree, for the slider
-
-    def moving(self) -> JsonObject:
-        """What the page needs to show the crank angle of the slider."""
-        series = [list(values) for values in self.series]
-        return {"id": self.id, "left": LEFT, "width": RIGHT - LEFT, "unit": self.unit, "series": series}
-
-
-# What rounding leaves of a force that is zero, kN or N·m: no engine has forces of a micronewton.
-_ROUNDING = 1e-9
-
-
-def chart(
-    heading: tuple[str, str, str], degrees: Floats, curves: Mapping[str, Floats], marks: Mapping[str, float]
-) -> Chart:
-    """Draw curves (n,), by name and in the unit of the heading, over crank angles (n,) in degrees.
-
-    The heading is the id of the chart on the page, its title and that unit. The marks are the angles of the
-    load cases, by their names. A single curve needs no name (``""``).
-    """
-    ident, title, given = heading
-    curves = {
-        name: scale(given) * np.where(np.abs(curve) < _ROUNDING, 0.0, curve) for name, curve in curves.items()
-    }
-    values = np.stack(list(curves.values()))
-    low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
-    step = round_up((high - low or 1.0) / _STEPS)
-    first, last = int(np.floor(low / step + 1e-9)), int(np.ceil(high / step - 1e-9))
-    last = max(last, first + 1)
-    bottom, top = step * first, step * last
-
-    def x(angle: float) -> float:
-        return round(LEFT + (RIGHT - LEFT) * angle / LAST, 1)
-
-    def y(value: float) -> float:
-        return round(BOTTOM - (BOTTOM - TOP) * (value - bottom) / (top - bottom), 1)
-
-    some = slice(None, None, _EVERY)
-    return Chart(
-        id=ident,
-        title=title,
-        unit=unit(given),
-        description=_described(degrees, curves, unit(given)),
-        names=tuple(key for key in curves if key),
-        lines=tuple(
-            " ".join(f"{x(a):g},{y(v):g}" for a, v in zip(degrees[some], row[some], strict=True))
-            for row in values
-        ),
-        ticks=tuple((y(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, last + 1)),
-        marks=_marks({case: x(angle) for case, angle in marks.items()}),
-        series=tuple(tuple(float(f"{value:.4g}") for value in row) for row in values),
-    )
-
-
-def _described(degrees: Floats, curves: Mapping[str, Floats], unit: str) -> str:
-    said = []
-    for name, curve in curves.items():
-        ends = [(float(curve[k]), float(degrees[k])) for k in (int(np.argmin(curve)), int(np.argmax(curve)))]
-        low, high = (f"{value:.4g} {unit} at {angle:.0f}°" for value, angle in ends)
-        said.append(f"{f'{name}: ' if name else ''}from {low} to {high}".replace("-", "−"))
-    return "; ".join(said)
-
-
-def _marks(places: Mapping[str, float]) -> tuple[tuple[float, int, str], ...]:
-    ends: list[float] = []
-    found = []
-    for name, place in sorted(places.items(), key=lambda item: item[1]):
-        half = 3.1 * len(name)
-        row = next((k for k, end in enumerate(ends) if place - half > end), len(ends))
-        ends[row : row + 1] = [place + half + 4]
-        found.append((place, row, name))
-    return tuple(found)
 
 
 def force_charts(forces: Mapping[str, Any], marks: Mapping[str, float]) -> list[Chart]:
@@ -141,69 +45,50 @@ _TITLES = {
 _GIVEN, _DEFAULT = "the study", "the program's default"
 
 
-class Input(NamedTuple):
-    """An input: its name, its value as text, its unit, and where it comes from."""
-
-    name: str
-    value: str
-    unit: str
-    origin: str
-
-
-class InputTable(NamedTuple):
-    """Inputs of one kind, and what holds for all of them."""
-
-    title: str
-    remark: str
-    rows: tuple[Input, ...]
-
-    @property
-    def origin(self) -> str:
-        """Where all of them come from; empty where they differ."""
-        origins = {row.origin for row in self.rows}
-        return origins.pop() if len(origins) == 1 else ""
-
-
-def input_tables(study: Study) -> list[InputTable]:
-    """Return all inputs of a study but those that say where results are written."""
-    found = []
+def input_tables(study: Study) -> Iterator[AnswerTable]:
+    """Yield all inputs of a study, but those that say where results are written, and where they come from."""
     for name, values in study.as_dict().items():
-        if name == "output":
-            continue
-        plain = {key: value for key, value in values.items() if not isinstance(value, Mapping)}
-        found.append(_table(study, name, _TITLES.get(name, name.replace("_", " ").capitalize()), plain))
-        for part, entry in values.items():
-            if isinstance(entry, Mapping):
-                found.append(_table(study, "material", f"Material of {part.replace('_', ' ')}", entry))
-    return [table for table in found if table.rows]
+        nested = {key: value for key, value in values.items() if isinstance(value, Mapping)}
+        plain = {key: value for key, value in values.items() if key not in nested}
+        title = _TITLES.get(name, name.replace("_", " ").capitalize())
+        if name != "output":
+            yield from _input_table(study, name, title, plain)
+        for part, own in nested.items():
+            yield from _input_table(study, "material", f"Material of {part.replace('_', ' ')}", own)
 
 
-def _table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> InputTable:
-    return InputTable(title, _remark(study, table, values), tuple(_rows(study, table, values)))
-
-
-def _rows(study: Study, table: str, values: Mapping[str, Any]) -> Iterator[Input]:
+def _input_table(study: Study, table: str, title: str, values: Mapping[str, Any]) -> Iterator[AnswerTable]:
+    head: tuple[str, ...] = ("input", "value", "unit", "source")
+    rows: list[tuple[str, ...]] = []
     usual: JsonObject = {}
     if table in TABLES and table not in {"rod", "material", "engine", "speed"}:
         usual = {field.name: field.default for field in fields(TABLES[table])}
     for key, value in values.items():
-        name, unit = named(key)
+        words, own = named(key)
         origin = _engine_origin(study, key, value) if table == "engine" else ""
         if not origin:
             origin = _DEFAULT if key in usual and usual[key] == value else _GIVEN
-        yield Input(name, shown(_in_unit(value, unit)), units.unit(unit), origin)
+        rows.append((words, _shown(value, own), unit(own), origin))
+    remark = _remark(study, table, values)
+    if len(origins := {row[-1] for row in rows}) == 1:
+        remark, head, rows = f"{remark} From {origins.pop()}.".strip(), head[:-1], [row[:-1] for row in rows]
+    if rows:
+        yield AnswerTable(title, head, tuple(rows), words=(0, 2, 3), remark=remark)
 
 
-def _in_unit(value: object, name: str) -> object:
+def _shown(value: object, name: str) -> str:
+    """Return a value of a study as text, in the unit that is shown in place of its own."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return figure(value if unit(name) == name else float(f"{in_unit(value, name):.6g}"), 10)
     if isinstance(value, list | tuple):
-        return [_in_unit(each, name) for each in value]
-    if units.unit(name) == name or isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    return float(f"{units.in_unit(value, name):.6g}")
+        return ", ".join(_shown(item, name) for item in value)
+    return str(value)
 
 
 def _engine_origin(study: Study, key: str, value: object) -> str:
-    """The source of a figure of an engine of the library; empty where the study gives it itself."""
+    """Return the source of a figure of an engine of the library; empty where the study gives it itself."""
     preset = None if study.engine is None else study.engine.library()
     known = None if preset is None else preset.engine.get(key)
     if preset is None or known is None or known.value != value:
@@ -239,7 +124,7 @@ _PROCESSORS = ("x86_64", "AMD64", "aarch64", "arm64")
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A section: its id and title, its template, what that needs, and a shorter title for the contents."""
 
     id: str
@@ -249,65 +134,68 @@ class Section:
     short: str = ""
 
 
-def sections(run: Run) -> Iterator[Section]:
+def sections(run: Run) -> Iterator[ReportSection]:
     """Yield the sections that a run has, in the order of the page."""
     summary = run.summary
     assumed = {"statements": assumptions(run), "notes": summary.notes}
-    yield Section("assumptions", "Assumptions", "statements.html.jinja", assumed)
+    yield ReportSection("assumptions", "Assumptions", "statements.html.jinja", assumed)
     left_out = {"limits": list(limits(run)), "omissions": summary.left_out}
-    yield Section("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
-    yield Section("inputs", "Inputs", "inputs.html.jinja", {"tables": input_tables(run.study)})
-    yield _loads(run)
-    peaks = [tabular.case_table(summary), tabular.contact_table(summary)]
-    yield _tables(
-        "results", "Results", peaks, [*basis(summary), *sharp_edge_lines(summary), *linings(summary)]
-    )
-    if (parts := summary.assembly) is not None:
-        yield _tables(
-            "assembly", "Bolts, joint and fits", tabular.assembly_tables(parts), [*assembly_lines(parts)]
-        )
-    if summary.cycle is not None:
-        yield _cycle(summary, summary.cycle)
+    yield ReportSection("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
+    yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": list(input_tables(run.study))})
+    charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
+    angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
+    yield from _answer(summary, "loads", "Loads", [tables.load_table(summary)], text=angles, charts=charts)
+    yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
+    yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
+    if (cycle := summary.cycle) is not None:
+        at = "" if cycle.crank_deg is None else f" at {figure(cycle.crank_deg, 3)}°"
+        least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
+        histories, text = [_history_chart(summary, cycle)], [least, _SIGN]
+        fatigue = tables.fatigue_tables(summary)
+        yield from _answer(summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories)
     if run.film is not None and summary.film:
-        yield _film(summary, run.film)
-    if tables := tabular.buckling_tables(summary):
-        yield _tables("buckling", "Buckling", tables, buckling(summary.buckling))
+        charts = list(_film_charts(summary, run.film))
+        films = _answer(
+            summary, "film", "Oil films of the bearings", tables.film_tables(summary), charts=charts
+        )
+        yield from (replace(section, template="film.html.jinja") for section in films)
+    yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
-    yield _tables("convergence", "Convergence", tabular.convergence_tables(summary), [_BARS, *fixed])
-    yield _tables("checks", "Checks", [tabular.check_table(summary)])
+    bars = tables.convergence_tables(summary)
+    yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed])
+    yield from _answer(summary, "checks", "Checks", tables.check_tables(summary))
     yield _repeat(run)
 
 
-def _loads(run: Run) -> Section:
-    charts = [] if run.forces is None else force_charts(run.forces, marks(run.summary))
-    text = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    return _tables("loads", "Loads", [tabular.load_table(run.summary)], text, charts)
+def _answer(
+    summary: Summary,
+    name: str,
+    title: str,
+    found: Iterable[AnswerTable],
+    *,
+    text: Sequence[str] = (),
+    charts: Sequence[Chart] = (),
+) -> Iterator[ReportSection]:
+    """Yield a section with the statements on its topic, after some text of its own, if it has tables."""
+    content = {"tables": list(found), "text": [*text, *full_statements(summary, name)], "charts": charts}
+    if content["tables"]:
+        yield ReportSection(name, title, "tables.html.jinja", content)
 
 
-def _cycle(summary: Summary, found: EnvelopeFigures) -> Section:
-    degrees = np.linspace(0.0, 720.0, found.instants)
-    named = [(f"place {chr(ord('A') + k)}", spot) for k, spot in enumerate(found.spots)]
-    histories = {name: np.array(spot.history_MPa, float) for name, spot in named}
+def _history_chart(summary: Summary, cycle: EnvelopeFigures) -> Chart:
+    histories = [np.array(spot.history_MPa, float) for spot in cycle.spots]
+    curves = dict(zip(tables.lettered(len(histories)), histories, strict=True))
     heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
-    drawn = chart(heading, degrees, histories, marks(summary))
-    at = "" if found.crank_deg is None else f" at {figure(found.crank_deg, 3)}°"
-    least = f"The least factor against yielding over the cycle is {factor(found.min_safety_factor)}{at}."
-    text = [least, _SIGN, *life(summary.life)]
-    tables = [tabular.cycle_table(found), tabular.endurance_table(summary), tabular.life_table(summary.life)]
-    return _tables("fatigue", "Cycle and fatigue", tables, text, [drawn])
+    return chart(heading, np.linspace(0.0, 720.0, cycle.instants), curves, marks(summary))
 
 
-def _film(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Section:
+def _film_charts(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Iterator[Chart]:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
-    degrees, ends, drawn = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}, []
+    degrees, ends = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}
     for name, title, given in _FILM_CHARTS:
         courses = {end: columns[first + name] for end, first in ends.items() if first + name in columns}
         curves = {end: np.interp(degrees, columns["crank_deg"], own) for end, own in courses.items()}
-        drawn.append(chart((f"chart-{name}", title, given), degrees, curves, marks(summary)))
-    tables = [tabular.film_table(*each) for each in (summary.film or {}).items()]
-    found = _tables("film", "Oil films of the bearings", tables, charts=drawn)
-    content = {**found.content, "lines": film_lines(summary)}
-    return replace(found, template="film.html.jinja", content=content)
+        yield chart((f"chart-{name}", title, given), degrees, curves, marks(summary))
 
 
 _FILM_CHARTS = (
@@ -318,7 +206,7 @@ _FILM_CHARTS = (
 )
 
 
-def _repeat(run: Run) -> Section:
+def _repeat(run: Run) -> ReportSection:
     summary = run.summary
     platform = summary.environment.platform
     processor = next((name for name in _PROCESSORS if name.lower() in platform.lower()), "")
@@ -330,7 +218,9 @@ def _repeat(run: Run) -> Section:
         "total_s": summary.total_s,
         "memory": summary.peak_memory_MiB,
     }
-    return Section("repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat")
+    return ReportSection(
+        "repeat", "Versions, and how to repeat this run", "repeat.html.jinja", content, "Repeat"
+    )
 
 
 def marks(summary: Summary) -> dict[str, float]:
@@ -347,14 +237,3 @@ def study_text(run: Run) -> str:
     for path in named:
         text = text.replace(path, path.replace("\\", "/").rpartition("/")[2])
     return text
-
-
-def _tables(
-    name: str,
-    title: str,
-    tables: Iterable[Table | None],
-    text: Sequence[str] = (),
-    charts: Sequence[Chart] = (),
-) -> Section:
-    content = {"tables": list(filter(None, tables)), "text": text, "charts": charts}
-    return Section(name, title, "tables.html.jinja", content)

@@ -1,14 +1,18 @@
-"""Lines that fit a terminal, and no more of them than a reader takes in."""
+"""Lines and tables that fit a terminal, and no more lines than are read."""
 
 import re
-from collections.abc import Iterable, Sequence, Sized
+from collections.abc import Collection, Iterable, Sequence, Sized
+from dataclasses import replace
 from itertools import groupby
 from textwrap import wrap
+from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
+from rich.table import Table as RichTable
 
 from fea.base.note import HEADING, UNITS, Note, NoteKind
-from fea.output.units import Verbatim, in_text
+from fea.output.units import Verbatim, in_heading, in_text
 
 MOST_LINES = 10  # after the table of a run
 _MOST_UNUSUAL = 2
@@ -30,6 +34,27 @@ def terminal() -> Console:
     """Return standard output, `WIDTH` columns wide where it is not a terminal."""
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+
+
+def plain_table(
+    columns: Iterable[str],
+    rows: Iterable[Iterable[str]],
+    *,
+    left: Collection[str] = (),
+    no_wrap: bool = False,
+    gap: int = 1,
+    **options: Any,
+) -> RichTable:
+    """Return a table without vertical rules, figures to the right but for the columns on the left.
+
+    The cells are in the units that are shown; those at the ends of the headings are converted.
+    """
+    table = RichTable(box=SIMPLE_HEAD, padding=(0, gap, 0, 0), pad_edge=False, **options)
+    for title in columns:
+        table.add_column(in_heading(title), justify="left" if title in left else "right", no_wrap=no_wrap)
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 def wrapped(text: str, width: int) -> list[str]:
@@ -76,19 +101,19 @@ def unusual(notes: Iterable[Note]) -> list[str]:
 
 
 def _units(notes: Iterable[Note]) -> list[str]:
-    said = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
-    left = len(said) - _MOST_UNUSUAL
+    texts = list(dict.fromkeys(note.text for note in notes if note.topic == UNITS))
+    left = len(texts) - _MOST_UNUSUAL
     more = f" Unusual, too: {left} more value{'s' * (left > 1)} (--verbose)." if left > 0 else ""
-    return [Verbatim(f"Check the units: {'; '.join(said[:_MOST_UNUSUAL])}.{more}")] if said else []
+    return [Verbatim(f"Check the units: {'; '.join(texts[:_MOST_UNUSUAL])}.{more}")] if texts else []
 
 
 def counted(notes: Sequence[Note], left_out: Sequence[Note]) -> str:
-    """Say how much there is to read beside the figures, and where."""
+    """Return how much there is to read beside the figures, and where."""
     assumed = sum(note.kind is NoteKind.ASSUMPTION for note in notes)
     counts = {"assumption": assumed, "note": len(notes) - assumed, "omission": len(left_out)}
-    said = [f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items() if count]
+    parts = [f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items() if count]
     where = "--verbose, `fea report`, summary.json"
-    return f"{', '.join(said)}: {where}." if said else f"More: {where}."
+    return f"{', '.join(parts)}: {where}." if parts else f"More: {where}."
 
 
 def in_full(notes: Iterable[Note]) -> list[str]:
@@ -98,3 +123,28 @@ def in_full(notes: Iterable[Note]) -> list[str]:
         for kind, own in groupby(notes, key=lambda note: note.kind)
         for line in (f"{_HEADINGS[kind]}:", *(f"- {note}" for note in own))
     ]
+
+
+_AT_SPEED = " at\0rpm"  # stands for the speed in a note
+_FEW = 4  # with more speeds, their number and range are printed
+
+
+def gathered(notes: Iterable[tuple[float, Iterable[Note]]]) -> list[Note]:
+    """Return the notes of several speeds, rpm; those that differ only in the speed are merged."""
+    speeds: dict[Note, list[str]] = {}
+    for rpm, own in notes:
+        for note in own:
+            general = replace(note, text=note.text.replace(f" at {rpm:g} rpm", _AT_SPEED))
+            speeds.setdefault(general, []).append(f"{rpm:g}")
+    return [
+        replace(note, text=note.text.replace(_AT_SPEED, f" at {some_speeds(rpm)}"))
+        for note, rpm in speeds.items()
+    ]
+
+
+def some_speeds(rpm: Sequence[str]) -> str:
+    """Return a few speeds, or how many there are and their range."""
+    if len(rpm) <= _FEW:
+        return f"{', '.join(rpm)} rpm"
+    rising = sorted(rpm, key=float)
+    return f"{len(rpm)} speeds from {rising[0]} to {rising[-1]} rpm"

@@ -1,1 +1,0 @@
-"""The report of a sweep: one HTML file with its pictures, each point linked to its study."""
