@@ -48,16 +48,12 @@ def sweep(
     units
         Units of the report: si or us; the table is in those that its columns name.
     """
-    from fea.apps.sweep.sweep_file import load_sweep
+    from fea.apps.sweep.sweep_file import load_sweep, require_extra, study_text
 
     asked = load_sweep(file)
     if study is not None:
-        from fea.apps.sweep.sweep_file import study_text
-
         sys.stdout.write(study_text(asked, study))
         return 0
-    from fea.apps.sweep.base import require_extra
-
     require_extra()
     from fea.apps.sweep.run_sweep import run_sweep
     from fea.output.units import shown_in

@@ -1,7 +1,7 @@
 import pytest
 
 from fea.__main__ import exit_code
-from fea.apps.sweep import base as extra
+from fea.apps.sweep import sweep_file as extra
 
 
 def test_the_line_to_type_is_said_where_a_library_is_missing(monkeypatch):

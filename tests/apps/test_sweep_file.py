@@ -90,8 +90,8 @@ def test_speeds_of_the_study_are_rows_of_one_rod(tmp_path):
 
 def test_an_impossible_design_is_a_row_that_says_why(tmp_path):
     table = rows(sweep("vary.rod.web_thickness_mm = [5.0, 500.0]", tmp_path))
-    assert not table[0].refused
-    assert "web_thickness" in table[1].refused
+    assert not table[0].reason
+    assert "web_thickness" in table[1].reason
 
 
 def test_designs_come_from_a_file(tmp_path):

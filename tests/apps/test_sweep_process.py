@@ -7,20 +7,18 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("cloudpickle")
-
-from fea.apps.sweep import work
-from fea.apps.sweep.work import in_own_process
+from fea.apps.sweep import workers
+from fea.apps.sweep.workers import in_own_process
 from fea.machine.isolated import CrashError, OvertimeError, fresh
 
 
 @pytest.fixture(autouse=True)
 def _leave_no_process():
     yield
-    process = getattr(work._of_thread, "process", None)
+    process = getattr(workers._of_thread, "process", None)
     if process is not None:
         process.close()
-        work._of_thread.process = None
+        workers._of_thread.process = None
 
 
 def test_a_process_that_crashed_or_was_endless_is_replaced():
@@ -36,7 +34,7 @@ def test_a_process_that_crashed_or_was_endless_is_replaced():
         in_own_process(time.sleep, 600, seconds=1.0)
     idle = in_own_process(os.getpid, seconds=60)
     os.kill(idle, signal.SIGKILL)
-    work._of_thread.process.started.wait()
+    workers._of_thread.process.started.wait()
     assert in_own_process(os.getpid, seconds=60) != idle
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from fea.apps.sweep.journal import Progress
+from fea.apps.sweep.run_sweep import Progress
 from fea.machine.clock import by_the_minute, duration
 
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
-from fea.apps.sweep.base import digest, files_of
+from fea.apps.sweep.sweep_file import digest, files_of
 from fea.base.version import __version__
 from fea.output.folder import ANOTHER_OUT, owned
 from fea.output.json_file import JsonObject, json_lines
