@@ -37,8 +37,8 @@ def undisturbed(path, folder):
     """The table of a sweep computed in this process, rod by rod."""
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        task = task_of(sweep, journal, 1.0, COMPUTE, journal.pending())
-        journal.finish([attempt(task, rod) for rod in task.rods])
+        tasks = [task_of(sweep, journal, 1.0, COMPUTE, job) for job in journal.pending()]
+        journal.finish([attempt(task) for task in tasks])
         write_tables(folder, journal.rows())
     return (folder / "sweep.csv").read_bytes()
 
@@ -80,7 +80,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path):
     lines = [line.split() for line in log.read_text().splitlines()]
     begun = [web for what, web, *_ in lines if what == "begin"]
     assert len(set(begun)) == COUNT
-    assert len(begun) <= COUNT + 4  # what was in flight, tasks of two rods on two workers, and nothing else
+    assert len(begun) <= COUNT + 2  # what was in flight on two workers, and nothing else
     assert (out / "sweep.csv").read_bytes() == undisturbed(tmp_path / "web.toml", tmp_path / "other")
 
 
@@ -185,8 +185,7 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
 
     def inline(journal, _workers, task, _listener):
         computed.append(journal.pending())
-        some = task(journal.pending())
-        journal.finish([attempt(some, rod) for rod in some.rods])
+        journal.finish([attempt(task(job)) for job in journal.pending()])
 
     monkeypatch.setattr("fea.apps.sweep.run_sweep.compute_pending", inline)
     monkeypatch.setattr("fea.apps.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())

@@ -11,7 +11,7 @@ import pytest
 from fea.apps.sweep import workers
 from fea.apps.sweep.journal import Journal, RodResult
 from fea.apps.sweep.sweep_file import BaseStudy, RowState, SweepOutputs, SweepRow
-from fea.apps.sweep.workers import ClusterError, RodJob, Task, VersionError, Workers, cluster, compute_pending
+from fea.apps.sweep.workers import ClusterError, Task, VersionError, Workers, cluster, compute_pending
 from fea.base.version import __version__
 from geometry.errors import InvalidValue
 
@@ -21,15 +21,13 @@ class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
 
 
 class Fates(Executor):
-    """Ends each task after some seconds, by the fates of its rods: results, an error, or "cancelled"."""
+    """Ends each rod after some seconds, by its fate: a result, an error, or "cancelled"."""
 
     def __init__(self, fates, seconds=0.0):
-        self.seconds, self.fates, self.out, self.most, self.tasks = seconds, dict(fates), 0, 0, []
+        self.seconds, self.fates, self.out, self.most = seconds, fates, 0, 0
 
     def submit(self, _function, task):
-        fates = [self.fates[rod.job] for rod in task.rods]
-        fate = next((one for one in fates if not isinstance(one, RodResult)), fates)
-        self.tasks.append(len(task.rods))
+        fate = self.fates[task.job]
         self.out += 1
         self.most = max(self.most, self.out)
         future = Future()
@@ -50,10 +48,9 @@ class Fates(Executor):
         return future
 
 
-def task(jobs, raw=None, compute=workers.EVALUATE):
+def task(job, raw=None, compute=workers.EVALUATE):
     base = BaseStudy("study", raw or {}, Path("/"), ())
-    rods = tuple(RodJob(job, {}, [None]) for job in jobs)
-    return Task(rods, base, SweepOutputs(), __version__, compute=compute)
+    return Task(job, {}, [None], base, SweepOutputs(), __version__, compute=compute)
 
 
 def journal_of(tmp_path, count):
@@ -79,8 +76,8 @@ def test_every_rod_is_given_out_once_and_entered(tmp_path):
     journal = computed(journal_of(tmp_path, 20), fates, lambda *seen: counted.append(seen))
     assert journal.counts() == {RowState.PENDING: 0, RowState.DONE: 20, RowState.FAILED: 0}
     assert [row.figures["factor"] for row in journal.rows()] == list(range(20))
-    assert sum(count for count, *_ in counted) == 20
-    assert {threads for _, threads, _ in counted} == {3}
+    assert sum(len(results) for results, _ in counted) == 20
+    assert {threads for _, threads in counted} == {3}
 
 
 def test_no_more_rods_are_out_than_there_are_threads(tmp_path):
@@ -94,20 +91,6 @@ def test_a_rod_that_kills_its_workers_is_failed_and_the_others_go_on(tmp_path):
     journal = computed(journal_of(tmp_path, 3), fates)
     assert [row.state for row in journal.rows()] == [RowState.DONE, RowState.FAILED, RowState.DONE]
     assert "worker" in next(journal.rows(1)).reason
-
-
-def test_a_task_holds_many_quick_rods_and_what_kills_a_worker_goes_alone(tmp_path):
-    fates = Fates({f"job{n}": done(n) for n in range(3000)} | {"job1500": KilledWorker()})
-    journal = computed(journal_of(tmp_path, 3000), fates)
-    assert max(fates.tasks) == 40  # of .1 s
-    assert fates.tasks[-1] == 1
-    assert journal.counts() == {RowState.PENDING: 0, RowState.DONE: 2999, RowState.FAILED: 1}
-
-
-def test_a_task_holds_one_of_few_rods(tmp_path):
-    few = Fates({f"job{n}": done(n) for n in range(12)})
-    computed(journal_of(tmp_path, 12), few)
-    assert set(few.tasks) == {1}
 
 
 @pytest.mark.parametrize(
@@ -129,13 +112,12 @@ def test_a_cluster_that_is_gone_or_of_another_version_ends_the_sweep(tmp_path, f
 
 def test_a_worker_of_another_version_refuses():
     with pytest.raises(VersionError, match=r"a worker has version .*, and this sweep is of 0\.0\.0"):
-        workers.work(task(["job0"])._replace(version="0.0.0"))
+        workers.work(task("job0")._replace(version="0.0.0"))
 
 
 def test_reasons_name_the_rule_or_the_internal_error():
     def reason(raw, compute=workers.EVALUATE):
-        one = task(["a"], raw, compute)
-        return workers.attempt(one, one.rods[0]).reason
+        return workers.attempt(task("a", raw, compute)).reason
 
     assert reason({"rod": {"preset": "none"}}).startswith("rod.preset = 'none': is not a preset")
     said = reason({"rod": {"preset": "leon-2001"}}, "operator:truediv")

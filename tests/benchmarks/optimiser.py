@@ -122,8 +122,8 @@ def noise(study, _evaluations):
         designs = (Designs if morphing else Remeshed)(free)
         designs.begin(free.start)
         tried = [designs.at(free.start + step * along) for step in steps]
-        for index, limit in enumerate(tried[0].limits):
-            values = np.log([design.limits[index].low for design in tried])
+        for index, limit in enumerate(tried[0].constraints):
+            values = np.log([design.constraints[index].low for design in tried])
             rest = values - np.polyval(np.polyfit(steps, values, 2), steps)
             print(f"{'moved' if morphing else 'new'} meshes, {limit.name}: {100 * rest.std():.3f} %")
 

@@ -157,7 +157,7 @@ class AtOnce(Executor):
 
     def submit(self, function, task):
         _, task = pickle.loads(pickle.dumps((function, task)))  # noqa: S301 - our own
-        done = [RodResult(rod.job, {rod.speeds[0]: FIGURES}, 0.0) for rod in task.rods]
+        done = RodResult(task.job, {task.speeds[0]: FIGURES}, 0.0)
         future = Future()
         future.set_result(pickle.loads(pickle.dumps(done)))  # noqa: S301 - as above
         return future

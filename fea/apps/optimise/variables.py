@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fea.study.option_tables import OptimiseTable
 from fea.study.rod_table import dimension_of
 from fea.study.study import Study
 from geometry.arrays import Floats
@@ -14,13 +15,13 @@ from geometry.section import OF_WALLS, walls
 _USUAL = ("shank_width", "shank_depth_big_end", "shank_depth_small_end", "big_end_ring", "small_end_ring")
 _USUAL_OF_I = ("web_thickness", "flange_thickness")
 _OF_POCKET = (*_USUAL_OF_I, "pocket_corner_radius", "pocket_floor_radius", "pocket_setback")
-# Their bounds, relative to what the study says.
+# Their bounds, relative to the study's values.
 _FROM, _TO = 0.6, 1.4
 # Least wall of a study that gives none, mm: thinner webs and rings are hard to forge.
 _LEAST_WALL = 3.0
 _HALVINGS = 20
 _ROUNDING = 1e-9
-# Of the range of a dimension: a step that tells what stops it.
+# Of the range of a dimension: a step that shows the rule that stops it.
 _A_LITTLE = 0.01
 
 
@@ -65,14 +66,12 @@ class Variables:
         """Return why free dimensions cannot be a little smaller or larger, by key; bounds are left out."""
         reasons = {}
         for number, key in enumerate(self.keys):
-            for step in (-_A_LITTLE, _A_LITTLE):
+            for step, change in ((-_A_LITTLE, "smaller"), (_A_LITTLE, "larger")):
                 beside = x.copy()
                 beside[number] += step
                 why = self.fault(beside) if 0 <= beside[number] <= 1 else ""
                 if why:
-                    reasons[f"{key.removesuffix('_mm')} cannot be {'larger' if step > 0 else 'smaller'}"] = (
-                        why
-                    )
+                    reasons[f"{key.removesuffix('_mm')} cannot be {change}"] = why
         return reasons
 
     def nearest_feasible(self, x: Floats, sound: Floats) -> Floats:
@@ -91,27 +90,25 @@ class Variables:
 
 def variables(study: Study) -> Variables:
     """Return a study's free dimensions. Raises `InvalidValue`: there are none, or one is out of bounds."""
-    rod, table = study.rod.solid(), study.optimise
-    asked = {} if table is None else table.free
+    rod, table = study.rod.solid(), study.optimise or OptimiseTable()
     usual = (*_USUAL, *(_USUAL_OF_I if rod.has_pockets else ()))
-    bounds = {key: (bound[0], bound[1]) for key, bound in asked.items()}
-    bounds = bounds or {f"{name}_mm": tuple(x * getattr(rod, name) for x in (_FROM, _TO)) for name in usual}
-    start = {key: getattr(rod, dimension_of(key)) for key in bounds}
+    bounds = {key: (bound[0], bound[1]) for key, bound in table.free.items()} or {
+        f"{name}_mm": (_FROM * getattr(rod, name), _TO * getattr(rod, name)) for name in usual
+    }
     for key, (low, high) in bounds.items():
+        start = getattr(rod, dimension_of(key))
         rule = f"is 0 in this rod, so the feature is left out: it cannot vary from {low:g} to {high:g} mm"
-        require(start[key] > 0, f"rod.{key}", start[key], rule, "Give it a value, or do not name it as free.")
+        require(start > 0, f"rod.{key}", start, rule, "Give it a value, or do not name it as free.")
         rule = "cannot be free: the shank has no pockets, so that it has no effect"
         of_pocket = dimension_of(key) in _OF_POCKET and not (rod.shank_bore and key == "pocket_setback_mm")
         require(rod.has_pockets or not of_pocket, f"optimise.free.{key}", None, rule, "Leave it out.")
         rule = f"must lie between its bounds, {low:g} and {high:g} mm, where the search starts"
-        require(low <= start[key] <= high, f"rod.{key}", start[key], rule, "Widen the bounds.")
+        require(low <= start <= high, f"rod.{key}", start, rule, "Widen the bounds.")
     thinnest, where = min((wall, name) for name, wall in walls(rod).items())
-    given = None if table is None else table.least_wall_mm
-    least = min(_LEAST_WALL, thinnest) if given is None else given
+    least = min(_LEAST_WALL, thinnest) if table.least_wall_mm is None else table.least_wall_mm
     rule = f"must not exceed the walls of the rod, where the search starts: its {where} is {thinnest:.4g} mm"
-    require(
-        least <= thinnest, "optimise.least_wall_mm", least, rule, "Thicken the wall, or reduce the limit."
-    )
+    remedy = "Thicken the wall, or reduce the limit."
+    require(least <= thinnest, "optimise.least_wall_mm", least, rule, remedy)
     low, high = np.array(list(bounds.values())).T
     a_wall = np.array([dimension_of(key) in OF_WALLS for key in bounds])
     return Variables(study, tuple(bounds), np.where(a_wall, np.maximum(low, least), low), high, least)

@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from fea.analysis.figures import Figures
-from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, failures, write_tables
+from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, RodResult, failures, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.statistics import Statistics
 from fea.apps.sweep.sweep_file import RowState, Sweep, SweepRow, rows
-from fea.apps.sweep.workers import DEFAULT_MINUTES, EVALUATE, RodJob, Task, cluster, compute_pending
+from fea.apps.sweep.workers import DEFAULT_MINUTES, EVALUATE, Task, cluster, compute_pending
 from fea.base.version import __version__
 from fea.machine.clock import duration, progress_line
 from fea.machine.threads import threads
@@ -93,11 +93,11 @@ def run_sweep(
         )
 
 
-def task_of(sweep: Sweep, journal: Journal, minutes: float, compute: str, jobs: Sequence[str]) -> Task:
-    """Return the task of some rods of a journal."""
-    rods = tuple(RodJob(job, *journal.design(job)) for job in jobs)
+def task_of(sweep: Sweep, journal: Journal, minutes: float, compute: str, job: str) -> Task:
+    """Return the task of a rod of a journal."""
     # The mesh of a rod depends on rounding, and that on the threads: the table must not on the workers.
-    return Task(rods, sweep.base, sweep.outputs, __version__, 60 * minutes, threads(default=1), compute)
+    common = (sweep.base, sweep.outputs, __version__, 60 * minutes, threads(default=1), compute)
+    return Task(job, *journal.design(job), *common)
 
 
 @contextmanager
@@ -172,17 +172,17 @@ class Progress:
         pace = f"{rate:.2g} a second" if rate >= 1 else f"{60 * rate:.2g} a minute"
         return f"{share}, {pace}, {duration((self.total - self.done) / rate)} left"
 
-    def shown_by(self, show: Callable[..., None]) -> Callable[[int, int, float], None]:
+    def shown_by(self, show: Callable[..., None]) -> Callable[[Sequence[RodResult], int], None]:
         """Return a listener of `compute_pending` that shows progress, and the cost after the first rods."""
 
-        def listener(count: int, threads: int, seconds: float) -> None:
-            first = count > 0 and self.done == 0
-            self.add(count)
-            if first and threads and self.done < self.total:
-                about = duration(seconds * (self.total - self.done) / min(threads, self.total))
+        def listener(results: Sequence[RodResult], threads: int) -> None:
+            first = self.done == 0
+            self.add(len(results))
+            if results and first and threads and self.done < self.total:
+                each = sum(rod.seconds for rod in results) / len(results)
+                about = duration(each * (self.total - self.done) / min(threads, self.total))
                 show(
-                    f"about {about} for {self.total} rods of {seconds:.2g} s, {threads} at a time",
-                    lasting=True,
+                    f"about {about} for {self.total} rods of {each:.2g} s, {threads} at a time", lasting=True
                 )
             show(self.text(threads))
 

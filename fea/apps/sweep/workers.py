@@ -9,7 +9,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
@@ -33,22 +33,16 @@ _OURS = ("fea", "geometry", "loads", "mesh")
 EVALUATE = "fea.apps.sweep.evaluate:evaluate"
 
 
-class RodJob(NamedTuple):
-    """A rod to compute: its digest, the values of the varied keys, and its speeds."""
+class Task(NamedTuple):
+    """A rod to compute: its digest, the values of the varied keys, its speeds, and how."""
 
     job: str
     design: Mapping[str, Any]
     speeds: Sequence[float | None]
-
-
-class Task(NamedTuple):
-    """Some rods for one worker, and what is common to them."""
-
-    rods: tuple[RodJob, ...]
     base: BaseStudy
     outputs: SweepOutputs
     version: str
-    seconds: float = 60 * DEFAULT_MINUTES  #: the most that each rod may take
+    seconds: float = 60 * DEFAULT_MINUTES  #: the most that it may take
     threads: int = 1  #: of the process that computes
     compute: str = EVALUATE  #: "module:function" that analyses a study
 
@@ -67,8 +61,8 @@ _processes: set[IsolatedProcess] = set()  # of all threads
 _ended = threading.Event()  # they are being ended
 
 
-def work(task: Task) -> list[RodResult]:
-    """Compute rods in a process of their own; an error, a crash and the time limit of one are its reasons.
+def work(task: Task) -> RodResult:
+    """Compute a rod in a process of its own, whose error, crash and time limit are reasons of the result.
 
     Raises `VersionError`: this worker's version of the program is not that of the sweep.
     """
@@ -77,15 +71,11 @@ def work(task: Task) -> list[RodResult]:
             f"a worker has version {__version__} of conrod-fea, and this sweep is of {task.version}: "
             "start its workers with the same version."
         )
-    return [_worked(task, rod) for rod in task.rods]
-
-
-def _worked(task: Task, rod: RodJob) -> RodResult:
     start = time.perf_counter()
     causes: list[str] = []
     while len(causes) < _TRIES:
         try:
-            return in_own_process(attempt, task, rod, seconds=task.seconds, threads=task.threads)
+            result: RodResult = in_own_process(attempt, task, seconds=task.seconds, threads=task.threads)
         except OvertimeError:
             reason = (
                 f"took longer than {task.seconds / 60:g} min and was ended: allow more with --limit-minutes, "
@@ -100,7 +90,9 @@ def _worked(task: Task, rod: RodJob) -> RodResult:
             memory = ": the memory may be too small; use fewer workers or larger elements"
             remedy = memory if "SIGKILL" in causes else ""  # as systems do where memory ends
             reason = f"its process crashed {_TRIES} times ({', '.join(dict.fromkeys(causes))}){remedy}"
-    return RodResult(rod.job, {}, time.perf_counter() - start, reason)
+        else:
+            return result
+    return RodResult(task.job, {}, time.perf_counter() - start, reason)
 
 
 def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float, threads: int = 1) -> Any:
@@ -117,19 +109,18 @@ def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float, thr
     return process.run(job, *arguments, seconds=seconds)
 
 
-def attempt(task: Task, rod: RodJob) -> RodResult:
-    """Compute a rod of a task in this process; an error is the reason of its result."""
-    start = time.perf_counter()
+def attempt(task: Task) -> RodResult:
+    """Compute a rod in this process; an error is the reason of its result."""
+    start, figures, reason = time.perf_counter(), {}, ""
     try:
-        design = task.base.study(rod.design, rod.speeds)
+        design = task.base.study(task.design, task.speeds)
         study = parse_study(design.text(), design.name, task.base.folder)  # as `fea sweep --study` prints it
         figures = resolve_name(task.compute)(study, task.outputs)
     except Exception as error:  # noqa: BLE001 - whatever it is, the sweep goes on
         text = " ".join(str(error).split())
         ours = type(error).__module__.partition(".")[0] in _OURS
         reason = text if ours and text else f"internal error: {type(error).__name__}: {text}"
-        return RodResult(rod.job, {}, time.perf_counter() - start, reason[:_LONGEST_REASON])
-    return RodResult(rod.job, figures, time.perf_counter() - start)
+    return RodResult(task.job, figures, time.perf_counter() - start, reason[:_LONGEST_REASON])
 
 
 _CONNECT_SECONDS = 10
@@ -154,7 +145,7 @@ class Workers:
                 raise _lost(error) from error
         return self._threads
 
-    def submit(self, task: Task) -> "Future[list[RodResult]]":
+    def submit(self, task: Task) -> "Future[RodResult]":
         """Begin a task."""
         try:
             return self._executor.submit(work, task)
@@ -252,64 +243,45 @@ def _lost(why: object) -> ClusterError:
 
 # Seconds between two looks at the cluster where no rod comes back.
 _WAIT = 0.5
-# Rods of a task: so many take about these seconds, so that giving it out costs little beside computing it,
-# and what an end of the program loses stays small.
-_TASK_SECONDS, _MOST_RODS = 4.0, 100
-# The remaining rods are shared by so many tasks for each thread, so that all end at about the same time.
-_SHARES = 4
 
 
 def compute_pending(
     journal: Journal,
     workers: Workers,
-    task: Callable[[Sequence[str]], Task],
-    listener: Callable[[int, int, float], None],
+    task: Callable[[str], Task],
+    listener: Callable[[Sequence[RodResult], int], None],
 ) -> None:
     """Compute the pending rods of a journal, of which this is the only writer.
 
-    `listener` is called about twice a second, and after each entry, with the number of rods that came back,
-    the number of threads, and the recent seconds of a rod. Raises `ClusterError`: the scheduler is gone;
-    `VersionError`: a worker has another version of the program, or none; `StorageError`: the journal cannot
-    be written.
+    `listener` is called about twice a second, and after each entry, with the results that came back and the
+    number of threads. Raises `ClusterError`: the scheduler is gone; `VersionError`: a worker has another
+    version of the program, or none; `StorageError`: the journal cannot be written.
     """
-    jobs, alone = deque(journal.pending()), deque[str]()  # `alone`: one of them may have ended its worker
-    finished: queue.SimpleQueue[Future[list[RodResult]]] = queue.SimpleQueue()
-    running: dict[Future[list[RodResult]], list[str]] = {}
-    seconds = math.inf
-    while jobs or alone or running:
-        threads = max(1, workers.threads())
-        # One task for each thread: none waits on a worker that may die.
-        while len(running) < threads and (jobs or alone):
-            fair = min(int(_TASK_SECONDS / max(seconds, 1e-3)), _MOST_RODS, len(jobs) // (_SHARES * threads))
-            chosen = [alone.popleft()] if alone else [jobs.popleft() for _ in range(max(1, fair))]
-            future = workers.submit(task(chosen))
-            running[future] = chosen
+    jobs = deque(journal.pending())
+    finished: queue.SimpleQueue[Future[RodResult]] = queue.SimpleQueue()
+    running: dict[Future[RodResult], str] = {}
+    while jobs or running:
+        # One rod for each thread: none waits on a worker that may die.
+        while jobs and len(running) < max(1, workers.threads()):
+            future = workers.submit(task(jobs[0]))
+            running[future] = jobs.popleft()
             future.add_done_callback(finished.put)
-        results = []
-        for future in _arrived(finished):
-            given = running.pop(future)
-            rods = _results(future, given)
-            alone.extend(given if rods is None else ())
-            results += rods or []
+        results = [_result(future, running.pop(future)) for future in _arrived(finished)]
         if results:
             journal.finish(results)
-            seconds = sum(rod.seconds for rod in results) / len(results)
         else:
             workers.require_connected()
-        listener(len(results), workers.threads(), seconds)
+        listener(results, workers.threads())
 
 
-def _arrived(finished: "queue.SimpleQueue[Future[list[RodResult]]]") -> Iterator["Future[list[RodResult]]"]:
-    try:
+def _arrived(finished: "queue.SimpleQueue[Future[RodResult]]") -> Iterator["Future[RodResult]"]:
+    with suppress(queue.Empty):
         yield finished.get(timeout=_WAIT)
         while True:
             yield finished.get_nowait()
-    except queue.Empty:
-        return
 
 
-def _results(future: "Future[list[RodResult]]", jobs: Sequence[str]) -> list[RodResult] | None:
-    """The results of a task; None where one of its several rods ended its workers, again and again."""
+def _result(future: "Future[RodResult]", job: str) -> RodResult:
     if future.cancelled():
         raise _lost("cancelled")
     error = future.exception()
@@ -318,8 +290,7 @@ def _results(future: "Future[list[RodResult]]", jobs: Sequence[str]) -> list[Rod
     if isinstance(error, VersionError):
         raise error
     if type(error).__name__ == "KilledWorker":
-        killed = RodResult(jobs[0], {}, 0.0, "the worker that computed it ended repeatedly")
-        return [killed] if len(jobs) == 1 else None
+        return RodResult(job, {}, 0.0, "the worker that computed it ended repeatedly")
     why = error.__cause__ or error
     raise VersionError(
         f"the cluster cannot begin a rod ({type(why).__name__}: {' '.join(str(why).split())}): install "
