@@ -1,8 +1,8 @@
 """Run jobs in a process of their own, whose crash, endless loop or lack of memory is an error here.
 
-There are two kinds of it: a copy of this process, which is there at once and has everything loaded, and a
-fresh interpreter, for libraries that must not be copied, or whose memory is measured. Both take jobs and send
-what the jobs say and return, pickled, through pipes; both end with this process, even by ``kill -9``.
+There are two kinds: a copy of this process, which starts at once and has everything loaded, and a fresh
+interpreter, for libraries that must not be copied, or whose memory is measured. Both take jobs and send
+progress and results, pickled, through pipes; both end with this process, even by ``kill -9``.
 """
 
 import os
@@ -31,12 +31,12 @@ _LEAVE_CTRL_C = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 _STATUS_ERROR, _STATUS_CTRL_C = 0xC0000000, 0xC000013A  # how Windows says that a process has crashed
 _BETWEEN_INTERRUPTS = 0.1  # seconds
 _PATIENCE = 5.0  # seconds that an interrupted process has to clean up
-# What a process sends: a line of progress, its new limit of processor time, and one of the last two.
+# Kinds of messages of a process: any number of the first two, then one of the last two.
 _PROGRESS, _LIMIT, _RESULT, _ERROR = range(4)
 
 
 class _Inside:
-    """In an isolated process: the pipe to the one that asks, and whether its processor time is limited."""
+    """In an isolated process: the pipe to its parent, and whether its processor time is limited."""
 
     answers: IO[bytes] | None = None
     limited = False
@@ -122,11 +122,11 @@ class IsolatedProcess:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be given another job."""
+        """Whether it can do another job."""
         return self.started.poll() is None
 
     def begin(self, job: Callable[..., Any], *arguments: Any) -> None:
-        """Send a picklable job; only the `result` of the last one that was sent can be asked for."""
+        """Send a picklable job; `result` returns that of the last one that was sent."""
         # Two layers: only the thread that does the job may import its modules.
         order = pickle.dumps(pickle.dumps((job, arguments)))
         self._pending += 1
@@ -136,19 +136,19 @@ class IsolatedProcess:
 
     def result(self, listener: Callable[[str], None] | None = None, *, seconds: float | None = None) -> Any:
         """Wait for the result of a job, or raise its error; arguments as `run`."""
-        late = threading.Event()
+        late, timer = threading.Event(), None
 
         def end() -> None:
             late.set()
             self.started.kill()
 
-        timer = None if seconds is None else threading.Timer(seconds, end)
-        if timer:
+        if seconds is not None:
+            timer = threading.Timer(seconds, end)
             timer.daemon = True
             timer.start()
         try:
             while self._pending:
-                kind, value = self._heard(listener)
+                kind, value = self._received(listener)
                 self._pending -= 1
         except BaseException as error:
             self.close()
@@ -196,7 +196,7 @@ class IsolatedProcess:
                 self._messages.seek(0)
                 self.last_message = self._messages.read().decode(errors="replace").strip().rpartition("\n")[2]
 
-    def _heard(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
+    def _received(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
         progress, limit = "", 0.0
         try:
             while True:

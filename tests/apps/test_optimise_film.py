@@ -9,10 +9,9 @@ import pytest
 from fea.__main__ import call
 from fea.analysis.film import film_at
 from fea.analysis.prepare import prepare
-from fea.apps.optimise.constraints import FILM, MinimumFilm, required
 from fea.apps.optimise.designs import Designs
+from fea.apps.optimise.problem import FILM, MinimumFilm, required, variables
 from fea.apps.optimise.run_optimise import search_study
-from fea.apps.optimise.variables import variables
 from fea.pins import lubrication
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags

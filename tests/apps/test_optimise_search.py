@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
 
-from fea.apps.optimise.constraints import Constraint
 from fea.apps.optimise.designs import Design
+from fea.apps.optimise.problem import Constraint
 from fea.apps.optimise.search import LocalModel, search
 
 N, LIMITS = 6, 5

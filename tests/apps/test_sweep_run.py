@@ -16,9 +16,9 @@ from studies import PLAIN
 
 from fea.apps.result import analyse
 from fea.apps.sweep.journal import write_tables
-from fea.apps.sweep.run_sweep import journal_of, run_sweep, task_of
+from fea.apps.sweep.run_sweep import journal_of, run_sweep
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.workers import attempt
+from fea.apps.sweep.workers import Task, attempt
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
@@ -37,8 +37,8 @@ def undisturbed(path, folder):
     """The table of a sweep computed in this process, rod by rod."""
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        tasks = [task_of(sweep, journal, 1.0, COMPUTE, job) for job in journal.pending()]
-        journal.finish([attempt(task) for task in tasks])
+        common = Task(sweep.base, sweep.outputs, compute=COMPUTE)
+        journal.finish([attempt(common.of(journal, job)) for job in journal.pending()])
         write_tables(folder, journal.rows())
     return (folder / "sweep.csv").read_bytes()
 
@@ -183,9 +183,9 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
     sweep, out = load_sweep(tmp_path / "web.toml"), tmp_path / "out"
     computed = []
 
-    def inline(journal, _workers, task, _listener):
+    def inline(journal, _workers, common, _listener):
         computed.append(journal.pending())
-        journal.finish([attempt(task(job)) for job in journal.pending()])
+        journal.finish([attempt(common.of(journal, job)) for job in journal.pending()])
 
     monkeypatch.setattr("fea.apps.sweep.run_sweep.compute_pending", inline)
     monkeypatch.setattr("fea.apps.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())

@@ -12,7 +12,6 @@ from fea.apps.sweep import workers
 from fea.apps.sweep.journal import Journal, RodResult
 from fea.apps.sweep.sweep_file import BaseStudy, RowState, SweepOutputs, SweepRow
 from fea.apps.sweep.workers import ClusterError, Task, VersionError, Workers, cluster, compute_pending
-from fea.base.version import __version__
 from geometry.errors import InvalidValue
 
 
@@ -48,9 +47,8 @@ class Fates(Executor):
         return future
 
 
-def task(job, raw=None, compute=workers.EVALUATE):
-    base = BaseStudy("study", raw or {}, Path("/"), ())
-    return Task(job, {}, [None], base, SweepOutputs(), __version__, compute=compute)
+def task(raw=None, **more):
+    return Task(BaseStudy("study", raw or {}, Path("/"), ()), SweepOutputs(), **more)
 
 
 def journal_of(tmp_path, count):
@@ -66,7 +64,7 @@ def done(n):
 
 
 def computed(journal, executor, listener=lambda *_: None):
-    compute_pending(journal, Workers(executor, 3), task, listener)
+    compute_pending(journal, Workers(executor, 3), task(), listener)
     return journal
 
 
@@ -112,12 +110,12 @@ def test_a_cluster_that_is_gone_or_of_another_version_ends_the_sweep(tmp_path, f
 
 def test_a_worker_of_another_version_refuses():
     with pytest.raises(VersionError, match=r"a worker has version .*, and this sweep is of 0\.0\.0"):
-        workers.work(task("job0")._replace(version="0.0.0"))
+        workers.work(task(version="0.0.0"))
 
 
 def test_reasons_name_the_rule_or_the_internal_error():
     def reason(raw, compute=workers.EVALUATE):
-        return workers.attempt(task("a", raw, compute)).reason
+        return workers.attempt(task(raw, compute=compute)).reason
 
     assert reason({"rod": {"preset": "none"}}).startswith("rod.preset = 'none': is not a preset")
     said = reason({"rod": {"preset": "leon-2001"}}, "operator:truediv")

@@ -16,9 +16,9 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from fea.apps.optimise.designs import Designs
+from fea.apps.optimise.problem import variables
 from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import search
-from fea.apps.optimise.variables import variables
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import GeometryError

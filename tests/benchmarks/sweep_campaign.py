@@ -29,7 +29,6 @@ import sys
 import tempfile
 import time
 from concurrent.futures import Executor, Future
-from functools import partial
 from pathlib import Path
 
 import psutil
@@ -37,9 +36,9 @@ from sweep_kills import CHEAP, kill
 
 from fea.apps.sweep.journal import RodResult, write_tables
 from fea.apps.sweep.report import report_sweep
-from fea.apps.sweep.run_sweep import journal_of, task_of
+from fea.apps.sweep.run_sweep import journal_of
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.workers import EVALUATE, Workers, compute_pending
+from fea.apps.sweep.workers import Task, Workers, compute_pending
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"
@@ -170,8 +169,8 @@ def many(folder, rods, _size):
     with journal_of(asked, folder / "out") as journal:
         print(f"planned: {rods / (clock() - begin):.0f} rods a second")
         begin = clock()
-        task = partial(task_of, asked, journal, 60.0, EVALUATE)
-        compute_pending(journal, Workers(AtOnce(), THREADS), task, lambda *_: None)
+        common = Task(asked.base, asked.outputs)
+        compute_pending(journal, Workers(AtOnce(), THREADS), common, lambda *_: None)
         print(f"given out and entered: {rods / (clock() - begin):.0f} rods a second")
         begin = clock()
         write_tables(folder / "out", journal.rows())

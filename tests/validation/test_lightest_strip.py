@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fea.apps.optimise.constraints import Constraint
 from fea.apps.optimise.designs import Design
+from fea.apps.optimise.problem import Constraint
 from fea.apps.optimise.search import search
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, LoadedBody, held

@@ -15,8 +15,7 @@ from fea.analysis.film import film_at
 from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
-from fea.apps.optimise.constraints import FILM, Constraint, MinimumFilm, constraints, required
-from fea.apps.optimise.variables import Variables
+from fea.apps.optimise.problem import FILM, Constraint, MinimumFilm, Variables, constraints, required
 from fea.apps.sweep.sweep_file import digest, files_of
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG

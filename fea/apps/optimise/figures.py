@@ -6,10 +6,9 @@ from pathlib import Path
 
 from fea.analysis.figures import Figures, figures
 from fea.analysis.result import RunResult
-from fea.apps.optimise.constraints import Constraint
 from fea.apps.optimise.designs import Design
+from fea.apps.optimise.problem import Constraint, Variables
 from fea.apps.optimise.search import SearchResult
-from fea.apps.optimise.variables import Variables
 from fea.base.note import Note, by_consequence
 from fea.output.target import near
 from fea.output.terminal.prose import print_lines, terminal, unusual
@@ -183,9 +182,9 @@ def _constraints(
 ) -> tuple[ConstraintFigures, ...]:
     earlier = {constraint.name: constraint for constraint in before}
     return tuple(
-        ConstraintFigures(
-            name=constraint.name,
-            required=constraint.required,
+        figures(
+            ConstraintFigures,
+            constraint,
             before=first.factor,
             before_error_percent=first.error_percent,
             after=constraint.factor,

@@ -11,11 +11,10 @@ import numpy as np
 
 from fea.analysis.adapt import adapt_mesh
 from fea.analysis.result import run_result
-from fea.apps.optimise.constraints import FILM, MinimumFilm, constraints, required
 from fea.apps.optimise.designs import Design, Designs, record
 from fea.apps.optimise.figures import CheckedRod, OptimiseFigures, optimise_figures
+from fea.apps.optimise.problem import FILM, MinimumFilm, Variables, constraints, required, variables
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
-from fea.apps.optimise.variables import Variables, variables
 from fea.judge.verdict import CAP
 from fea.machine.clock import Clock, duration
 from fea.output.folder import OPTIMISED, require_replaceable, run_folder

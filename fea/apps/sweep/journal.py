@@ -51,13 +51,14 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         with self._reported():
-            self._base = sqlite3.connect(path, isolation_level=None)
+            self._base = sqlite3.connect(path, isolation_level="IMMEDIATE")
             query = "SELECT name FROM sqlite_master WHERE type = 'table'"
             tables = {name for (name,) in self._base.execute(query)}
             if tables and tables != {"meta", "rods"}:
                 raise sqlite3.DatabaseError(f"it has the tables {', '.join(sorted(tables))}")
             self._base.execute("PRAGMA journal_mode = WAL")
             self._base.execute("PRAGMA synchronous = NORMAL")
+            self._base.executescript(_TABLES)
 
     def close(self) -> None:
         """Close the file."""
@@ -66,14 +67,11 @@ class Journal:
     @property
     def meta(self) -> dict[str, str]:
         """Schema, version and identity of the sweep; empty for a new journal."""
-        begun = self._all("SELECT 1 FROM sqlite_master WHERE name = 'meta'")
-        return dict(self._all("SELECT name, value FROM meta")) if begun else {}
+        return dict(self._all("SELECT name, value FROM meta"))
 
     def enter(self, meta: Mapping[str, str], rows: Sequence[SweepRow]) -> None:
         """Enter all rows of a new sweep, or further ones, in one transaction."""
-        with self._transaction():
-            for statement in _TABLES.split(";"):
-                self._base.execute(statement)
+        with self._reported(), self._base:  # one transaction
             self._base.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", list(meta.items()))
             self._base.executemany(
                 "INSERT INTO rods (number, sample, design, rpm, job, key, state, reason) "
@@ -105,7 +103,7 @@ class Journal:
         """Enter the results of rods, in one transaction; a row that is done stays as it is."""
         update = "UPDATE rods SET state = ?, reason = ?, figures = ?, seconds = ? "
         update += "WHERE job = ? AND state != 'done'"
-        with self._transaction():
+        with self._reported(), self._base:  # one transaction
             for rod in rods:
                 if rod.reason:
                     self._base.execute(update, ("failed", rod.reason, "{}", rod.seconds, rod.job))
@@ -115,7 +113,7 @@ class Journal:
 
     def retry(self) -> None:
         """Let failed rods be computed again."""
-        with self._transaction():
+        with self._reported(), self._base:  # one transaction
             query = "UPDATE rods SET state = 'pending', reason = '', seconds = NULL WHERE state = 'failed'"
             self._base.execute(query)
 
@@ -133,18 +131,6 @@ class Journal:
     def _all(self, query: str, *values: Any) -> list[Any]:
         with self._reported():
             return self._base.execute(query, values).fetchall()
-
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        with self._reported():
-            self._base.execute("BEGIN IMMEDIATE")
-            try:
-                yield
-                self._base.execute("COMMIT")
-            except BaseException:
-                if self._base.in_transaction:  # a full disk has rolled it back already
-                    self._base.execute("ROLLBACK")
-                raise
 
     @contextmanager
     def _reported(self) -> Iterator[None]:

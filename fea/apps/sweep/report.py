@@ -1,6 +1,6 @@
 """The report of a sweep: one HTML page with its drawings, each point linked to its study."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -82,51 +82,19 @@ def label(name: str) -> str:
     return f"{words} ({unit(named_unit)})" if named_unit else {FACTOR: "least factor"}.get(words, words)
 
 
-@dataclass(frozen=True)
-class ChartAxis:
-    """Values along one axis of a drawing, and where it begins and ends there."""
-
-    values: Floats
-    first: float
-    last: float
-
-    @cached_property
-    def bounds(self) -> tuple[float, float]:
-        """The least and the largest value, with some room."""
-        finite = self.values[np.isfinite(self.values)]
-        low, high = float(finite.min()), float(finite.max())
-        room = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
-        return low - room, high + room
-
-    def place(self, value: float) -> float:
-        """Return the place of a value."""
-        low, high = self.bounds
-        return round(self.first + (self.last - self.first) * (value - low) / (high - low), 1)
-
-    @property
-    def ticks(self) -> tuple[tuple[float, str], ...]:
-        """Place and label of round values."""
-        low, high = self.bounds
-        step = round_up((high - low) / _TICKS)
-        values = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
-        return tuple((self.place(value), f"{value:.5g}".replace("-", "−")) for value in values)
+Ticks = tuple[tuple[float, str], ...]
 
 
-@dataclass(frozen=True)
-class Scatter:
-    """A drawing for the template.
-
-    `points` are places with the number of their design, ticks are places with labels; `limit` is the height
-    of the line factor = 1, if it is in the picture.
-    """
+class Scatter(NamedTuple):
+    """A drawing for the template."""
 
     x: str
     y: str
-    points: tuple[tuple[float, float, int], ...]
+    points: tuple[tuple[float, float, int], ...]  #: places with the number of their design
     line: str
-    x_ticks: tuple[tuple[float, str], ...]
-    y_ticks: tuple[tuple[float, str], ...]
-    limit: float | None
+    x_ticks: Ticks
+    y_ticks: Ticks
+    limit: float | None  #: height of the line factor = 1, if it is in the picture
     size: tuple[float, float]
 
 
@@ -140,15 +108,38 @@ def _scatter(
     """Draw one column against another: points of the chosen designs, and a line (m, 2)."""
     left, right, bottom, top = frame
     across, up = (page.columns[name][chosen] for name in names)
-    x, y = ChartAxis(across, left, right), ChartAxis(up, bottom, top)
-    points = tuple(
-        (x.place(across[n]), y.place(up[n]), int(chosen[n]))
-        for n in np.flatnonzero(np.isfinite(across) & np.isfinite(up))
+    x, _, x_ticks = _axis(across, left, right)
+    y, (low, high), y_ticks = _axis(up, bottom, top)
+    both = np.isfinite(across) & np.isfinite(up)
+    points = zip(x(across[both]), y(up[both]), chosen[both].tolist(), strict=True)
+    path = () if line is None else zip(x(line[:, 0]), y(line[:, 1]), strict=True)
+    return Scatter(
+        *map(label, names),
+        tuple(points),
+        " ".join(f"{a:g},{b:g}" for a, b in path),
+        x_ticks,
+        y_ticks,
+        y(np.ones(1))[0] if names[1].endswith("factor") and low < 1 < high else None,
+        (right, bottom),
     )
-    path = "" if line is None else " ".join(f"{x.place(a):g},{y.place(b):g}" for a, b in line)
-    low, high = y.bounds
-    limit = y.place(1.0) if names[1].endswith("factor") and low < 1 < high else None
-    return Scatter(label(names[0]), label(names[1]), points, path, x.ticks, y.ticks, limit, (right, bottom))
+
+
+def _axis(
+    values: Floats, first: float, last: float
+) -> tuple[Callable[[Floats], list[float]], tuple[float, float], Ticks]:
+    """Return the map from values (n,) to places on an axis, its ends with some room, and its ticks."""
+    finite = values[np.isfinite(values)]
+    low, high = float(finite.min()), float(finite.max())
+    room = 0.05 * (high - low) or 0.05 * abs(high) or 1.0
+    low, high = low - room, high + room
+
+    def places(at: Floats) -> list[float]:
+        return [round(place, 1) for place in (first + (last - first) * (at - low) / (high - low)).tolist()]
+
+    step = round_up((high - low) / _TICKS)
+    marks = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+    labels = (f"{mark:.5g}".replace("-", "−") for mark in marks)
+    return places, (low, high), tuple(zip(places(marks), labels, strict=True))
 
 
 def pareto(page: SweepPage) -> Scatter | None:

@@ -4,7 +4,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
 from fea.analysis.figures import Figures
@@ -73,8 +72,12 @@ def run_sweep(
             if progress.total:
                 first = "starting the workers"
                 with progress_line(first, silent=silent) as show, cluster(workers, address) as started:
-                    task = partial(task_of, sweep, journal, minutes, compute)
-                    compute_pending(journal, started, task, progress.shown_by(show))
+                    # The mesh of a rod depends on rounding, and that on the threads: the table must not on
+                    # the workers.
+                    common = Task(
+                        sweep.base, sweep.outputs, seconds=60 * minutes, threads=threads(1), compute=compute
+                    )
+                    compute_pending(journal, started, common, progress.shown_by(show))
         except BaseException:
             with suppress(StorageError):  # on a full disk the journal comes first
                 write_tables(folder, journal.rows())
@@ -91,13 +94,6 @@ def run_sweep(
             reasons={reason: count for _, reason, count in failures(journal.rows())},
             statistics=figures,
         )
-
-
-def task_of(sweep: Sweep, journal: Journal, minutes: float, compute: str, job: str) -> Task:
-    """Return the task of a rod of a journal."""
-    # The mesh of a rod depends on rounding, and that on the threads: the table must not on the workers.
-    common = (sweep.base, sweep.outputs, __version__, 60 * minutes, threads(default=1), compute)
-    return Task(job, *journal.design(job), *common)
 
 
 @contextmanager

@@ -34,17 +34,22 @@ EVALUATE = "fea.apps.sweep.evaluate:evaluate"
 
 
 class Task(NamedTuple):
-    """A rod to compute: its digest, the values of the varied keys, its speeds, and how."""
+    """A rod to compute: what all rods share, then its digest, the values of the varied keys, its speeds."""
 
-    job: str
-    design: Mapping[str, Any]
-    speeds: Sequence[float | None]
     base: BaseStudy
     outputs: SweepOutputs
-    version: str
+    version: str = __version__
     seconds: float = 60 * DEFAULT_MINUTES  #: the most that it may take
     threads: int = 1  #: of the process that computes
     compute: str = EVALUATE  #: "module:function" that analyses a study
+    job: str = ""
+    design: Mapping[str, Any] = {}
+    speeds: Sequence[float | None] = (None,)
+
+    def of(self, journal: Journal, job: str) -> "Task":
+        """Return the task of a rod of a journal."""
+        design, speeds = journal.design(job)
+        return self._replace(job=job, design=design, speeds=speeds)
 
 
 class VersionError(OSError):
@@ -248,10 +253,10 @@ _WAIT = 0.5
 def compute_pending(
     journal: Journal,
     workers: Workers,
-    task: Callable[[str], Task],
+    common: Task,
     listener: Callable[[Sequence[RodResult], int], None],
 ) -> None:
-    """Compute the pending rods of a journal, of which this is the only writer.
+    """Compute the pending rods of a journal, of which this is the only writer, by what is `common` to them.
 
     `listener` is called about twice a second, and after each entry, with the results that came back and the
     number of threads. Raises `ClusterError`: the scheduler is gone; `VersionError`: a worker has another
@@ -263,7 +268,7 @@ def compute_pending(
     while jobs or running:
         # One rod for each thread: none waits on a worker that may die.
         while jobs and len(running) < max(1, workers.threads()):
-            future = workers.submit(task(jobs[0]))
+            future = workers.submit(common.of(journal, jobs[0]))
             running[future] = jobs.popleft()
             future.add_done_callback(finished.put)
         results = [_result(future, running.pop(future)) for future in _arrived(finished)]

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.optimise.constraints import Constraint, required
+from fea.apps.optimise.problem import Constraint, required, variables
 from fea.apps.optimise.run_optimise import search_study
-from fea.apps.optimise.variables import variables
 from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
