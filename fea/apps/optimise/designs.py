@@ -15,7 +15,7 @@ from fea.analysis.film import film_at
 from fea.analysis.moving import MovingRod
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
-from fea.apps.optimise.problem import FILM, Constraint, MinimumFilm, Variables, constraints, required
+from fea.apps.optimise.problem import FILM, DesignConstraint, MinimumFilm, Variables, constraints, required
 from fea.apps.sweep.sweep_file import digest, files_of
 from fea.base.choices import CONVERGED_PERCENT
 from fea.base.units import KG
@@ -44,7 +44,7 @@ class Design:
 
     x: Floats  #: (n,) its free dimensions, scaled to 0 … 1 between their bounds
     mass_kg: float
-    constraints: tuple[Constraint, ...]
+    constraints: tuple[DesignConstraint, ...]
     remeshed: bool = False  #: whether its mesh was made for it, rather than moved from another rod's
     mesh: int = 0  #: number of the mesh that was made for it or that its own was moved from
     #: for each speed, ratio of the smallest film on the fine grid to that on the coarse one, on that mesh,
@@ -62,7 +62,7 @@ class Design:
         return -sum(min(0.0, constraint.margin) for constraint in self.constraints)
 
     @property
-    def governing(self) -> Constraint:
+    def governing(self) -> DesignConstraint:
         """The constraint with the least margin."""
         return min(self.constraints, key=lambda constraint: constraint.margin)
 
@@ -299,7 +299,7 @@ class Designs:
         if entry is None:
             return None
         plain = entry["design"]
-        limits = tuple(Constraint(**constraint) for constraint in plain["constraints"])
+        limits = tuple(DesignConstraint(**constraint) for constraint in plain["constraints"])
         design = Design(**plain | {"x": np.array(plain["x"]), "constraints": limits})
         if design.remeshed:
             self._meshes = design.mesh

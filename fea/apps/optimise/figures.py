@@ -7,7 +7,7 @@ from pathlib import Path
 from fea.analysis.figures import Figures, figures
 from fea.analysis.result import RunResult
 from fea.apps.optimise.designs import Design
-from fea.apps.optimise.problem import Constraint, Variables
+from fea.apps.optimise.problem import DesignConstraint, Variables
 from fea.apps.optimise.search import SearchResult
 from fea.base.note import Note, by_consequence
 from fea.output.target import near
@@ -26,7 +26,7 @@ class CheckedRod:
 
     study: Study
     outcomes: tuple[RunResult, ...]
-    constraints: tuple[Constraint, ...]
+    constraints: tuple[DesignConstraint, ...]
     tolerance: float
 
     @property
@@ -178,7 +178,7 @@ def _dimensions(free: Variables, best: Design) -> tuple[DimensionFigures, ...]:
 
 
 def _constraints(
-    before: tuple[Constraint, ...], after: tuple[Constraint, ...]
+    before: tuple[DesignConstraint, ...], after: tuple[DesignConstraint, ...]
 ) -> tuple[ConstraintFigures, ...]:
     earlier = {constraint.name: constraint for constraint in before}
     return tuple(

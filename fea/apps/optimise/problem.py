@@ -141,7 +141,7 @@ def required(study: Study) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Constraint:
+class DesignConstraint:
     """A constraint on a rod, by mode of failure and place: ``"fatigue, shank"``.
 
     `factor` is the smallest safety factor there over all speeds, `error_percent` the error bar of the stress
@@ -187,11 +187,11 @@ class MinimumFilm:
             return cls(math.inf, correction, sound=False)
         return cls(float(film.thinnest.min()) / UM, correction, sound=not (film.starved or film.too_hot))
 
-    def constraint(self, required: float) -> Constraint:
+    def constraint(self, required: float) -> DesignConstraint:
         """Return the constraint of this film."""
         ratio, error = self.correction
         thickness = self.coarse * ratio
-        return Constraint(
+        return DesignConstraint(
             FILM, thickness if self.sound else min(thickness, _UNSOUND * required), error, required
         )
 
@@ -201,7 +201,7 @@ def constraints(
     results: Sequence[SpeedResult],
     required: Mapping[str, float],
     films: Sequence[MinimumFilm] = (),
-) -> tuple[Constraint, ...]:
+) -> tuple[DesignConstraint, ...]:
     """Return the constraints of a rod that is solved at all speeds; each is the worst of them.
 
     Stress is constrained in both ends and in the shank, each by itself: the largest stress of one place
@@ -217,7 +217,9 @@ def constraints(
     )
 
 
-def _of_stress(rod: PreparedRod, result: SpeedResult, required: Mapping[str, float]) -> list[Constraint]:
+def _of_stress(
+    rod: PreparedRod, result: SpeedResult, required: Mapping[str, float]
+) -> list[DesignConstraint]:
     bar = max(case.error_percent for case in result.cases.values())
     if result.cycle is None:
         counts = np.all([case.counts for case in result.cases.values()], axis=0)
@@ -232,9 +234,11 @@ def _of_stress(rod: PreparedRod, result: SpeedResult, required: Mapping[str, flo
         for mode, factor in factors.items():
             least = float(factor[nodes & counts].min(initial=np.inf))
             if np.isfinite(least):
-                found.append(Constraint(f"{mode}, {place}", least, bar, required[mode]))
+                found.append(DesignConstraint(f"{mode}, {place}", least, bar, required[mode]))
     edges = [
-        Constraint(f"{YIELDING}, sharp edge", edge.safety_factor, edge.error_percent, required[YIELDING])
+        DesignConstraint(
+            f"{YIELDING}, sharp edge", edge.safety_factor, edge.error_percent, required[YIELDING]
+        )
         for case in result.cases.values()
         for edge in case.sharp_mattering
     ]
@@ -251,12 +255,15 @@ def _places(rod: PreparedRod) -> dict[str, Mask]:
     return {"big end": big, "shank": ~(big | small), "small end": small}
 
 
-def _of_buckling(rod: PreparedRod, result: SpeedResult, required: float) -> list[Constraint]:
+def _of_buckling(rod: PreparedRod, result: SpeedResult, required: float) -> list[DesignConstraint]:
     figures = buckling_report(rod, result).figures
     column = [
-        Constraint(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, required)
+        DesignConstraint(f"{BUCKLING}, {plane.replace('_', ' ')}", one.safety_factor, 0.0, required)
         for plane, one in figures.column.planes.items()
         if one.safety_factor is not None
     ]
     modes = [mode.factor for own in (figures.modes or {}).values() for mode in own]
-    return [*column, *(Constraint(f"{BUCKLING}, of the solid", factor, 0.0, required) for factor in modes)]
+    return [
+        *column,
+        *(DesignConstraint(f"{BUCKLING}, of the solid", factor, 0.0, required) for factor in modes),
+    ]

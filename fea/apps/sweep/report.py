@@ -62,13 +62,10 @@ class SweepPage:
         outcome = [name for name in (MASS, FACTOR) if name in self.figures]
         return [*list(self.keys)[: _MOST_AXES - len(outcome)], *outcome]
 
-    def spread(self, most: int) -> Ints:
-        """Numbers of the designs that have a factor, at most so many of them, evenly chosen."""
-        return _spread(np.isfinite(self.figures.get(FACTOR, np.full(len(self.samples.rows), np.nan))), most)
 
-
-def _spread(mask: Floats, most: int) -> Ints:
-    numbers = np.flatnonzero(mask)
+def _spread(samples: Samples, figure: str, most: int) -> Ints:
+    """Numbers of the designs that have a figure, at most so many of them, evenly chosen."""
+    numbers = np.flatnonzero(samples.known(figure))
     return np.asarray(numbers[np.linspace(0, len(numbers) - 1, min(len(numbers), most)).round().astype(int)])
 
 
@@ -147,21 +144,21 @@ def pareto(page: SweepPage) -> Scatter | None:
     both = [page.figures[name] for name in (MASS, FACTOR) if name in page.figures]
     if len(both) < 2 or not np.isfinite(both[1]).any():
         return None
-    chosen = np.union1d(page.spread(_MOST_POINTS), page.samples.front).astype(int)
+    chosen = np.union1d(_spread(page.samples, FACTOR, _MOST_POINTS), page.samples.front).astype(int)
     front = np.stack([values[page.samples.front] for values in both], axis=1)
     return _scatter(page, (MASS, FACTOR), chosen, front, _WIDE)
 
 
 def matrix(page: SweepPage) -> list[Scatter]:
     """Every pair of the first keys, of mass and of the factor."""
-    chosen, axes = page.spread(_MOST_LINES), page.axes
+    chosen, axes = _spread(page.samples, FACTOR, _MOST_LINES), page.axes
     pairs = [(x, y) for k, y in enumerate(axes) for x in axes[:k]] if len(chosen) > 1 else []
     return [_scatter(page, pair, chosen) for pair in pairs]
 
 
 def main_effects(page: SweepPage) -> list[Scatter]:
     """The mean factor against each key: at each of its values, or over equal numbers of rods."""
-    chosen = page.spread(len(page.samples.rows))
+    chosen = _spread(page.samples, FACTOR, len(page.samples.rows))
     if not len(chosen):
         return []
     drawn, factors = [], page.figures[FACTOR][chosen]
@@ -192,7 +189,7 @@ class Parallel(NamedTuple):
 
 def parallel(page: SweepPage) -> Parallel | None:
     """A line for each design across its keys, mass and factor."""
-    chosen = page.spread(_MOST_LINES)
+    chosen = _spread(page.samples, FACTOR, _MOST_LINES)
     if len(chosen) < 2:
         return None
     places = np.linspace(60.0, 940.0, len(page.axes))
@@ -248,7 +245,7 @@ def report_sweep(path: Path, sweep: Sweep, journal: Journal) -> Statistics:
     """Write the report of a sweep, and return its statistics. Raises `StorageError`: it cannot be written."""
     samples = Samples.of(journal.rows())
     results = statistics(sweep, samples)
-    shown = samples.part(np.union1d(_spread(samples.complete, _MOST), samples.front).astype(int).tolist())
+    shown = samples.part(np.union1d(_spread(samples, MASS, _MOST), samples.front).astype(int).tolist())
     rows = [next(journal.rows(number)) for number in shown.rows]
     page = SweepPage(
         title=sweep.name,

@@ -92,11 +92,9 @@ class Distribution(StrEnum):
     NORMAL = "normal"
     TRIANGULAR = "triangular"
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """The keys that it takes beside its bounds."""
-        needed = {Distribution.NORMAL: ("mean", "deviation"), Distribution.TRIANGULAR: ("mode",)}
-        return needed.get(self, ())
+
+# Their keys beside the bounds.
+_PARAMETERS = {Distribution.NORMAL: ("mean", "deviation"), Distribution.TRIANGULAR: ("mode",)}
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,7 @@ def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
 
 
 def _parameters(name: str, raw: Mapping[str, Any], shape: Distribution) -> dict[str, float]:
-    needed = shape.parameters
+    needed = _PARAMETERS.get(shape, ())
     for key in ("mean", "deviation", "mode"):
         rule = f"is missing: a {shape.value} distribution needs it"
         require(key not in needed or key in raw, f"{name}.{key}", None, rule)

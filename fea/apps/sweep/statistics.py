@@ -46,20 +46,16 @@ class Samples:
             {name: np.array([_least(group, name) for group in groups]) for name in names},
         )
 
-    @property
-    def complete(self) -> Any:
-        """Whether each design (n,) has trusted results."""
-        return np.isfinite(self.values[MASS]) if MASS in self.values else np.zeros(len(self.rows), bool)
+    def known(self, figure: str) -> Any:
+        """Whether each design (n,) has a trusted result."""
+        return np.isfinite(self.values.get(figure, np.full(len(self.rows), np.nan)))
 
     @property
     def numeric(self) -> tuple[str, ...]:
         """The keys whose values are numbers and differ."""
-        return tuple(key for key in self.keys if self._is_numeric(key))
-
-    def _is_numeric(self, key: str) -> bool:
-        values = [design.get(key) for design in self.designs]
-        numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-        return numbers and len(set(values)) > 1
+        columns = {key: [design.get(key) for design in self.designs] for key in self.keys}
+        numeric = (key for key in self.keys if not any(map(_is_word, columns[key])))
+        return tuple(key for key in numeric if len(set(columns[key])) > 1)
 
     def column(self, key: str) -> Floats:
         """Values (n,) of a numeric key."""
@@ -80,6 +76,10 @@ class Samples:
             tuple(self.rows[n] for n in numbers),
             {name: values[numbers] for name, values in self.values.items()},
         )
+
+
+def _is_word(value: object) -> bool:
+    return isinstance(value, bool) or not isinstance(value, int | float)
 
 
 def _least(group: Sequence[SweepRow], name: str) -> float:
