@@ -74,7 +74,7 @@ def isolated(job: Callable[[], Result], *, seconds: float | None = None, memory:
 def begun(
     job: Callable[[], object], *, seconds: float | None = None, memory: int | None = None
 ) -> "IsolatedProcess":
-    """Return a process that does a job, and then those it is given; arguments as `isolated`."""
+    """Return a process that does a job, and then further ones; arguments as `isolated`."""
     limited = partial(_within, job, seconds, memory)
     if system.CAN_FORK:
         return copied(limited)
@@ -214,7 +214,7 @@ class IsolatedProcess:
 
 
 def copied(job: Callable[[], object]) -> IsolatedProcess:
-    """Copy this process; the copy does a job, which need not be picklable, and then those it is given.
+    """Copy this process; the copy does a job, which need not be picklable, and then further ones.
 
     Only the thread that calls this is in the copy: no other one may hold what the job needs.
     """
@@ -258,7 +258,7 @@ def fresh(
     `OSError`: it could not be started.
     """
     path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)
-    said = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process
+    kept = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process
 
     def start() -> IsolatedProcess:
         started = subprocess.Popen(  # noqa: S603 - our own interpreter and module
@@ -266,18 +266,18 @@ def fresh(
             env={**os.environ, "PYTHONPATH": path, **(environment or {})},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=said or subprocess.DEVNULL,
+            stderr=kept or subprocess.DEVNULL,
             creationflags=_LEAVE_CTRL_C,
         )
         assert started.stdin is not None  # noqa: S101 - for mypy: both are pipes
         assert started.stdout is not None  # noqa: S101
-        return IsolatedProcess(started, started.stdin, started.stdout, said, patient=patient)
+        return IsolatedProcess(started, started.stdin, started.stdout, kept, patient=patient)
 
     try:
         return _started(start)
     except OSError:
-        if said:
-            said.close()
+        if kept:
+            kept.close()
         raise
 
 
@@ -303,7 +303,7 @@ def serve(*, patient: bool) -> None:
 
 
 def _listen(pipe: IO[bytes], orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
-    """Take jobs, and end this process with the one that asks, also in the middle of a job."""
+    """Take jobs, and end this process with its parent, also in the middle of a job."""
     with suppress(EOFError):
         while True:
             orders.put(pickle.load(pipe))  # noqa: S301 - from our own process
@@ -344,7 +344,7 @@ def _within(job: Callable[[], Result], seconds: float | None, memory: int | None
 
 
 def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
-    """Start a process; an interrupt waits until it is known, and then ends it."""
+    """Start a process; an interrupt waits until it has started, and then ends it."""
     process = None
     try:
         with system.held_back():

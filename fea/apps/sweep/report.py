@@ -111,7 +111,8 @@ def _scatter(
     points = zip(x(across[both]), y(up[both]), chosen[both].tolist(), strict=True)
     path = () if line is None else zip(x(line[:, 0]), y(line[:, 1]), strict=True)
     return Scatter(
-        *map(label, names),
+        label(names[0]),
+        label(names[1]),
         tuple(points),
         " ".join(f"{a:g},{b:g}" for a, b in path),
         x_ticks,

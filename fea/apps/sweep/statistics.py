@@ -99,7 +99,7 @@ def pareto_front(mass: Floats, factor: Floats) -> Ints:
 
 # Fewer rods than this give first-order indices that are noise: RBD-FAST takes ten harmonics.
 LEAST_FOR_INDICES = 100
-_SALIB = {"num_resamples": 200, "seed": 0}
+_RESAMPLES = 200
 _INDICES = {"S1": "first", "S1_conf": "first_bar", "ST": "total", "ST_conf": "total_bar"}
 
 
@@ -195,13 +195,15 @@ def _indices(
             return {}, f"{int((~finite).sum())} rods of Saltelli's designs have no result"
         from SALib.analyze import sobol  # noqa: PLC0415 - comes with the extra
 
-        return sobol.analyze(problem, values, calc_second_order=False, **_SALIB), ""
+        # To SALib a seed of 0 is none: error bars would differ from call to call.
+        options = {"calc_second_order": False, "num_resamples": _RESAMPLES, "seed": 1}
+        return sobol.analyze(problem, values, **options), ""
     why = 'total indices need sampling = "saltelli"'
     if sampling in (None, Sampling.GRID) or finite.sum() < LEAST_FOR_INDICES:
         return {}, why
     from SALib.analyze import rbd_fast  # noqa: PLC0415 - comes with the extra
 
-    return rbd_fast.analyze(problem, X, values[finite], **_SALIB), why
+    return rbd_fast.analyze(problem, X, values[finite], num_resamples=_RESAMPLES, seed=0), why
 
 
 CONFIDENCE = 0.95
