@@ -190,11 +190,8 @@ class Designs:
             self._coarsest = 0.0
         self._bases.clear()
         self._feasible = x
-        recorded, before = self._recorded("begin", x), self.count
-        if recorded is not None:
-            return recorded
-        adapted, base = self._meshed(x)
-        return self._computed("begin", adapted, x, x, base, remeshed=True, before=before)
+        recorded = self._recorded("begin", x)
+        return recorded or self._computed("begin", x, x, *self._meshed(x), remeshed=True)
 
     def at(self, x: Floats) -> Design:
         """Compute a design on the mesh of another, moved; of a rod that cannot be drawn, the nearest one.
@@ -202,7 +199,7 @@ class Designs:
         Raises `GeometryError`, `MeshError`: not even rods much closer to the last one begun can be drawn or
         meshed.
         """
-        recorded, before = self._recorded("at", x), self.count
+        recorded = self._recorded("at", x)
         if recorded is not None:
             return recorded
         near, tries = self.nearest(x, self._feasible), 1
@@ -214,7 +211,7 @@ class Designs:
                 if tries == _TRIES:
                     raise
                 near, tries = near + _SHORTER * (self._feasible - near), tries + 1
-        return self._computed("at", adapted, near, x, base, remeshed=remeshed, before=before)
+        return self._computed("at", x, near, adapted, base, remeshed=remeshed)
 
     def nearest(self, x: Floats, sound: Floats) -> Floats:
         """Return the last design (n,) that can be drawn on the way to `x` from another that can."""
@@ -238,8 +235,12 @@ class Designs:
         adapted = self._adapted(x, self._coarsest)
         self._meshes += 1
         self._bases.append(_BaseMesh(x, self._meshes, self._coarsest, MovingRod(adapted.rod.mesh)))
-        self.count += max(1, len(adapted.passes)) - 1  # the last one counts with its design
+        self._count(max(1, len(adapted.passes)) - 1)  # the last one counts with its design
         return adapted, self._bases[-1]
+
+    def _count(self, meshes: int) -> None:
+        self.count += meshes
+        self._now += meshes
 
     def _adapted(self, x: Floats, coarsest: float) -> Adapted:
         study = self.variables.study_at(x)
@@ -250,15 +251,7 @@ class Designs:
         return adapt_mesh(study, study.speeds(), Clock(), movable=True)
 
     def _computed(
-        self,
-        kind: str,
-        adapted: Adapted,
-        x: Floats,
-        wanted: Floats,
-        base: _BaseMesh,
-        *,
-        remeshed: bool,
-        before: int,
+        self, kind: str, wanted: Floats, x: Floats, adapted: Adapted, base: _BaseMesh, *, remeshed: bool
     ) -> Design:
         results = [adapted.at(rpm) for rpm in self.variables.study.speeds()]
         films = self._films(adapted.rod, results, base.film_corrections) if FILM in self._required else []
@@ -267,8 +260,7 @@ class Designs:
         mass = adapted.rod.mass.mass / KG
         design = Design(x, mass, margins, remeshed, base.number, base.film_corrections)
         self.tried.append(design)
-        self.count += 1
-        self._now += self.count - before
+        self._count(1)
         if self._record is not None:
             plain = asdict(design) | {"x": x.tolist()}
             self._record.add({"kind": kind, "wanted": wanted.tolist(), "count": self.count, "design": plain})
