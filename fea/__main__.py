@@ -22,8 +22,7 @@ def main() -> None:
     """Run the program and leave with its exit code."""
     _end_quietly()
     try:
-        from fea.machine.guard import guarded  # an interrupt of the import has its exit code too
-        from fea.machine.streams import settle_streams
+        from fea.machine.program import guarded, settle_streams  # their interrupts have their exit code, too
     except ImportError as error:
         sys.exit(_not_loaded(error))
 

@@ -10,7 +10,7 @@ from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import MOST_FULL_RUNS, SpeedSweep, case_rows, opening_speeds, speed_map
 from fea.analysis.pipeline import RefinedRod, refined_rod
 from fea.analysis.result import RunResult, gathered_result, run_result
-from fea.analysis.speed import SpeedResult
+from fea.analysis.speed_result import SpeedResult
 from fea.machine.clock import Clock, Listener
 from fea.output.folder import run_folder
 from fea.output.pictures.animation import filmed, write_film
@@ -52,7 +52,7 @@ def write_runs(
 
     See `fea.apps.run_study.run_study`.
     """
-    prepared = adapt_mesh(study, [place.rpm for place in places], clock, listener, mesh)
+    prepared = refined_rod(study, [place.rpm for place in places], clock, listener, mesh)
     if len(places) == 1:
         result = run_result(study, prepared, prepared.at(places[0].rpm))
         with run_folder(target) as part:
@@ -69,7 +69,7 @@ def write_runs(
 
 
 def _write_all(
-    study: Study, prepared: Adapted, places: "Sequence[RunPlace]", clock: Clock
+    study: Study, prepared: RefinedRod, places: "Sequence[RunPlace]", clock: Clock
 ) -> list[WrittenRun]:
     shown = bool(study.output.screenshot) or study.analysis.buckling or any(place.film for place in places)
     sweep, speeds = None, [place.rpm for place in places if place.rpm is not None]
@@ -93,7 +93,7 @@ def _write_all(
 
 
 def _write_worst(
-    study: Study, prepared: Adapted, sweep: SpeedSweep, places: "Sequence[RunPlace]", clock: Clock
+    study: Study, prepared: RefinedRod, sweep: SpeedSweep, places: "Sequence[RunPlace]", clock: Clock
 ) -> list[WrittenRun]:
     full = {
         place.rpm: _write_one(study, prepared, sweep.critical, place, clock)
@@ -117,7 +117,7 @@ def _write_worst(
 
 def _write_one(
     study: Study,
-    prepared: Adapted,
+    prepared: RefinedRod,
     critical: Mapping[str, float | None] | None,
     place: "RunPlace",
     clock: Clock,
@@ -132,7 +132,7 @@ def _write_one(
 
 def _write(
     found: RunResult,
-    prepared: Adapted,
+    prepared: RefinedRod,
     place: "RunPlace",
     clock: Clock,
     shared_files: tuple[str, ...] | None = None,

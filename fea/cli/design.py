@@ -75,7 +75,7 @@ def sweep(
     if study is not None:
         sys.stdout.write(study_text(loaded, study))
         return 0
-    from fea.apps.sweep.base import require_extra
+    from fea.apps.sweep.sweep_file import require_extra
 
     require_extra()
     from fea.apps.sweep.run_sweep import run_sweep

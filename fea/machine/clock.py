@@ -1,4 +1,4 @@
-"""Wall time per stage, with a listener for progress messages."""
+"""Wall time per stage, and progress on stderr."""
 
 import sys
 import threading
@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-Listener = Callable[[str], None]  #: is told the name of each stage as it begins
+Listener = Callable[[str], None]  #: called with the name of each stage as it begins
 
 
 class Clock:
-    """Adds up wall seconds per stage, and tells a listener the name of each stage as it begins."""
+    """Adds up wall seconds per stage, and calls a listener with the name of each stage as it begins."""
 
     def __init__(self, listener: Listener | None = None) -> None:
         self.seconds: dict[str, float] = {}
@@ -20,18 +20,17 @@ class Clock:
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
         """Time a stage; entering the same name again adds to it."""
-        if self._listener:
-            self._listener(stage)
+        self.tell(stage)
         start = time.perf_counter()
         try:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
 
-    def tell(self, what: str) -> None:
+    def tell(self, event: str) -> None:
         """Notify the listener of an event within a stage."""
         if self._listener:
-            self._listener(what)
+            self._listener(event)
 
     @property
     def total(self) -> float:
@@ -53,7 +52,7 @@ _WORDS = {
 }
 
 
-# Beginnings of what stays on the screen, and is written where there is none.
+# Beginnings of events that stay on the screen, and are written where there is none.
 _LASTING = ("pass ", "draft: ", "meshing again", "answer: ")
 # A stage that takes longer is explained, s.
 _PATIENCE = 150.0
@@ -61,7 +60,7 @@ _PATIENCE = 150.0
 
 @contextmanager
 def stages(*, silent: bool, hint: str = "") -> Iterator[Listener | None]:
-    """Yield a `Clock` listener that shows stages on stderr; `hint`: what shortens one that takes minutes."""
+    """Yield a `Clock` listener that shows stages on stderr; `hint`: a remedy for one that takes minutes."""
     if silent:
         yield None
         return
@@ -78,8 +77,22 @@ def stages(*, silent: bool, hint: str = "") -> Iterator[Listener | None]:
 
 
 @contextmanager
+def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
+    """Show the progress of a long job on stderr: a line that changes on a terminal, else a line a minute.
+
+    Yields a function that shows a text, which stays, at once, with ``lasting=True``; `first` is shown on a
+    terminal before, and nothing if `silent`.
+    """
+    if silent:
+        yield lambda _text, **_options: None
+        return
+    with _screen(first, by_the_minute()) as (status, write):
+        yield lambda text, *, lasting=False: (write if lasting else status)(text)
+
+
+@contextmanager
 def _screen(first: str, otherwise: Listener) -> Iterator[tuple[Listener, Listener]]:
-    """Yield what shows a text in place of `first` on a terminal, else `otherwise`; and what writes a line."""
+    """Yield a function that shows a text on a terminal, else `otherwise`, and one that writes a line."""
     if not sys.stderr.isatty():
         yield otherwise, _line
         return
@@ -97,6 +110,7 @@ def _line(text: str) -> None:
 
 @contextmanager
 def _explained(write: Listener, hint: str) -> Iterator[Listener]:
+    """Yield a function to be called with each stage; one that takes long is written, with the hint."""
     stage, ended, changed = "starting", threading.Event(), threading.Event()
 
     def watch() -> None:
@@ -109,7 +123,7 @@ def _explained(write: Listener, hint: str) -> Iterator[Listener]:
                 waited += _PATIENCE
                 write(f"still {_WORDS.get(stage, stage)}, for {waited / 60:.0f} min{hint and f'; {hint}'}")
 
-    def tell(now: str) -> None:
+    def change(now: str) -> None:
         nonlocal stage
         stage = now
         changed.set()
@@ -117,25 +131,11 @@ def _explained(write: Listener, hint: str) -> Iterator[Listener]:
     thread = threading.Thread(target=watch, daemon=True)
     thread.start()
     try:
-        yield tell
+        yield change
     finally:
         ended.set()
         changed.set()
         thread.join()
-
-
-@contextmanager
-def progress_line(first: str, *, silent: bool) -> Iterator[Callable[..., None]]:
-    """Show on stderr how far a long job is: a line that changes on a terminal, elsewhere a line a minute.
-
-    Yields what shows a text, which stays, at once, with ``lasting=True``; `first` is shown on a terminal
-    before, and nothing if `silent`.
-    """
-    if silent:
-        yield lambda _text, **_options: None
-        return
-    with _screen(first, by_the_minute()) as (status, write):
-        yield lambda text, *, lasting=False: (write if lasting else status)(text)
 
 
 def duration(seconds: float) -> str:
@@ -147,14 +147,13 @@ def duration(seconds: float) -> str:
 
 
 def by_the_minute(clock: Callable[[], float] = time.monotonic) -> Callable[..., None]:
-    """Return what writes a text to stderr if it is ``lasting=True``, or the last one is a minute old."""
+    """Return a function that writes a text to stderr if ``lasting=True``, or the last one is a minute old."""
     last = clock()
 
     def show(text: str, *, lasting: bool = False) -> None:
         nonlocal last
-        if not lasting and clock() - last < _MINUTE:
-            return
-        last = last if lasting else clock()
-        _line(text)
+        if lasting or clock() - last >= _MINUTE:
+            last = last if lasting else clock()
+            _line(text)
 
     return show

@@ -14,31 +14,31 @@ from fea.machine.remedies import solver_remedy, system_remedy
 from geometry.system import physical_memory, usable_processors
 
 _GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
+_PICTURE = "from fea.output.pictures.picture import try_rendering; try_rendering()"
+_PARDISO = "from fea.solvers.linear.pardiso import Pardiso; Pardiso(1)"
 
 
 @dataclass(frozen=True)
-class Finding:
-    """The result of examining one requirement; `needed` says whether `fea run` needs it."""
+class Requirement:
+    """The result of examining one requirement."""
 
     what: str
     found: str
-    good: bool
-    needed: bool
-    remedy: str
+    good: bool = True
+    needed: bool = True  #: by `fea run`
+    remedy: str = ""
 
 
-def examine() -> list[Finding]:
+def examine() -> list[Requirement]:
     """Try everything that a run may need."""
-    python = "install Python 3.11 or later"
-    complaint = _tried("from fea.output.pictures.picture import try_rendering; try_rendering()")
-    found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
+    python, good = platform.python_version(), sys.version_info >= (3, 11)
     return [
-        Finding("Python", platform.python_version(), sys.version_info >= (3, 11), needed=True, remedy=python),
+        Requirement("Python", python, good, remedy="install Python 3.11 or later"),
         _library("geometry and meshing", "gmsh", _GMSH, system_remedy("meshing")),
         _library("finite elements", "scikit-fem", "import skfem", "pip install scikit-fem"),
-        _pardiso(),
-        Finding("pictures", found, complaint is None, needed=False, remedy=system_remedy("pictures")),
-        Finding("processors", str(usable_processors()), good=True, needed=False, remedy=""),
+        _solver(),
+        _pictures(),
+        Requirement("processors", str(usable_processors()), needed=False),
         _memory(),
         _disk(),
     ]
@@ -60,35 +60,40 @@ def _tried(code: str) -> str | None:
     return None
 
 
-def _library(what: str, package: str, code: str, remedy: str) -> Finding:
+def _library(what: str, package: str, code: str, remedy: str) -> Requirement:
     complaint = _tried(code)
     found = complaint or f"{package} {importlib.metadata.version(package)}"
-    return Finding(what, found, complaint is None, needed=True, remedy=remedy)
+    return Requirement(what, found, complaint is None, remedy=remedy)
 
 
-def _pardiso() -> Finding:
-    complaint = _tried("from fea.solvers.linear.pardiso import Pardiso; Pardiso(1)")
+def _pictures() -> Requirement:
+    complaint = _tried(_PICTURE)
+    found = complaint or f"VTK {importlib.metadata.version('vtk')}, off-screen"
+    return Requirement("pictures", found, complaint is None, needed=False, remedy=system_remedy("pictures"))
+
+
+def _solver() -> Requirement:
+    complaint = _tried(_PARDISO)
     if complaint is None:
         found = f"Pardiso (pypardiso {importlib.metadata.version('pypardiso')})"
-        return Finding("linear solver", found, good=True, needed=False, remedy="")
-    fallback = _tried("import cvxopt.cholmod, pymetis")
-    if fallback is None:
-        return Finding("linear solver", f"CHOLMOD ({complaint})", good=True, needed=True, remedy="")
-    return Finding("linear solver", complaint, good=False, needed=True, remedy=solver_remedy())
+        return Requirement("linear solver", found, needed=False)
+    if _tried("import cvxopt.cholmod, pymetis") is None:
+        return Requirement("linear solver", f"CHOLMOD ({complaint})")
+    return Requirement("linear solver", complaint, good=False, remedy=solver_remedy())
 
 
-def _memory() -> Finding:
+def _memory() -> Requirement:
     memory = physical_memory()
     if memory is None:
-        return Finding("memory", "unknown", good=True, needed=False, remedy="")
+        return Requirement("memory", "unknown", needed=False)
     gib = memory / 2**30
     remedy = "use a machine with at least 2 GiB of memory"
-    return Finding("memory", f"{gib:.1f} GiB", gib >= 2, needed=True, remedy=remedy)
+    return Requirement("memory", f"{gib:.1f} GiB", gib >= 2, remedy=remedy)
 
 
-def _disk() -> Finding:
+def _disk() -> Requirement:
     here = Path.cwd()
     writable, free = os.access(here, os.W_OK), shutil.disk_usage(here).free / 2**30
     found = f"{free:.1f} GiB free, {'writable' if writable else 'read-only'}"
     remedy = "choose a writable directory with free space (--out)"
-    return Finding("current directory", found, writable and free > 0.1, needed=True, remedy=remedy)
+    return Requirement("current directory", found, writable and free > 0.1, remedy=remedy)

@@ -1,8 +1,8 @@
 """Run jobs in a process of their own, whose crash, endless loop or lack of memory is an error here.
 
-There are two kinds of it: a copy of this process, which is there at once and has everything loaded, and a
-fresh interpreter, for libraries that must not be copied, or whose memory is measured. Both take jobs and send
-what the jobs say and return, pickled, through pipes; both end with this process, even by ``kill -9``.
+There are two kinds: a copy of this process, which starts at once and has everything loaded, and a fresh
+interpreter, for libraries that must not be copied, or whose memory is measured. Both take jobs and send
+progress and results, pickled, through pipes; both end with this process, even by ``kill -9``.
 """
 
 import os
@@ -31,12 +31,12 @@ _LEAVE_CTRL_C = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
 _STATUS_ERROR, _STATUS_CTRL_C = 0xC0000000, 0xC000013A  # how Windows says that a process has crashed
 _BETWEEN_INTERRUPTS = 0.1  # seconds
 _PATIENCE = 5.0  # seconds that an interrupted process has to clean up
-# What a process sends: a line of progress, its new limit of processor time, and one of the last two.
+# Kinds of messages of a process: any number of the first two, then one of the last two.
 _PROGRESS, _LIMIT, _RESULT, _ERROR = range(4)
 
 
 class _Inside:
-    """In an isolated process: the pipe to the one that asks, and whether its processor time is limited."""
+    """In an isolated process: the pipe to its parent, and whether its processor time is limited."""
 
     answers: IO[bytes] | None = None
     limited = False
@@ -74,7 +74,7 @@ def isolated(job: Callable[[], Result], *, seconds: float | None = None, memory:
 def begun(
     job: Callable[[], object], *, seconds: float | None = None, memory: int | None = None
 ) -> "IsolatedProcess":
-    """Return a process that does a job, and then those it is given; arguments as `isolated`."""
+    """Return a process that does a job, and then further ones; arguments as `isolated`."""
     limited = partial(_within, job, seconds, memory)
     if system.CAN_FORK:
         return copied(limited)
@@ -122,11 +122,11 @@ class IsolatedProcess:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be given another job."""
+        """Whether it can do another job."""
         return self.started.poll() is None
 
     def begin(self, job: Callable[..., Any], *arguments: Any) -> None:
-        """Send a picklable job; only the `result` of the last one that was sent can be asked for."""
+        """Send a picklable job; `result` returns that of the last one that was sent."""
         # Two layers: only the thread that does the job may import its modules.
         order = pickle.dumps(pickle.dumps((job, arguments)))
         self._pending += 1
@@ -136,19 +136,19 @@ class IsolatedProcess:
 
     def result(self, listener: Callable[[str], None] | None = None, *, seconds: float | None = None) -> Any:
         """Wait for the result of a job, or raise its error; arguments as `run`."""
-        late = threading.Event()
+        late, timer = threading.Event(), None
 
         def end() -> None:
             late.set()
             self.started.kill()
 
-        timer = None if seconds is None else threading.Timer(seconds, end)
-        if timer:
+        if seconds is not None:
+            timer = threading.Timer(seconds, end)
             timer.daemon = True
             timer.start()
         try:
             while self._pending:
-                kind, value = self._heard(listener)
+                kind, value = self._received(listener)
                 self._pending -= 1
         except BaseException as error:
             self.close()
@@ -196,7 +196,7 @@ class IsolatedProcess:
                 self._messages.seek(0)
                 self.last_message = self._messages.read().decode(errors="replace").strip().rpartition("\n")[2]
 
-    def _heard(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
+    def _received(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
         progress, limit = "", 0.0
         try:
             while True:
@@ -214,7 +214,7 @@ class IsolatedProcess:
 
 
 def copied(job: Callable[[], object]) -> IsolatedProcess:
-    """Copy this process; the copy does a job, which need not be picklable, and then those it is given.
+    """Copy this process; the copy does a job, which need not be picklable, and then further ones.
 
     Only the thread that calls this is in the copy: no other one may hold what the job needs.
     """
@@ -258,7 +258,7 @@ def fresh(
     `OSError`: it could not be started.
     """
     path = os.pathsep.join(place or str(Path.cwd()) for place in sys.path)
-    said = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process
+    kept = TemporaryFile() if messages else None  # noqa: SIM115 - it goes with the process
 
     def start() -> IsolatedProcess:
         started = subprocess.Popen(  # noqa: S603 - our own interpreter and module
@@ -266,18 +266,18 @@ def fresh(
             env={**os.environ, "PYTHONPATH": path, **(environment or {})},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=said or subprocess.DEVNULL,
+            stderr=kept or subprocess.DEVNULL,
             creationflags=_LEAVE_CTRL_C,
         )
         assert started.stdin is not None  # noqa: S101 - for mypy: both are pipes
         assert started.stdout is not None  # noqa: S101
-        return IsolatedProcess(started, started.stdin, started.stdout, said, patient=patient)
+        return IsolatedProcess(started, started.stdin, started.stdout, kept, patient=patient)
 
     try:
         return _started(start)
     except OSError:
-        if said:
-            said.close()
+        if kept:
+            kept.close()
         raise
 
 
@@ -303,7 +303,7 @@ def serve(*, patient: bool) -> None:
 
 
 def _listen(pipe: IO[bytes], orders: "SimpleQueue[bytes]", *, patient: bool) -> None:
-    """Take jobs, and end this process with the one that asks, also in the middle of a job."""
+    """Take jobs, and end this process with its parent, also in the middle of a job."""
     with suppress(EOFError):
         while True:
             orders.put(pickle.load(pipe))  # noqa: S301 - from our own process
@@ -344,7 +344,7 @@ def _within(job: Callable[[], Result], seconds: float | None, memory: int | None
 
 
 def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
-    """Start a process; an interrupt waits until it is known, and then ends it."""
+    """Start a process; an interrupt waits until it has started, and then ends it."""
     process = None
     try:
         with system.held_back():

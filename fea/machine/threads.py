@@ -12,7 +12,7 @@ from geometry.errors import require
 from geometry.system import memory_limit, usable_processors
 
 Item = TypeVar("Item")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 _VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -24,19 +24,19 @@ def limit_threads(threads: int | None) -> None:
 
 
 def variables(threads: int | None) -> dict[str, str]:
-    """Return what limits OpenMP and MKL in the environment of another process; nothing for None."""
+    """Return the environment of another process that limits OpenMP and MKL; empty for None."""
     return {} if threads is None else dict.fromkeys(_VARIABLES, str(threads))
 
 
 def threads(default: int | None = None) -> int:
     """Number of threads: from the environment, or the default, which is one per processor."""
-    said = os.environ.get(_VARIABLES[0], "")
-    if said.isdecimal() and int(said) >= 1:
-        return int(said)
+    given = os.environ.get(_VARIABLES[0], "")
+    if given.isdecimal() and int(given) >= 1:
+        return int(given)
     return usable_processors() if default is None else default
 
 
-def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> list[Found]:
+def side_by_side(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
     """Apply a function to each item in parallel threads; it should spend its time in numpy or scipy."""
     every, most = list(items), threads()
     if min(len(every), most) < 2:
@@ -49,11 +49,11 @@ def side_by_side(function: Callable[[Item], Found], items: Iterable[Item]) -> li
 def imported_meanwhile(names: Sequence[str]) -> Iterator[None]:
     """Import modules one after another in a thread of their own while the block runs; it ends with the block.
 
-    The time is won where the block calls a library that lets other threads run. The block must not fork: a
+    This saves time where the block calls a library that lets other threads run. The block must not fork: a
     copy would inherit a state half changed. It may import the first module, for which it waits then, and
     none of the others: two threads that import each other's modules from both ends may find half a module.
-    What cannot be imported says so later; the rest is left out when the block fails. Under a memory limit,
-    nothing is imported: a thread takes memory of its own.
+    A module that cannot be imported raises its error where it is used; if the block fails, the rest is not
+    imported. Nor is anything under a memory limit: a thread takes memory of its own.
     """
     failed = threading.Event()
     if not names or memory_limit() is not None:

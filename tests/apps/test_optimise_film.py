@@ -10,9 +10,8 @@ from fea.__main__ import call
 from fea.analysis.film import film_at
 from fea.analysis.pipeline import prepare
 from fea.apps.optimise.designs import Designs
-from fea.apps.optimise.limits import FILM, Thinnest, required
+from fea.apps.optimise.problem import FILM, MinimumFilm, required, variables
 from fea.apps.optimise.run_optimise import search_study
-from fea.apps.optimise.variables import variables
 from fea.pins import lubrication
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
@@ -38,14 +37,14 @@ def study(least, **film):
 def test_the_coarse_film_is_corrected_by_what_the_fine_one_changed():
     rod = prepare(study(1.0))
     result = film_at(rod, RPM)
-    found, whole, again = result.figures, Thinnest.of(result), Thinnest.like(rod, RPM, (1.5, 7.0))
-    limit = whole.limit(1.0)
+    found, whole, again = result.figures, MinimumFilm.of(result), MinimumFilm.corrected(rod, RPM, (1.5, 7.0))
+    limit = whole.constraint(1.0)
     assert (limit.factor, limit.error_percent) == pytest.approx((found.h_min_um, found.h_min_error_percent))
     # Beside a fine film, a coarse one repeats itself ten times less exactly.
     assert again.coarse == pytest.approx(whole.coarse, rel=3e-3)
-    assert again.limit(1.0).factor == pytest.approx(1.5 * again.coarse, rel=1e-6)
-    assert whole.limit(0.99 * limit.low).margin == pytest.approx(0.01)
-    assert replace(whole, sound=False).limit(0.1).margin < 0 < whole.limit(0.1).margin
+    assert again.constraint(1.0).factor == pytest.approx(1.5 * again.coarse, rel=1e-6)
+    assert whole.constraint(0.99 * limit.low).margin == pytest.approx(0.01)
+    assert replace(whole, sound=False).constraint(0.1).margin < 0 < whole.constraint(0.1).margin
 
 
 def test_a_stiffer_ring_moves_the_film_of_a_design():
@@ -53,7 +52,9 @@ def test_a_stiffer_ring_moves_the_film_of_a_design():
     first = designs.begin(designs.variables.start)
     moved = designs.at(np.array([0.75]))
     assert not moved.remeshed
-    one, other = (next(limit for limit in design.limits if limit.name == FILM) for design in (first, moved))
+    one, other = (
+        next(limit for limit in design.constraints if limit.name == FILM) for design in (first, moved)
+    )
     assert one.required == other.required == required(designs.variables.study)[FILM] == 1.0
     assert other.error_percent == pytest.approx(one.error_percent)
     rod = prepare(designs.variables.study_at(moved.x))

@@ -10,8 +10,7 @@ import pytest
 from program import fea
 from studies import OPTIMISE
 
-from fea.apps.optimise.figures import progress
-from fea.apps.optimise.run_optimise import optimise
+from fea.apps.optimise.run_optimise import optimise, progress
 from fea.output.folder import require_replaceable
 from fea.output.pictures.picture import is_complete_png
 from fea.output.text import read_columns

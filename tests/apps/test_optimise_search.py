@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
 
 from fea.apps.optimise.designs import Design
-from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.problem import DesignConstraint
 from fea.apps.optimise.search import LocalModel, search
 
 N, LIMITS = 6, 5
@@ -45,7 +45,9 @@ class Formulas:
 
     def computed(self, x, *, remeshed):
         usage = self.usage(x) * (1 + self.off)
-        limits = tuple(Limit(f"limit {number}", 1 / own, 0.0, 1.0) for number, own in enumerate(usage))
+        limits = tuple(
+            DesignConstraint(f"limit {number}", 1 / own, 0.0, 1.0) for number, own in enumerate(usage)
+        )
         self.count += 1
         self.tried.append(Design(x, self.mass(x), limits, remeshed, self.mesh))
         return self.tried[-1]

@@ -3,8 +3,10 @@ import tomllib
 
 import pytest
 
+from fea.__main__ import exit_code
+from fea.apps.sweep import sweep_file
 from fea.apps.sweep.sampling import Sampling
-from fea.apps.sweep.sweep_file import load_sweep, parse_sweep, rows
+from fea.apps.sweep.sweep_file import load_sweep, parse_sweep, require_extra, rows
 from geometry.errors import InvalidValue
 
 WEB = "rod.web_thickness_mm"
@@ -90,8 +92,8 @@ def test_speeds_of_the_study_are_rows_of_one_rod(tmp_path):
 
 def test_an_impossible_design_is_a_row_that_says_why(tmp_path):
     table = rows(sweep("vary.rod.web_thickness_mm = [5.0, 500.0]", tmp_path))
-    assert not table[0].refused
-    assert "web_thickness" in table[1].refused
+    assert not table[0].reason
+    assert "web_thickness" in table[1].reason
 
 
 def test_designs_come_from_a_file(tmp_path):
@@ -137,3 +139,10 @@ def test_the_file_itself(tmp_path):
     assert (found.name, found.sampling, len(found.designs())) == ("web", Sampling.LATIN, 3)
     with pytest.raises(InvalidValue, match="is not an existing file"):
         load_sweep(tmp_path / "none.toml")
+
+
+def test_the_line_to_type_is_said_where_a_library_is_missing(monkeypatch):
+    monkeypatch.setattr(sweep_file, "find_spec", lambda name: None if name == "pyarrow" else name)
+    with pytest.raises(ImportError, match=r"needs pyarrow, .*pip install pyarrow") as caught:
+        require_extra()
+    assert exit_code(caught.value) == 7

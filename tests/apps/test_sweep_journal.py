@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.sweep.journal import Done, Journal, State
-from fea.apps.sweep.sweep_file import PlannedRow
+from fea.apps.sweep.journal import Journal, RodResult
+from fea.apps.sweep.sweep_file import RowState, SweepRow
 from fea.output.target import StorageError
 from geometry.errors import InvalidValue
 
@@ -19,16 +19,16 @@ META = {"schema": "fea/sweep/1", "version": "1", "sweep": "abc"}
 def planned(count):
     """Rows of `count` rods at two speeds each."""
     return [
-        PlannedRow(number=n, sample=n // 2, design={"rod.web_thickness_mm": n // 2}, rpm=1000.0 * (1 + n % 2),
-            job=f"job{n // 2}", key=f"key{n}")
+        SweepRow(n, n // 2, {"rod.web_thickness_mm": n // 2}, 1000.0 * (1 + n % 2),
+                 job=f"job{n // 2}", key=f"key{n}")
         for n in range(2 * count)
     ]  # fmt: skip
 
 
 def result(number, *, fails=False):
     if fails:
-        return Done(f"job{number}", {}, 1.0, "no mesh")
-    return Done(f"job{number}", {1000.0: {"factor": number}, 2000.0: {"factor": -number}}, 1.0)
+        return RodResult(f"job{number}", {}, 1.0, "no mesh")
+    return RodResult(f"job{number}", {1000.0: {"factor": number}, 2000.0: {"factor": -number}}, 1.0)
 
 
 def steps(journal, count, failing):
@@ -46,7 +46,7 @@ def steps(journal, count, failing):
 def contents(path):
     with_rows = Journal(path)
     try:
-        return [vars(entry) for entry in with_rows.entries()] if with_rows.meta else []
+        return [vars(row) for row in with_rows.rows()] if with_rows.meta else []
     finally:
         with_rows.close()
 
@@ -89,8 +89,8 @@ def test_dying_at_any_statement_loses_nothing(deaths, count, failing):
             assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) in (0, 9)
             after = contents(path)
             assert len(after) in ({2 * count} if ended or before else {0, 2 * count})
-            settled = {row["number"] for row in after if row["state"] is not State.PENDING}
-            assert settled >= {row["number"] for row in before if row["state"] is not State.PENDING}
+            settled = {row["number"] for row in after if row["state"] is not RowState.PENDING}
+            assert settled >= {row["number"] for row in before if row["state"] is not RowState.PENDING}
             assert settled >= set(range(2 * min(ended - 1, count)))  # what was entered is there
             assert all((n ^ 1) in settled for n in settled)  # both speeds of a rod or none
         for place in (path, undisturbed):
@@ -105,18 +105,18 @@ def test_equal_rods_and_failed_ones(tmp_path):
     journal = Journal(tmp_path / "j.sqlite")
     journal.enter(META, planned(2))
     assert journal.pending() == ["job0", "job1"]
-    assert journal.asked("job1") == ({"rod.web_thickness_mm": 1}, [1000.0, 2000.0])
+    assert journal.design("job1") == ({"rod.web_thickness_mm": 1}, [1000.0, 2000.0])
     journal.finish([result(0), result(1, fails=True)])
-    assert journal.counts() == {State.PENDING: 0, State.DONE: 2, State.FAILED: 2}
-    assert [entry.reason for entry in journal.entries()] == ["", "", "no mesh", "no mesh"]
-    assert journal.retry() == 2
+    assert journal.counts() == {RowState.PENDING: 0, RowState.DONE: 2, RowState.FAILED: 2}
+    assert [row.reason for row in journal.rows()] == ["", "", "no mesh", "no mesh"]
+    journal.retry()
     assert journal.pending() == ["job1"]
     journal.finish([result(1)])
-    before = [vars(entry) for entry in journal.entries()]
+    before = [vars(row) for row in journal.rows()]
     journal.finish([result(1, fails=True)])  # a row that is done stays as it is
-    journal.finish([Done("job1", {1000.0: {"factor": 7}, 2000.0: {}}, 1.0)])
-    assert [vars(entry) for entry in journal.entries()] == before
-    assert journal.counts()[State.DONE] == 4
+    journal.finish([RodResult("job1", {1000.0: {"factor": 7}, 2000.0: {}}, 1.0)])
+    assert [vars(row) for row in journal.rows()] == before
+    assert journal.counts()[RowState.DONE] == 4
 
 
 def test_a_full_disk_leaves_the_journal_as_it_was(tmp_path):
@@ -125,8 +125,8 @@ def test_a_full_disk_leaves_the_journal_as_it_was(tmp_path):
     pages = journal._base.execute("PRAGMA page_count").fetchone()[0]
     journal._base.execute(f"PRAGMA max_page_count = {pages}")
     journal.finish([result(0)])
-    before = [vars(entry) for entry in journal.entries()]
-    big = Done("job1", {1000.0: {"factor": "x" * 10**6}, 2000.0: {}}, 1.0)
+    before = [vars(row) for row in journal.rows()]
+    big = RodResult("job1", {1000.0: {"factor": "x" * 10**6}, 2000.0: {}}, 1.0)
     with pytest.raises(StorageError, match="full"):
         journal.finish([result(2), big])
     journal.close()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from fea.apps.sweep.report import (
-    Swept,
+    SweepPage,
     label,
     main_effects,
     matrix,
@@ -26,7 +26,7 @@ def swept(factors, masses=None, keys=(), **more):
         figures["mass_kg"] = np.array(masses, float)
     varied = {"rod.web_thickness_mm": np.linspace(4, 6, count), **dict(keys)} if count else {}
     designs = tuple({key: values[n] for key, values in varied.items()} for n in range(count))
-    return Swept(
+    return SweepPage(
         title="a <b>sweep</b>",
         counts="All are done.",
         samples=Samples(tuple(varied), designs, tuple(range(10, 10 + count)), figures),

@@ -1,6 +1,7 @@
 import pytest
 
-from fea.apps.sweep.journal import Progress
+from fea.apps.sweep.journal import RodResult
+from fea.apps.sweep.run_sweep import Progress
 from fea.machine.clock import by_the_minute, duration
 
 
@@ -37,7 +38,7 @@ def test_elsewhere_than_on_a_terminal_there_is_a_line_a_minute(capsys):
     show = Progress(300, clock).shown_by(by_the_minute(clock))
     for _ in range(300):
         clock.now += 1
-        show(1, 2, 2.0)
+        show([RodResult("rod", {}, 2.0)], 2)
     cost, *said = capsys.readouterr().err.splitlines()
     assert cost == "fea: about 5 min for 300 rods of 2 s, 2 at a time"
     assert len(said) == 5

@@ -18,12 +18,13 @@ from fea.apps.result import analyse
 from fea.apps.sweep.journal import write_tables
 from fea.apps.sweep.run_sweep import journal_of, run_sweep
 from fea.apps.sweep.sweep_file import load_sweep
-from fea.apps.sweep.work import attempt
+from fea.apps.sweep.workers import Task, attempt
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 
 pytest.importorskip("distributed")
 COUNT = 24
+COMPUTE = "cheap_sweep:compute"
 SWEEP = f"""study = "leon-2001"
 sampling = "sobol"
 samples = {COUNT}
@@ -34,13 +35,11 @@ web_thickness_mm = {{ from = 4.0, to = 6.0 }}
 
 def undisturbed(path, folder):
     """The table of a sweep computed in this process, rod by rod."""
-    from fea.apps.sweep.run_sweep import _task
-
     sweep = load_sweep(path)
     with journal_of(sweep, folder) as journal:
-        task = _task(sweep, journal, 1.0, journal.pending())
-        journal.finish([attempt(task, rod, cheap_sweep.compute) for rod in task.rods])
-        write_tables(folder, journal.entries())
+        common = Task(sweep.base, sweep.outputs, compute=COMPUTE)
+        journal.finish([attempt(common.of(journal, job)) for job in journal.pending()])
+        write_tables(folder, journal.rows())
     return (folder / "sweep.csv").read_bytes()
 
 
@@ -81,7 +80,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path):
     lines = [line.split() for line in log.read_text().splitlines()]
     begun = [web for what, web, *_ in lines if what == "begin"]
     assert len(set(begun)) == COUNT
-    assert len(begun) <= COUNT + 4  # what was in flight, tasks of two rods on two workers, and nothing else
+    assert len(begun) <= COUNT + 2  # what was in flight on two workers, and nothing else
     assert (out / "sweep.csv").read_bytes() == undisturbed(tmp_path / "web.toml", tmp_path / "other")
 
 
@@ -184,23 +183,19 @@ def test_failed_rods_are_tried_again_when_asked(tmp_path, monkeypatch):
     sweep, out = load_sweep(tmp_path / "web.toml"), tmp_path / "out"
     computed = []
 
-    def inline(journal, _client, task, compute):
-        def run(_listener):
-            computed.append(journal.pending())
-            some = task(journal.pending())
-            journal.finish([attempt(some, rod, compute) for rod in some.rods])
+    def inline(journal, _workers, common, _listener):
+        computed.append(journal.pending())
+        journal.finish([attempt(common.of(journal, job)) for job in journal.pending()])
 
-        return type("Inline", (), {"run": staticmethod(run)})
-
-    monkeypatch.setattr("fea.apps.sweep.run_sweep.Engine", inline)
+    monkeypatch.setattr("fea.apps.sweep.run_sweep.compute_pending", inline)
     monkeypatch.setattr("fea.apps.sweep.run_sweep.cluster", lambda *_: __import__("contextlib").nullcontext())
     monkeypatch.setenv("CHEAP_REFUSED", "5.0")
-    first = run_sweep(sweep, out, compute=cheap_sweep.compute)
+    first = run_sweep(sweep, out, compute=COMPUTE)
     assert first.failed > 0
     assert list(first.reasons) == ["internal error: ValueError: too thick for this test"]
     monkeypatch.delenv("CHEAP_REFUSED")
-    assert run_sweep(sweep, out, compute=cheap_sweep.compute).failed == first.failed
+    assert run_sweep(sweep, out, compute=COMPUTE).failed == first.failed
     assert len(computed) == 1  # nothing was left to do
-    again = run_sweep(sweep, out, compute=cheap_sweep.compute, retry_failed=True)
+    again = run_sweep(sweep, out, compute=COMPUTE, retry_failed=True)
     assert (again.failed, len(computed[-1])) == (0, first.failed)
     assert Path(out / "report.html").is_file()

@@ -3,13 +3,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.sweep.sampling import Choice, Sampling, Shape, Span, designs, saltelli, unit_designs
+from fea.apps.sweep.sampling import Choice, Distribution, Sampling, Span, designs, saltelli, unit_designs
 
 SPANS = st.builds(
     lambda low, width, shape, share, deviation: Span(
         low, low + width, shape, mean=low + share * width, deviation=deviation, mode=low + share * width
     ),
-    st.floats(0.1, 100), st.floats(0.01, 100), st.sampled_from(Shape), st.floats(0, 1), st.floats(0.05, 50),
+    st.floats(0.1, 100), st.floats(0.01, 100), st.sampled_from(Distribution), st.floats(0, 1),
+    st.floats(0.05, 50),
 )  # fmt: skip
 
 
@@ -23,7 +24,7 @@ def test_quantiles_rise_within_the_bounds(span, one, other):
 
 
 def test_a_normal_distribution_has_its_moments():
-    span = Span(0.0, 10.0, Shape.NORMAL, mean=5.0, deviation=1.0)  # cut at five deviations
+    span = Span(0.0, 10.0, Distribution.NORMAL, mean=5.0, deviation=1.0)  # cut at five deviations
     values = np.array(span.at((np.arange(4000) + 0.5) / 4000))
     assert values.mean() == pytest.approx(5, abs=1e-6)
     assert values.std() == pytest.approx(1, rel=2e-3)  # the outer cells' width

@@ -6,14 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from fea.apps.sweep.journal import Entry, State, failures
-from fea.apps.sweep.sampling import Sampling, Shape, Span, designs
-from fea.apps.sweep.statistics import below_one, pareto_front, samples_of, sensitivities
+from fea.apps.sweep.journal import failures
+from fea.apps.sweep.sampling import Distribution, Sampling, Span, designs
+from fea.apps.sweep.statistics import Samples, below_one, pareto_front, sensitivities
+from fea.apps.sweep.sweep_file import RowState, SweepRow
 
 KEYS = {
     "material.yield_MPa": Span(300, 500),
-    "rod.width_mm": Span(9, 11, Shape.NORMAL, mean=10, deviation=0.25),
-    "rod.thickness_mm": Span(4, 6, Shape.TRIANGULAR, mode=5),
+    "rod.width_mm": Span(9, 11, Distribution.NORMAL, mean=10, deviation=0.25),
+    "rod.thickness_mm": Span(4, 6, Distribution.TRIANGULAR, mode=5),
 }
 
 
@@ -24,10 +25,12 @@ def bar(design):
 
 def swept(varied, sampling, count, factor, *, seed=1):
     entries = [
-        Entry(n, n, one, 6000.0, State.DONE, "", {"factor": factor(one), "mass_kg": 1.0, "trusted": True})
+        SweepRow(
+            n, n, one, 6000.0, RowState.DONE, "", {"factor": factor(one), "mass_kg": 1.0, "trusted": True}
+        )
         for n, one in enumerate(designs(varied, sampling, count, seed))
     ]
-    return samples_of(entries)
+    return Samples.of(entries)
 
 
 def exact_indices():
@@ -76,8 +79,8 @@ def test_a_missing_rod_leaves_no_indices_of_saltelli():
 def linear(seed):
     """Strength less load, both normal: the probability is known."""
     varied = {
-        "material.yield_MPa": Span(300, 700, Shape.NORMAL, mean=500, deviation=30),
-        "rod.width_mm": Span(0, 20, Shape.NORMAL, mean=10, deviation=0.8),
+        "material.yield_MPa": Span(300, 700, Distribution.NORMAL, mean=500, deviation=30),
+        "rod.width_mm": Span(0, 20, Distribution.NORMAL, mean=10, deviation=0.8),
     }
     samples = swept(varied, Sampling.RANDOM, 300, lambda one: 1 + (one["material.yield_MPa"]
                     - 46 * one["rod.width_mm"]) / 500, seed=seed)  # fmt: skip
@@ -124,8 +127,8 @@ def test_no_rod_is_lighter_and_stronger_than_one_on_the_front(points):
 
 def test_of_several_speeds_the_worst_counts_and_untrusted_rods_do_not():
     rows = [(0, 0, 1.2, True), (1, 0, 0.9, True), (2, 1, 1.5, True), (3, 1, 1.4, False)]
-    samples = samples_of(
-        Entry(n, sample, {"rod.width_mm": sample}, n, State.DONE, "",
+    samples = Samples.of(
+        SweepRow(n, sample, {"rod.width_mm": sample}, n, RowState.DONE, "",
               {"factor": factor, "mass_kg": 1.0, "trusted": trusted})
         for n, sample, factor, trusted in rows
     )  # fmt: skip
@@ -137,7 +140,7 @@ def test_of_several_speeds_the_worst_counts_and_untrusted_rods_do_not():
 def test_failures_that_differ_in_numbers_are_told_once():
     reasons = ["width = 4.5e-1: too small", "", "no mesh", "width = 0.3: too small"]
     entries = [
-        Entry(n, n, {}, None, State.FAILED if reason else State.DONE, reason, {})
+        SweepRow(n, n, {}, None, RowState.FAILED if reason else RowState.DONE, reason, {})
         for n, reason in enumerate(reasons)
     ]
     assert failures(entries) == [(0, "width = 4.5e-1: too small", 2), (2, "no mesh", 1)]

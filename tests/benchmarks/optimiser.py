@@ -16,9 +16,9 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from fea.apps.optimise.designs import Designs
+from fea.apps.optimise.problem import variables
 from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import search
-from fea.apps.optimise.variables import variables
 from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import GeometryError
@@ -122,8 +122,8 @@ def noise(study, _evaluations):
         designs = (Designs if morphing else Remeshed)(free)
         designs.begin(free.start)
         tried = [designs.at(free.start + step * along) for step in steps]
-        for index, limit in enumerate(tried[0].limits):
-            values = np.log([design.limits[index].low for design in tried])
+        for index, limit in enumerate(tried[0].constraints):
+            values = np.log([design.constraints[index].low for design in tried])
             rest = values - np.polyval(np.polyfit(steps, values, 2), steps)
             print(f"{'moved' if morphing else 'new'} meshes, {limit.name}: {100 * rest.std():.3f} %")
 

@@ -28,18 +28,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from functools import partial
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
-import cloudpickle
 import psutil
 from sweep_kills import CHEAP, kill
 
-from fea.apps.sweep.cluster import Engine
-from fea.apps.sweep.journal import Done, write_tables
+from fea.apps.sweep.journal import RodResult, write_tables
 from fea.apps.sweep.report import report_sweep
-from fea.apps.sweep.run_sweep import _task, journal_of
+from fea.apps.sweep.run_sweep import journal_of
 from fea.apps.sweep.sweep_file import load_sweep
+from fea.apps.sweep.workers import Task, Workers, compute_pending
 
 SWEEP = """study = "leon-2001"
 sampling = "sobol"
@@ -81,7 +80,8 @@ class Scheduler:
             free.bind(("127.0.0.1", 0))
             self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         port, log = self.address.rpartition(":")[2], (folder / "dask.log").open("a")
-        options = {"stdout": log, "stderr": log, "env": environment}
+        path = os.pathsep.join((str(CHEAP.parent), environment.get("PYTHONPATH", "")))
+        options = {"stdout": log, "stderr": log, "env": environment | {"PYTHONPATH": path}}
         module = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
         self.own = subprocess.Popen(
             [*module, "--host", "127.0.0.1", "--port", port, "--no-dashboard"], **options
@@ -142,7 +142,7 @@ def scale(folder, rods, _size):
         time.sleep(0.05)
     seconds = time.perf_counter() - begin
     size = (folder / "out/sweep.sqlite").stat().st_size, (folder / "out/sweep.parquet").stat().st_size
-    print(f"{rods} rods in {seconds:.1f} s; the program, with Dask's scheduler in it, used {used:.1f} s")
+    print(f"{rods} rods in {seconds:.1f} s; the program used {used:.1f} s")
     print(f"{1000 * used / rods:.2f} ms a rod, so that it saturates at {rods / used:.0f} rods a second")
     print(f"{size[0] / rods:.0f} bytes a rod in the journal, {size[1] / rods:.0f} in the Parquet file")
 
@@ -151,36 +151,15 @@ THREADS = 1000
 FIGURES = {f"figure_{k}": 1.0 + k / 7 for k in range(25)} | {"factor": 1.1, "mass_kg": 0.7, "trusted": True}
 
 
-class AtOnce:
-    """A future that is done, and the client of workers that return at once."""
+class AtOnce(Executor):
+    """Workers that return at once."""
 
-    cluster, status = None, "running"
-
-    def __init__(self, result=None):
-        self._result = result
-
-    def nthreads(self):
-        return {"all": THREADS}
-
-    def submit(self, function, task, compute, *, pure):
-        assert not pure
-        _, task, _ = pickle.loads(cloudpickle.dumps((function, task, compute)))  # noqa: S301 - our own
-        done = [Done(rod.job, {rod.speeds[0]: FIGURES}, 0.0) for rod in task.rods]
-        future = AtOnce(pickle.loads(pickle.dumps(done)))  # noqa: S301 - as above
-        future.status = "finished"
+    def submit(self, function, task):
+        _, task = pickle.loads(pickle.dumps((function, task)))  # noqa: S301 - our own
+        done = RodResult(task.job, {task.speeds[0]: FIGURES}, 0.0)
+        future = Future()
+        future.set_result(pickle.loads(pickle.dumps(done)))  # noqa: S301 - as above
         return future
-
-    def add_done_callback(self, call):
-        call(self)
-
-    def exception(self):
-        return None
-
-    def result(self):
-        return self._result
-
-    def release(self):
-        pass
 
 
 def many(folder, rods, _size):
@@ -190,10 +169,11 @@ def many(folder, rods, _size):
     with journal_of(asked, folder / "out") as journal:
         print(f"planned: {rods / (clock() - begin):.0f} rods a second")
         begin = clock()
-        Engine(journal, AtOnce(), partial(_task, asked, journal, 60.0)).run(lambda *_: None)
+        common = Task(asked.base, asked.outputs)
+        compute_pending(journal, Workers(AtOnce(), THREADS), common, lambda *_: None)
         print(f"given out and entered: {rods / (clock() - begin):.0f} rods a second")
         begin = clock()
-        write_tables(folder / "out", journal.entries())
+        write_tables(folder / "out", journal.rows())
         print(f"table: {rods / (clock() - begin):.0f} rows a second")
         begin = clock()
         report_sweep(folder / "out" / "report.html", asked, journal)

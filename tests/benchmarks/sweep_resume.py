@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fea.apps.sweep.journal import Done, write_tables
+from fea.apps.sweep.journal import RodResult, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.run_sweep import journal_of
 from fea.apps.sweep.sweep_file import load_sweep
@@ -38,7 +38,9 @@ def main():
             for n, job in enumerate(jobs):
                 share = n / count
                 rods.append(
-                    Done(job, {6000.0: figures | {"factor": 0.8 + share, "mass_kg": 0.7 + share**2}}, 3.0)
+                    RodResult(
+                        job, {6000.0: figures | {"factor": 0.8 + share, "mass_kg": 0.7 + share**2}}, 3.0
+                    )
                 )
             begin = time.perf_counter()
             for rod in rods[:500]:
@@ -56,10 +58,10 @@ def main():
         sweep = load_sweep(file)
         with journal_of(sweep, folder) as journal:
             left = journal.pending()
-            journal.asked(left[0])
+            journal.design(left[0])
             print(f"resume scan: {time.perf_counter() - begin:.2f} s, {len(left)} rod left")
             begin = time.perf_counter()
-            write_tables(folder, journal.entries())
+            write_tables(folder, journal.rows())
             print(f"tables: {time.perf_counter() - begin:.2f} s")
             begin = time.perf_counter()
             report_sweep(folder / "report.html", sweep, journal)

@@ -124,7 +124,7 @@ def suite(copy: Copy) -> str:
     """What of the tests neither forks nor sets the system itself."""
     names = (
         "machine/test_isolated.py",
-        "machine/test_ahead.py",
+        "machine/test_threads.py",
         "output/test_folder.py",
         "geometry/test_system.py",
     )

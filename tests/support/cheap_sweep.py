@@ -47,7 +47,7 @@ def main():
         workers=None if address else 2,
         address=address,
         minutes=float(os.environ.get("CHEAP_MINUTES", "60")),
-        compute=compute,
+        compute="cheap_sweep:compute",
     )
     sys.stdout.write(f"{report.computed} {report.done} {report.failed}\n")
 

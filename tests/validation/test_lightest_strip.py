@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from fea.apps.optimise.designs import Design
-from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.problem import DesignConstraint
 from fea.apps.optimise.search import search
 from fea.solid.traction import traction_forces
 from fea.verify.body import STEEL, LoadedBody, held
@@ -89,7 +89,7 @@ class Strips:
     def computed(self, x, mesh, *, remeshed):
         half, thick = values(x)
         stress = peak_factor(mesh) * FORCE / (2 * half * thick)
-        limit = Limit("yielding", STRENGTH / stress, 0.0, 1.0)
+        limit = DesignConstraint("yielding", STRENGTH / stress, 0.0, 1.0)
         mass = STEEL.density * 1e3 * thick * (2 * half * 2 * LENGTH - math.pi * RADIUS**2)
         self.count += 1
         self.tried.append(Design(x, mass, (limit,), remeshed=remeshed, mesh=self.meshes))

@@ -1,1 +1,1 @@
-"""The lightest rod that meets the required factors: free dimensions, limits, and the search between."""
+"""The lightest rod that meets the required factors: free dimensions, constraints, and the search between."""

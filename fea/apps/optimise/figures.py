@@ -1,29 +1,51 @@
-"""The result of a search as figures, for the table, for JSON and for the history."""
+"""The result of a search as figures, for JSON, for the history and for the terminal."""
 
-import time
-from collections.abc import Callable, Mapping
-from math import inf
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-from rich.table import Table
-
 from fea.analysis.figures import Figures, figures
+from fea.analysis.result import RunResult
 from fea.apps.optimise.designs import Design
-from fea.apps.optimise.limits import Limit
+from fea.apps.optimise.problem import DesignConstraint, Variables
 from fea.apps.optimise.search import SearchResult
-from fea.apps.optimise.variables import Variables
-from fea.base.note import Note
-from fea.machine.clock import duration
+from fea.base.note import Note, by_consequence
 from fea.output.target import near
 from fea.output.terminal.prose import plain_table, print_lines, terminal, unusual
 from fea.output.units import in_unit
+from fea.study.study import Study
 
 # Of the range of a dimension, and of a required factor: nearer ones count as at the bound, or as governing.
 _AT_BOUND, _ACTIVE = 0.01, 0.02
 
 
+@dataclass(frozen=True)
+class CheckedRod:
+    """A rod on a mesh of its own that is refined to a tolerance, percent."""
+
+    study: Study
+    outcomes: tuple[RunResult, ...]
+    constraints: tuple[DesignConstraint, ...]
+    tolerance: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether every factor less its bar is reached."""
+        return all(constraint.margin >= 0 for constraint in self.constraints)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every check passed at every speed."""
+        return all(outcome.trusted for outcome in self.outcomes)
+
+    @property
+    def mass_kg(self) -> float:
+        """Its mass."""
+        return self.outcomes[0].summary.rod.mass_kg
+
+
 class DimensionFigures(Figures):
-    """A free dimension, mm, before and after; `bound` says at which bound it ended."""
+    """A free dimension, mm, before and after; `bound` is that at which it ended."""
 
     key: str
     low_mm: float
@@ -33,8 +55,8 @@ class DimensionFigures(Figures):
     bound: str | None
 
 
-class LimitFigures(Figures):
-    """A limit, before and after: the safety factor, or the film in µm, and the error bar behind it.
+class ConstraintFigures(Figures):
+    """A constraint, before and after: the safety factor, or the film in µm, and the error bar behind it.
 
     `assured_after` is the factor less its bar, `active` whether it keeps the rod from being lighter.
     """
@@ -50,7 +72,7 @@ class LimitFigures(Figures):
 
 
 class DesignFigures(Figures):
-    """A design that was tried: its mass, the limit with the least margin and the dimensions."""
+    """A design that was tried: its mass, the constraint with the least margin and the dimensions."""
 
     number: int
     mass_kg: float
@@ -63,10 +85,10 @@ class DesignFigures(Figures):
 class OptimiseFigures(Figures):
     """``optimise.json``.
 
-    `holds` says whether every required factor less its error bar is reached on the last mesh, `trusted`
-    whether every check of that analysis passed; `evaluations` counts the meshes that were solved,
-    `new_meshes` the designs with a mesh of their own, from which others were moved;
-    `stopped_by` names the rules of the shape that keep a dimension from changing further.
+    `holds` is whether every required factor less its error bar is reached on the last mesh, `trusted` whether
+    every check of that analysis passed; `evaluations` counts the meshes that were solved, `new_meshes` the
+    designs with a mesh of their own, from which others were moved; `stopped_by` names the rules of the shape
+    that keep a dimension from changing further.
     """
 
     schema: str = "fea/optimise/1"
@@ -82,7 +104,7 @@ class OptimiseFigures(Figures):
     tolerance_percent: float
     least_wall_mm: float
     dimensions: tuple[DimensionFigures, ...]
-    limits: tuple[LimitFigures, ...]
+    limits: tuple[ConstraintFigures, ...]
     stopped_by: tuple[str, ...]
     history: tuple[DesignFigures, ...]
     notes: tuple[Note, ...]
@@ -90,14 +112,57 @@ class OptimiseFigures(Figures):
     total_s: float
 
     @property
-    def missed(self) -> tuple[LimitFigures, ...]:
-        """The limits that the rod does not hold."""
+    def missed(self) -> tuple[ConstraintFigures, ...]:
+        """The constraints that the rod violates."""
         return tuple(limit for limit in self.limits if limit.assured_after < limit.required)
 
 
-def dimension_figures(variables: Variables, best: Design) -> tuple[DimensionFigures, ...]:
-    """Return the free dimensions."""
-    before, after = variables.dimensions(variables.start), variables.dimensions(best.x)
+def optimise_figures(
+    free: Variables,
+    result: SearchResult,
+    best: Design,
+    before: CheckedRod,
+    after: CheckedRod,
+    *,
+    files: tuple[str, ...],
+    seconds: float,
+) -> OptimiseFigures:
+    """Return the figures of a search, whose first rod and best one were checked."""
+    notes, _ = by_consequence(note for outcome in after.outcomes for note in outcome.summary.notes)
+    return OptimiseFigures(
+        study=free.study.name,
+        mass_before_kg=before.mass_kg,
+        mass_after_kg=after.mass_kg,
+        saved_percent=100 * (1 - after.mass_kg / before.mass_kg),
+        holds=after.holds,
+        trusted=after.trusted,
+        ended=result.ended,
+        evaluations=result.count,
+        new_meshes=sum(design.remeshed for design in result.tried),
+        tolerance_percent=after.tolerance,
+        least_wall_mm=free.least_wall,
+        dimensions=_dimensions(free, best),
+        limits=_constraints(before.constraints, after.constraints),
+        stopped_by=tuple(f"{change}: {why}" for change, why in free.obstacles(best.x).items()),
+        history=tuple(
+            figures(
+                DesignFigures,
+                design,
+                number=number,
+                governing=design.governing.name,
+                new_mesh=design.remeshed,
+                dimensions_mm=free.dimensions(design.x),
+            )
+            for number, design in enumerate(result.tried, start=1)
+        ),
+        notes=notes,
+        files=files,
+        total_s=seconds,
+    )
+
+
+def _dimensions(free: Variables, best: Design) -> tuple[DimensionFigures, ...]:
+    before, after = free.dimensions(free.start), free.dimensions(best.x)
     return tuple(
         DimensionFigures(
             key=key,
@@ -107,51 +172,51 @@ def dimension_figures(variables: Variables, best: Design) -> tuple[DimensionFigu
             after_mm=after[key],
             bound="least" if x < _AT_BOUND else "largest" if x > 1 - _AT_BOUND else None,
         )
-        for key, low, high, x in zip(variables.keys, variables.low, variables.high, best.x, strict=True)
+        for key, low, high, x in zip(free.keys, free.low, free.high, best.x, strict=True)
     )
 
 
-def limit_figures(before: tuple[Limit, ...], after: tuple[Limit, ...]) -> tuple[LimitFigures, ...]:
-    """Return the limits before and after."""
-    earlier = {limit.name: limit for limit in before}
+def _constraints(
+    before: tuple[DesignConstraint, ...], after: tuple[DesignConstraint, ...]
+) -> tuple[ConstraintFigures, ...]:
+    earlier = {constraint.name: constraint for constraint in before}
     return tuple(
         figures(
-            LimitFigures,
-            limit,
-            before=was.factor,
-            before_error_percent=was.error_percent,
-            after=limit.factor,
-            after_error_percent=limit.error_percent,
-            assured_after=limit.low,
-            active=limit.margin < _ACTIVE,
+            ConstraintFigures,
+            constraint,
+            before=first.factor,
+            before_error_percent=first.error_percent,
+            after=constraint.factor,
+            after_error_percent=constraint.error_percent,
+            assured_after=constraint.low,
+            active=constraint.margin < _ACTIVE,
         )
-        for limit in after
-        for was in [earlier.get(limit.name, limit)]
-    )
-
-
-def history(variables: Variables, result: SearchResult) -> tuple[DesignFigures, ...]:
-    """Return all designs that were tried."""
-    return tuple(
-        figures(
-            DesignFigures,
-            design,
-            number=number,
-            governing=design.governing.name,
-            new_mesh=design.remeshed,
-            dimensions_mm=variables.dimensions(design.x),
-        )
-        for number, design in enumerate(result.tried, start=1)
+        for constraint in after
+        for first in [earlier.get(constraint.name, constraint)]
     )
 
 
 def print_table(figures: OptimiseFigures, folder: Path) -> None:
-    """Print the answer, the dimensions and the limits before and after."""
+    """Print the answer, the dimensions and the constraints before and after."""
     console = terminal()
-    print_lines(console, [answer(figures)], "bold")
+    print_lines(console, [_answer(figures)], "bold")
     print_lines(console, unusual(figures.notes))
-    console.print(_dimensions(figures))
-    console.print(_limits(figures))
+    dimensions = plain_table(
+        ("dimension, mm", "from", "to", "before", "after", ""), (), left=("dimension, mm", "")
+    )
+    for one in figures.dimensions:
+        sizes = (in_unit(value, "mm") for value in (one.low_mm, one.high_mm, one.before_mm, one.after_mm))
+        bound = "" if one.bound is None else f"at its {one.bound} value"
+        dimensions.add_row(one.key.removesuffix("_mm"), *(f"{size:.4g}" for size in sizes), bound)
+    console.print(dimensions)
+    factors = plain_table(
+        ("safety factor", "required", "before", "after", "less its bar", ""), (), left=("safety factor", "")
+    )
+    for limit in figures.limits:
+        verdict = "not met" if limit in figures.missed else "governs" if limit.active else ""
+        values = (limit.required, limit.before, limit.after, limit.assured_after)
+        factors.add_row(limit.name, *(f"{value:.3g}" for value in values), verdict)
+    console.print(factors)
     meshes = f"{figures.evaluations} meshes solved, for {len(figures.history)} designs; {figures.ended}"
     check = f"the last rod was meshed again, to error bars of {figures.tolerance_percent:g} %"
     failed = () if figures.trusted else ("A check failed: do not trust the result.",)
@@ -160,8 +225,7 @@ def print_table(figures: OptimiseFigures, folder: Path) -> None:
     print_lines(console, [f"Wrote {study}, with the table and the history beside it: fea run {study}"])
 
 
-def answer(figures: OptimiseFigures) -> str:
-    """Say what was found, in a line."""
+def _answer(figures: OptimiseFigures) -> str:
     before, after = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
     if figures.missed:
         worst = min(figures.missed, key=lambda limit: limit.assured_after / limit.required)
@@ -172,54 +236,3 @@ def answer(figures: OptimiseFigures) -> str:
         )
     change = f"{abs(figures.saved_percent):.3g} % {'lighter' if after < before else 'heavier'}"
     return f"{figures.study}: {after:.4g} g instead of {before:.4g} g, {change}"
-
-
-def _dimensions(figures: OptimiseFigures) -> Table:
-    titles = ("dimension, mm", "from", "to", "before", "after", "")
-    table = plain_table(titles, (), left=(titles[0], ""))
-    for one in figures.dimensions:
-        row = (one.low_mm, one.high_mm, one.before_mm, one.after_mm)
-        bound = "" if one.bound is None else f"at its {one.bound} value"
-        sizes = (f"{in_unit(value, 'mm'):.4g}" for value in row)
-        table.add_row(one.key.removesuffix("_mm"), *sizes, bound)
-    return table
-
-
-def _limits(figures: OptimiseFigures) -> Table:
-    titles = ("safety factor", "required", "before", "after", "less its bar", "")
-    table = plain_table(titles, (), left=(titles[0], ""))
-    for limit in figures.limits:
-        after = limit.assured_after
-        said = "not met" if after < limit.required else "governs" if limit.active else ""
-        values = (limit.required, limit.before, limit.after, after)
-        table.add_row(limit.name, *(f"{value:.3g}" for value in values), said)
-    return table
-
-
-# Of the number of dimensions: meshes after which a search has usually settled.
-_USUALLY = 7
-
-
-def progress(
-    show: Callable[..., None], most: int, dimensions: int, clock: Callable[[], float] = time.monotonic
-) -> Callable[[Design, int, int], None]:
-    """Return a listener of `Designs` for a progress line, with the cost predicted after the first design."""
-    lightest, begin, last = inf, clock(), 0.0
-
-    def listener(design: Design, count: int, now: int) -> None:
-        nonlocal lightest, last
-        if design.margin >= 0:
-            lightest = min(lightest, design.mass_kg)
-        if not now:  # of the search that was interrupted
-            return
-        taken, first = clock() - begin, not last
-        each, last = taken / now, last or 2 * taken  # two rods are meshed again at the end
-        usual = max(count, min(most, _USUALLY * dimensions))
-        least, longest = (duration((meshes - count) * each + last) for meshes in (usual, most))
-        if first:
-            about = f"about {least}" if least == longest else f"about {least}, at most {longest}"
-            show(f"{about}, as one mesh took {duration(each)}; {most} may be solved", lasting=True)
-        best = f"lightest so far: {1000 * lightest:.4g} g" if lightest < inf else "none meets the factors yet"
-        show(f"{count} of at most {most} meshes solved, at most {longest} left, {best}")
-
-    return listener

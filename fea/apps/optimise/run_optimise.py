@@ -1,23 +1,22 @@
-"""The job behind `fea optimise`: search the lightest rod, mesh it again, and leave what was found."""
+"""The job behind `fea optimise`: search the lightest rod, mesh it again, and write result and history."""
 
+import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from math import inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from fea.analysis.pipeline import refined_rod
-from fea.analysis.result import RunResult, run_result
-from fea.apps.optimise.designs import Design, Designs
-from fea.apps.optimise.figures import OptimiseFigures, dimension_figures, history, limit_figures, progress
-from fea.apps.optimise.limits import FILM, Limit, Thinnest, limits, required
-from fea.apps.optimise.record import record
+from fea.analysis.result import run_result
+from fea.apps.optimise.designs import Design, Designs, record
+from fea.apps.optimise.figures import CheckedRod, OptimiseFigures, optimise_figures
+from fea.apps.optimise.problem import FILM, MinimumFilm, Variables, constraints, required, variables
 from fea.apps.optimise.search import USUAL, SearchResult, fewest, search
-from fea.apps.optimise.variables import Variables, variables
-from fea.base.note import by_consequence
 from fea.judge.verdict import CAP
-from fea.machine.clock import Clock
+from fea.machine.clock import Clock, duration
 from fea.output.folder import OPTIMISED, require_replaceable, run_folder
 from fea.output.json_file import json_text
 from fea.output.pictures.picture import draw_pictures
@@ -37,119 +36,21 @@ FILES = (STUDY, OPTIMISED, HISTORY, COURSE, RODS)
 YIELDING, FATIGUE = "safety_factor_node", "fatigue_safety_factor"
 # Between the two rods in the picture, relative to their widths.
 _APART = 1.15
-
-
-def write_files(folder: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> str:
-    """Write the files; return why there is no picture, or "". Raises `StorageError`, `PictureError`."""
-    write_text(folder / STUDY, after.study.text())
-    write_text(folder / OPTIMISED, json_text(figures))
-    tried = figures.history
-    named = ("number", "mass_kg", "margin", "new_mesh")
-    columns = {name: [float(getattr(design, name)) for design in tried] for name in named}
-    columns |= {key: [design.dimensions_mm[key] for design in tried] for key in tried[0].dimensions_mm}
-    write_columns(folder / HISTORY, columns)
-    plot_course(folder / COURSE, figures)
-    try:
-        _draw_rods(folder / RODS, figures, before, after)
-    except PictureError as error:  # a search is not lost for it
-        return str(error)
-    return ""
-
-
-def plot_course(path: Path, figures: OptimiseFigures) -> None:
-    """Plot mass and margin of all designs; raises `PictureError`: the file could not be written."""
-    figure = new_figure(9, 6)
-    above, below = figure.subplots(2, 1, sharex=True)
-    tried = [(design.number, 1000 * design.mass_kg, 100 * design.margin) for design in figures.history]
-    number, mass, margin = np.array(tried).T
-    holds = margin >= 0
-    above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="meets the required factors")
-    above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not")
-    lightest = np.minimum.accumulate(np.where(holds, mass, np.inf))
-    known = np.isfinite(lightest)
-    above.step(number[known], lightest[known], where="post", color="0.4", lw=1, label="lightest of these")
-    above.set_ylabel("mass, g")
-    above.set_title(f"{figures.study}: designs that were tried", fontsize=11)
-    above.legend(frameon=False)
-    below.axhline(0, color="0.3", lw=1)
-    below.plot(number, margin, ".-", color="C0", lw=0.7)
-    below.set_ylabel("least margin, %")
-    below.set_xlabel("design")
-    for panel in (above, below):
-        panel.grid(alpha=0.3)
-    save(figure, path)
-
-
-def _draw_rods(path: Path, figures: OptimiseFigures, before: "Checked", after: "Checked") -> None:
-    """Draw both rods at one scale, the earlier one above, in the least safety factors of all speeds."""
-    field = FATIGUE if all(FATIGUE in _factors(rod) for rod in (before, after)) else YIELDING
-    first, second = (rod.outcomes[0].mesh for rod in (before, after))
-    shift = _APART * (np.ptp(first.points[:, 1]) + np.ptp(second.points[:, 1])) / 2
-    both = TetMesh(
-        np.concatenate([first.points + np.array([0.0, shift, 0.0]), second.points]),
-        np.concatenate([first.tets, second.tets + len(first.points)]),
-    )
-    values = np.concatenate([_factors(rod)[field] for rod in (before, after)])
-    of_first = int(values.argmin()) < len(first.points)
-    old, new = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
-    title = f"{figures.study}: before, {old:.0f} g (above), and after, {new:.0f} g"
-    with TemporaryDirectory() as scratch:
-        vtu = Path(scratch, "rods.vtu")
-        write_vtu(vtu, both, {"displacement": np.zeros_like(both.points), field: values})
-        picture = Picture(
-            vtu=vtu,
-            png=path,
-            title=title,
-            field=field,
-            origin=(0.0, shift if of_first else 0.0, 0.0),
-            notes=(f"of the rod {'before' if of_first else 'after'}",),
-        )
-        draw_pictures([picture])
-
-
-def _factors(rod: "Checked") -> dict[str, Floats]:
-    """Least safety factors (n_nodes,) of all speeds, by the names of their arrays."""
-    cases = [case.safety_factor for outcome in rod.outcomes for case in outcome.cases.values()]
-    cycles = [outcome.cycle.envelope for outcome in rod.outcomes if outcome.cycle is not None]
-    least = {YIELDING: np.min([*cases, *(cycle.safety_factor for cycle in cycles)], axis=0)}
-    fatigue = [cycle.fatigue_factor for cycle in cycles if cycle.fatigue_factor is not None]
-    if cycles and len(fatigue) == len(cycles):
-        least[FATIGUE] = np.nan_to_num(np.min(fatigue, axis=0), nan=CAP)
-    return least
-
-
 # Of the last mesh, and of the meshes that the search moves, percent.
 TOLERANCE = 2.0
 # Rods that are meshed for the last check, where the first does not hold.
 _CANDIDATES = 3
-
-
-@dataclass(frozen=True)
-class Checked:
-    """A rod on a mesh of its own that is refined to the tolerance."""
-
-    study: Study
-    outcomes: tuple[RunResult, ...]
-    limits: tuple[Limit, ...]
-
-    @property
-    def holds(self) -> bool:
-        """Whether every factor less its bar is reached."""
-        return all(limit.margin >= 0 for limit in self.limits)
-
-    @property
-    def trusted(self) -> bool:
-        """Whether every check passed at every speed."""
-        return all(each.trusted for each in self.outcomes)
+# Of the number of dimensions: meshes after which a search has usually settled.
+_USUALLY = 7
 
 
 def optimise(
     study: Study, folder: Path, show: Callable[..., None] = lambda _text, **_options: None
 ) -> tuple[OptimiseFigures, str]:
-    """Search the lightest rod that meets the required factors, and write its study and what led to it.
+    """Search the lightest rod that meets the required factors, and write its study and the history.
 
     The folder is new, or that of an earlier search; `show` shows a progress line after each design. An
-    interrupted search has left its designs beside the folder, and the next one goes on from there. Returned
+    interrupted search has left its designs beside the folder, and the next one resumes from them. Returned
     are the result, and why the picture of the rods is missing; empty where it is not. Raises `InvalidValue`:
     the rod has no dimensions, a value breaks a rule, or the evaluations are too few to decide anything;
     `OccupiedError`, `StorageError`: the folder cannot take the files; `GeometryError`, `MeshError`,
@@ -157,24 +58,22 @@ def optimise(
     """
     require_replaceable(folder)
     clock = Clock()
-    asked = search_study(study)
-    free = variables(asked)
+    solved = search_study(study)
+    free = variables(solved)
     table = study.optimise
     most = (None if table is None else table.evaluations) or USUAL
     rule = f"cannot decide {len(free.keys)} free dimensions, which take {fewest(len(free.keys))} at least"
     remedy = "Allow more with --evaluations, or free fewer dimensions."
     require(most >= fewest(len(free.keys)), "optimise.evaluations", most, rule, remedy)
-    with record(folder, asked) as kept:
+    with record(folder, solved) as kept:
         if kept.count:
             show(f"resuming after {kept.count} designs of an interrupted search", lasting=True)
-        with clock("search"):
-            designs = Designs(free, progress(show, most, len(free.keys)), record=kept)
-            result = search(designs, free.start, most)
-        with clock("check"):
-            show("meshing the first rod and the best one again")
-            before = checked(free, result.first.x)
-            best, after = _last(free, result)
-        figures = _figures(free, result, best, before, after, seconds=clock.total)
+        designs = Designs(free, progress(show, most, len(free.keys)), record=kept)
+        result = search(designs, free.start, most)
+        show("meshing the first rod and the best one again")
+        before = checked(free, result.first.x)
+        best, after = _last(free, result)
+        figures = optimise_figures(free, result, best, before, after, files=FILES, seconds=clock.total)
         with run_folder(folder) as part:
             complaint = write_files(part, figures, before, after)
     return figures, complaint
@@ -183,9 +82,9 @@ def optimise(
 def search_study(study: Study) -> Study:
     """Return the study that the search solves: with the crank cycle, every case refined to the tolerance.
 
-    The peaks of both ends and of the shank limit a rod, each by itself, and so not only the governing one.
-    Mass properties that the study gives are left out: they are those of its own rod. Raises `InvalidValue`:
-    the rod is in separate parts, or comes from a mesh, or there can be no oil film that is asked for.
+    Every case counts, since the peaks of both ends and of the shank are constraints of their own. Mass
+    properties that the study gives are left out: they are those of its own rod. Raises `InvalidValue`: the
+    rod is in separate parts, or comes from a mesh, or there can be no oil film where one is required.
     """
     rule = "cannot be combined with fea optimise: every design would take minutes"
     remedy = "Remove [assembly], then check the lighter rod with it: fea run."
@@ -206,22 +105,21 @@ def search_study(study: Study) -> Study:
     return replace(study, rod=replace(study.rod, mass=None), analysis=options)
 
 
-def checked(free: Variables, x: Floats) -> Checked:
+def checked(free: Variables, x: Floats) -> CheckedRod:
     """Analyse a rod on a mesh of its own, refined to the tolerance, as `fea run` does."""
-    asked = free.study_at(x)
-    options = asked.analysis
-    tolerance = min(options.tolerance_percent or TOLERANCE, TOLERANCE)
-    mesh, analysis = replace(asked.mesh, size_mm=None), replace(options, tolerance_percent=tolerance)
-    study = replace(asked, mesh=mesh, analysis=analysis)
+    design = free.study_at(x)
+    tolerance = min(design.analysis.tolerance_percent or TOLERANCE, TOLERANCE)
+    analysis = replace(design.analysis, tolerance_percent=tolerance)
+    study = replace(design, mesh=replace(design.mesh, size_mm=None), analysis=analysis)
     adapted = refined_rod(study, study.speeds(), Clock())
     results = [adapted.at(rpm) for rpm in study.speeds()]
     outcomes = tuple(run_result(study, adapted, result) for result in results)
-    asks = required(study)
-    films = [Thinnest.of(result.film) for result in results if result.film is not None and FILM in asks]
-    return Checked(study, outcomes, limits(adapted.rod, results, asks, films))
+    factors = required(study)
+    films = [MinimumFilm.of(result.film) for result in results if result.film and FILM in factors]
+    return CheckedRod(study, outcomes, constraints(adapted.rod, results, factors, films), tolerance)
 
 
-def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
+def _last(free: Variables, result: SearchResult) -> tuple[Design, CheckedRod]:
     """The lightest rod that meets the required factors on its last mesh, or the first of the lightest."""
     tried = []
     for design in result.holding[:_CANDIDATES] or [result.best]:
@@ -231,29 +129,105 @@ def _last(free: Variables, result: SearchResult) -> tuple[Design, Checked]:
     return tried[0]
 
 
-def _figures(
-    free: Variables, result: SearchResult, best: Design, before: Checked, after: Checked, *, seconds: float
-) -> OptimiseFigures:
-    old, new = (each.outcomes[0].summary.rod.mass_kg for each in (before, after))
-    notes, _ = by_consequence(note for each in after.outcomes for note in each.summary.notes)
-    stopped = tuple(f"{what}: {why}" for what, why in free.obstacles(best.x).items())
-    return OptimiseFigures(
-        study=free.study.name,
-        mass_before_kg=old,
-        mass_after_kg=new,
-        saved_percent=100 * (1 - new / old),
-        holds=after.holds,
-        trusted=after.trusted,
-        ended=result.ended,
-        evaluations=result.count,
-        new_meshes=sum(design.remeshed for design in result.tried),
-        tolerance_percent=after.study.analysis.tolerance_percent or TOLERANCE,
-        least_wall_mm=free.least_wall,
-        dimensions=dimension_figures(free, best),
-        limits=limit_figures(before.limits, after.limits),
-        stopped_by=stopped,
-        history=history(free, result),
-        notes=notes,
-        files=FILES,
-        total_s=seconds,
+def progress(
+    show: Callable[..., None], most: int, dimensions: int, clock: Callable[[], float] = time.monotonic
+) -> Callable[[Design, int, int], None]:
+    """Return a listener of `Designs` for a progress line, with the cost predicted after the first design."""
+    lightest, begin, last = inf, clock(), 0.0
+
+    def listener(design: Design, count: int, now: int) -> None:
+        nonlocal lightest, last
+        if design.margin >= 0:
+            lightest = min(lightest, design.mass_kg)
+        if not now:  # of the search that was interrupted
+            return
+        taken, first = clock() - begin, not last
+        each, last = taken / now, last or 2 * taken  # two rods are meshed again at the end
+        usual = max(count, min(most, _USUALLY * dimensions))
+        least, longest = (duration((meshes - count) * each + last) for meshes in (usual, most))
+        if first:
+            about = f"about {least}" if least == longest else f"about {least}, at most {longest}"
+            show(f"{about}, as one mesh took {duration(each)}; {most} may be solved", lasting=True)
+        best = f"lightest so far: {1000 * lightest:.4g} g" if lightest < inf else "none meets the factors yet"
+        show(f"{count} of at most {most} meshes solved, at most {longest} left, {best}")
+
+    return listener
+
+
+def write_files(folder: Path, figures: OptimiseFigures, before: CheckedRod, after: CheckedRod) -> str:
+    """Write the files; return why there is no picture, or "". Raises `StorageError`, `PictureError`."""
+    write_text(folder / STUDY, after.study.text())
+    write_text(folder / OPTIMISED, json_text(figures))
+    tried = figures.history
+    names = ("number", "mass_kg", "margin", "new_mesh")
+    columns = {name: [float(getattr(design, name)) for design in tried] for name in names}
+    columns |= {key: [design.dimensions_mm[key] for design in tried] for key in tried[0].dimensions_mm}
+    write_columns(folder / HISTORY, columns)
+    _plot_course(folder / COURSE, figures)
+    try:
+        _draw_rods(folder / RODS, figures, before, after)
+    except PictureError as error:  # a search is not lost for it
+        return str(error)
+    return ""
+
+
+def _plot_course(path: Path, figures: OptimiseFigures) -> None:
+    """Plot mass and margin of all designs; raises `PictureError`: the file could not be written."""
+    figure = new_figure(9, 6)
+    above, below = figure.subplots(2, 1, sharex=True)
+    tried = [(design.number, 1000 * design.mass_kg, 100 * design.margin) for design in figures.history]
+    number, mass, margin = np.array(tried).T
+    holds = margin >= 0
+    above.plot(number[holds], mass[holds], "o", color="C0", ms=4, label="meets the required factors")
+    above.plot(number[~holds], mass[~holds], "x", color="C3", ms=5, label="does not")
+    lightest = np.minimum.accumulate(np.where(holds, mass, np.inf))
+    finite = np.isfinite(lightest)
+    above.step(number[finite], lightest[finite], where="post", color="0.4", lw=1, label="lightest of these")
+    above.set_ylabel("mass, g")
+    above.set_title(f"{figures.study}: designs that were tried", fontsize=11)
+    above.legend(frameon=False)
+    below.axhline(0, color="0.3", lw=1)
+    below.plot(number, margin, ".-", color="C0", lw=0.7)
+    below.set_ylabel("least margin, %")
+    below.set_xlabel("design")
+    for panel in (above, below):
+        panel.grid(alpha=0.3)
+    save(figure, path)
+
+
+def _draw_rods(path: Path, figures: OptimiseFigures, before: CheckedRod, after: CheckedRod) -> None:
+    """Draw both rods at one scale, the earlier one above, in the least safety factors of all speeds."""
+    fields = [_factors(rod) for rod in (before, after)]
+    field = FATIGUE if all(FATIGUE in each for each in fields) else YIELDING
+    values = np.concatenate([each[field] for each in fields])
+    first, second = (rod.outcomes[0].mesh for rod in (before, after))
+    shift = _APART * (np.ptp(first.points[:, 1]) + np.ptp(second.points[:, 1])) / 2
+    both = TetMesh(
+        np.concatenate([first.points + np.array([0.0, shift, 0.0]), second.points]),
+        np.concatenate([first.tets, second.tets + len(first.points)]),
     )
+    of_first = int(values.argmin()) < len(first.points)
+    old, new = 1000 * figures.mass_before_kg, 1000 * figures.mass_after_kg
+    with TemporaryDirectory() as scratch:
+        vtu = Path(scratch, "rods.vtu")
+        write_vtu(vtu, both, {"displacement": np.zeros_like(both.points), field: values})
+        picture = Picture(
+            vtu=vtu,
+            png=path,
+            title=f"{figures.study}: before, {old:.0f} g (above), and after, {new:.0f} g",
+            field=field,
+            origin=(0.0, shift if of_first else 0.0, 0.0),
+            notes=(f"of the rod {'before' if of_first else 'after'}",),
+        )
+        draw_pictures([picture])
+
+
+def _factors(rod: CheckedRod) -> dict[str, Floats]:
+    """Least safety factors (n_nodes,) of all speeds, by the names of their arrays."""
+    cases = [case.safety_factor for outcome in rod.outcomes for case in outcome.cases.values()]
+    cycles = [outcome.cycle.envelope for outcome in rod.outcomes if outcome.cycle is not None]
+    least = {YIELDING: np.min([*cases, *(cycle.safety_factor for cycle in cycles)], axis=0)}
+    fatigue = [cycle.fatigue_factor for cycle in cycles if cycle.fatigue_factor is not None]
+    if cycles and len(fatigue) == len(cycles):
+        least[FATIGUE] = np.nan_to_num(np.min(fatigue, axis=0), nan=CAP)
+    return least

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.apps.optimise.designs import Design, Designs
+from fea.apps.optimise.problem import variables
 from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import USUAL, search
-from fea.apps.optimise.variables import variables
 from fea.apps.run_study import run_study
 from fea.apps.studio.frame import MODES, Frame
 from fea.apps.studio.operation import Operation, applied, controls

@@ -1,7 +1,5 @@
 """One rod at all its speeds: one mesh, one factorisation, and the figures of the table."""
 
-from typing import Any
-
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import SpeedSweep
 from fea.analysis.modes import modes_report
@@ -10,35 +8,37 @@ from fea.analysis.result import run_result
 from fea.analysis.survival import factors
 from fea.apps.limits.explore import explore, limited_speeds
 from fea.apps.limits.figures import largest_values
-from fea.apps.sweep.base import Extras
+from fea.apps.sweep.sweep_file import SweepOutputs
 from fea.machine.clock import Clock
+from fea.output.json_file import JsonObject
 from fea.study.study import Study
 
-Figures = dict[str, Any]
 
-
-def evaluate(study: Study, extras: Extras) -> dict[float | None, Figures]:
+def evaluate(study: Study, outputs: SweepOutputs) -> dict[float | None, JsonObject]:
     """Return the figures of a rod by speed, rpm (None: given forces). Errors as `fea.apps.result.analyse`."""
     speeds = study.speeds()
     adapted = refined_rod(study, speeds, Clock())
-    shared = _critical(study, adapted)
-    if extras.limits:
+    shared: JsonObject = {}
+    rpm = [speed for speed in speeds if speed is not None]
+    if study.analysis.cycle and len(rpm) != 1:
+        # Lowest speed from which each factor of the cycle is below 1, if it is within the speeds.
+        critical = SpeedSweep(adapted.rod, rpm).critical
+        shared = {f"critical_{name}_rpm": speed for name, speed in critical.items() if speed is not None}
+    if outputs.limits:
         shared |= _limits(adapted)
-    if extras.frequencies:
-        modes = modes_report(study, extras.frequencies, adapted.rod.mesh)
+    if outputs.frequencies:
+        modes = modes_report(study, outputs.frequencies, adapted.rod.mesh)
         shared |= {f"frequency_{number}_Hz": float(hertz) for number, hertz in enumerate(modes.elastic, 1)}
         shared |= {} if modes.trusted else {"trusted": False}
-    by_speed = {}
-    for rpm in speeds:
-        summary = run_result(study, adapted, adapted.at(rpm)).summary
-        by_speed[rpm] = figures(summary) | shared
-    return by_speed
+    return {
+        speed: figures(run_result(study, adapted, adapted.at(speed)).summary) | shared for speed in speeds
+    }
 
 
-def figures(summary: Summary) -> Figures:
+def figures(summary: Summary) -> JsonObject:
     """Return the figures of a run that a table has room for."""
     all_factors = factors(summary.results, summary.buckling, summary.envelope, summary.assembly)
-    table: Figures = {
+    table: JsonObject = {
         "mass_kg": summary.rod.mass_kg,
         "center_of_gravity_mm": summary.rod.center_of_gravity_mm[0],
         "inertia_kg_m2": summary.rod.inertia_kg_m2,
@@ -68,23 +68,14 @@ def figures(summary: Summary) -> Figures:
     return {name: value for name, value in table.items() if value is not None}
 
 
-def _limits(adapted: RefinedRod) -> Figures:
-    found = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
-    speed, pressure, _ = largest_values(found)
-    table: Figures = {}
+def _limits(adapted: RefinedRod) -> JsonObject:
+    limits = explore(adapted, limited_speeds(adapted.rod.study)[-1], mapped=False)
+    speed, pressure, _ = largest_values(limits)
+    table: JsonObject = {}
     if speed is not None:
         bar = 0.0 if speed.bar is None else speed.bar
         table = {"limit_rpm": speed.value, "limit_rpm_error_percent": 100 * bar / speed.value}
         table["limit_mode"] = speed.mode
-    if pressure is not None and pressure.rpm >= found.at_rpm:
+    if pressure is not None and pressure.rpm >= limits.at_rpm:
         table |= {"limit_peak_pressure_bar": pressure.value, "limit_pressure_mode": pressure.mode}
     return table
-
-
-def _critical(study: Study, adapted: RefinedRod) -> Figures:
-    """Lowest speed from which each factor of the cycle is below 1; none where it is not within the speeds."""
-    speeds = [rpm for rpm in study.speeds() if rpm is not None]
-    if not study.analysis.cycle or len(speeds) == 1:
-        return {}
-    critical = SpeedSweep(adapted.rod, speeds).critical
-    return {f"critical_{name}_rpm": rpm for name, rpm in critical.items() if rpm is not None}

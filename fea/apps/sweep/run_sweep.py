@@ -1,20 +1,19 @@
-"""The job behind `fea sweep`: go on where the journal ends, and leave the tables."""
+"""The job behind `fea sweep`: resume where the journal ends, and leave the tables and the report."""
 
+import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 from fea.analysis.figures import Figures
-from fea.apps.sweep.cluster import Engine, cluster
-from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, Progress, State, failures, write_tables
+from fea.apps.sweep.journal import CSV, PARQUET, SCHEMA, Journal, RodResult, failures, write_tables
 from fea.apps.sweep.report import report_sweep
 from fea.apps.sweep.statistics import Statistics
-from fea.apps.sweep.sweep_file import PlannedRow, Sweep, rows
-from fea.apps.sweep.work import DEFAULT_MINUTES, Rod, Task
+from fea.apps.sweep.sweep_file import RowState, Sweep, SweepRow, rows
+from fea.apps.sweep.workers import DEFAULT_MINUTES, EVALUATE, Task, cluster, compute_pending
 from fea.base.version import __version__
-from fea.machine.clock import progress_line
+from fea.machine.clock import duration, progress_line
 from fea.machine.threads import threads
 from fea.output.folder import REPORT, owned
 from fea.output.target import OccupiedError, StorageError, near
@@ -52,45 +51,47 @@ def run_sweep(
     retry_failed: bool = False,
     minutes: float = DEFAULT_MINUTES,
     silent: bool = True,
-    compute: Callable[..., Any] | None = None,
+    compute: str = EVALUATE,
 ) -> SweepReport:
     """Compute the rods of a sweep that its journal does not have yet, and write the tables and the report.
 
     The folder is new, empty, or that of the same sweep; `workers` and `address` are those of `cluster`. A rod
-    that takes longer than `minutes` has failed. `compute` replaces the analysis in tests: it takes a study
-    and the extras. Raises `InvalidValue`: the folder holds the journal of another sweep or
-    version, or a value breaks a rule; `OccupiedError`: the folder holds something else, or another process is
-    at work in it; `StorageError`: the disk, a permission or the file system refuses; `ClusterError`,
-    `VersionError`: the scheduler or a worker cannot be used.
+    that takes longer than `minutes` has failed. `compute` is that of `Task`. Raises `InvalidValue`: a
+    value breaks a rule, or the folder holds the journal of another sweep or version; `OccupiedError`: it
+    holds something else, or another process is at work in it; `StorageError`: the disk, a permission or the
+    file system refuses; `ClusterError`, `VersionError`: the scheduler or a worker cannot be used.
     """
     rule = f"must be above 0 and at most {_A_YEAR}"
     require(0 < minutes <= _A_YEAR, "--limit-minutes", minutes, rule)
-    going_on = f"interrupted; the same command resumes with the rods that are not in {near(folder / JOURNAL)}"
-    with journal_of(sweep, folder) as journal, saying(going_on):
+    resume = f"interrupted; the same command resumes with the rods that are not in {near(folder / JOURNAL)}"
+    with journal_of(sweep, folder) as journal, saying(resume):
         if retry_failed:
             journal.retry()
         progress = Progress(len(journal.pending()))
         try:
             if progress.total:
                 first = "starting the workers"
-                with progress_line(first, silent=silent) as show, cluster(workers, address) as client:
-                    task = partial(_task, sweep, journal, minutes)
-                    Engine(journal, client, task, compute).run(progress.shown_by(show))
+                with progress_line(first, silent=silent) as show, cluster(workers, address) as started:
+                    # The mesh of a rod depends on rounding, and that on the threads: the table must not on
+                    # the workers.
+                    common = Task(
+                        sweep.base, sweep.outputs, seconds=60 * minutes, threads=threads(1), compute=compute
+                    )
+                    compute_pending(journal, started, common, progress.shown_by(show))
         except BaseException:
             with suppress(StorageError):  # on a full disk the journal comes first
-                write_tables(folder, journal.entries())
+                write_tables(folder, journal.rows())
             raise
-        write_tables(folder, journal.entries())
+        write_tables(folder, journal.rows())
         figures = report_sweep(folder / REPORT, sweep, journal)
         counts = journal.counts()
-        untrusted = sum(entry.figures.get("trusted") is False for entry in journal.entries())
         return SweepReport(
             folder=folder,
             computed=progress.done,
-            done=counts[State.DONE],
-            failed=counts[State.FAILED],
-            untrusted=untrusted,
-            reasons={reason: count for _, reason, count in failures(journal.entries())},
+            done=counts[RowState.DONE],
+            failed=counts[RowState.FAILED],
+            untrusted=sum(row.figures.get("trusted") is False for row in journal.rows()),
+            reasons={reason: count for _, reason, count in failures(journal.rows())},
             statistics=figures,
         )
 
@@ -106,7 +107,7 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
         raise OccupiedError(
             f"{near(folder)} contains {others[0]}, which is not from a sweep: choose another --out."
         )
-    # What is wrong with the rows is told before anything is written.
+    # Errors in the rows are reported before anything is written.
     new = None if (folder / JOURNAL).exists() else rows(sweep)
     make_directory(folder)
     with (
@@ -117,28 +118,68 @@ def journal_of(sweep: Sweep, folder: Path) -> Iterator[Journal]:
         yield journal
 
 
-def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[PlannedRow] | None) -> None:
-    meta, asked = journal.meta, {"schema": SCHEMA, "version": __version__, "sweep": sweep.identity}
+def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[SweepRow] | None) -> None:
+    """Enter the rows of a new sweep, or those by which a sweep has become longer."""
+    meta, wanted = journal.meta, {"schema": SCHEMA, "version": __version__, "sweep": sweep.identity}
     where, remedy = str(near(folder)), "Choose another directory with --out, or remove this one."
     if not meta:
-        journal.enter(asked, rows(sweep) if new is None else new)
+        journal.enter(wanted, rows(sweep) if new is None else new)
         return
-    schema = meta.get("schema")
+    schema, version = meta.get("schema"), meta.get("version")
     require(schema == SCHEMA, "--out", where, f"holds a journal of another kind, {schema!r}", remedy)
-    rule = (
-        f"holds a sweep by version {meta['version']}, and this is {asked['version']}: rows would not compare"
-    )
-    require(meta["version"] == asked["version"], "--out", where, rule, remedy)
-    if meta["sweep"] == asked["sweep"]:
+    rule = f"holds a sweep by version {version}, and this is {__version__}: rows would not compare"
+    require(version == __version__, "--out", where, rule, remedy)
+    if meta["sweep"] == sweep.identity:
         return
-    wanted, known = rows(sweep), journal.keys()
+    longer, keys = rows(sweep), journal.keys()
     rule = "holds the journal of another sweep: other keys, values, files, seed or study"
-    same = len(wanted) > len(known) and [row.key for row in wanted[: len(known)]] == known
+    same = len(longer) > len(keys) and [row.key for row in longer[: len(keys)]] == keys
     require(same, "--out", where, rule, remedy)
-    journal.enter(asked, wanted[len(known) :])
+    journal.enter(wanted, longer[len(keys) :])
 
 
-def _task(sweep: Sweep, journal: Journal, minutes: float, jobs: Sequence[str]) -> Task:
-    rods = tuple(Rod(job, *journal.asked(job)) for job in jobs)
-    # The mesh of a rod depends on rounding, and that on the threads: the table must not on the workers.
-    return Task(rods, sweep.base, sweep.extras, __version__, 60 * minutes, threads(default=1))
+# The rate is that of the last so many results: the first ones wait for libraries to load.
+_RECENT = 50
+
+
+class Progress:
+    """Counts the rods that came back, of a total to compute now."""
+
+    def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self.total, self.done = total, 0
+        self._clock = clock
+        self._times: deque[tuple[float, int]] = deque([(clock(), 0)], maxlen=_RECENT)
+
+    def add(self, count: int) -> None:
+        """Count rods that came back."""
+        if count:
+            self.done += count
+            self._times.append((self._clock(), self.done))
+
+    def text(self, threads: int) -> str:
+        """Return the progress, the pace and the time left, in a line."""
+        share = f"{self.done} of {self.total} rods"
+        if threads == 0:
+            return f"{share}; waiting for a worker"
+        (start, before), now = self._times[0], self._clock()
+        if self.done == before or now <= start:
+            return f"{share}, {threads} at a time"
+        rate = (self.done - before) / (now - start)
+        pace = f"{rate:.2g} a second" if rate >= 1 else f"{60 * rate:.2g} a minute"
+        return f"{share}, {pace}, {duration((self.total - self.done) / rate)} left"
+
+    def shown_by(self, show: Callable[..., None]) -> Callable[[Sequence[RodResult], int], None]:
+        """Return a listener of `compute_pending` that shows progress, and the cost after the first rods."""
+
+        def listener(results: Sequence[RodResult], threads: int) -> None:
+            first = self.done == 0
+            self.add(len(results))
+            if results and first and threads and self.done < self.total:
+                each = sum(rod.seconds for rod in results) / len(results)
+                about = duration(each * (self.total - self.done) / min(threads, self.total))
+                show(
+                    f"about {about} for {self.total} rods of {each:.2g} s, {threads} at a time", lasting=True
+                )
+            show(self.text(threads))
+
+        return listener

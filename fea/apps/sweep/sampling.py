@@ -1,11 +1,11 @@
-"""From what varies to the designs of a sweep."""
+"""The keys of a study that vary in a sweep, what they vary over, and the designs chosen from that."""
 
 import csv
 import io
 import itertools
 import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -13,27 +13,87 @@ from typing import Any
 
 import numpy as np
 
-from fea.apps.sweep.base import kind_of
 from fea.study.files import require_size
-from fea.study.tables import Written, checked, number_of, unknown_key
+from fea.study.study import TABLES
+from fea.study.tables import Written, checked, full_key, hints_of, keys_of, number_of, unknown_key
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_number
 
-_KEYS = ("from", "to", "steps", "distribution", "mean", "deviation", "mode")
+# The files of a run are not written by a sweep, and a sweep searches by itself.
+_TABLES = tuple(name for name in TABLES if name not in ("optimise", "output"))
+# Keys of a range or a distribution that have the unit of the key that varies.
+_QUANTITIES = ("from", "to", "mean", "deviation", "mode")
+_KEYS = (*_QUANTITIES, "steps", "distribution")
 _FORMS = (
     "Give a list of values, { from = 4.0, to = 6.0 }, or a distribution between bounds: "
     '{ distribution = "normal", mean = 5.0, deviation = 0.1, from = 4.7, to = 5.3 }.'
 )
 _MOST_STEPS = 10_000
+MOST = 1_000_000  # designs
+
+Design = dict[str, Any]
 
 
-class Shape(StrEnum):
+def leaves(where: str, raw: object) -> Iterator[tuple[str, Any]]:
+    """Yield each key of a table of tables and its value, in its unit: ``("rod.web_thickness_mm", value)``.
+
+    Keys may be nested (``[vary.rod]``), dotted or quoted (``"rod.web_thickness_mm"``); `where` is the name of
+    the table, for messages. Raises `InvalidValue`: it is not a table, or names a table or a key that a study
+    does not have.
+    """
+    if not isinstance(raw, Mapping):
+        raise InvalidValue(where, raw, f"must be a table, [{where}]")
+    for path, value in _flat(raw, ()):
+        *above, given = path
+        table = TABLES.get(above[0]) if above else None
+        name = given if table is None else full_key(given, keys_of(table))
+        key, label, bare = ".".join((*above, name)), ".".join((where, *path)), name != given
+        kind_of(key, where)
+        if not isinstance(value, Mapping):
+            yield key, number_of(label, value, name, bare=bare)
+            continue
+        numbers = {
+            part: number_of(f"{label}.{part}", value[part], name, bare=bare, change=part == "deviation")
+            for part in _QUANTITIES
+            if part in value
+        }
+        yield key, {**value, **numbers}
+
+
+def kind_of(key: str, where: str) -> Any:
+    """Return the annotated type of a key of a study; raises `InvalidValue`: there is no such key."""
+    table, _, name = key.rpartition(".")
+    first, _, part = table.partition(".")
+    if not table or first not in _TABLES or (part and first != "material"):
+        raise unknown_key(f"[{where}]", table or key, _TABLES)
+    hints = hints_of(TABLES[first])
+    if name not in hints:
+        raise unknown_key(f"[{where}.{table}]", name, hints)
+    return hints[name]
+
+
+def _flat(raw: Mapping[str, Any], above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    materials = keys_of(TABLES["material"])
+    for key, value in raw.items():
+        path = (*above, *key.split("."))
+        part = len(path) == 2 and path[0] == "material" and full_key(path[1], materials) not in materials
+        if isinstance(value, Mapping) and (len(path) == 1 or part):
+            yield from _flat(value, path)
+        else:
+            yield path, value
+
+
+class Distribution(StrEnum):
     """The shape of a distribution."""
 
     UNIFORM = "uniform"
     LOG_UNIFORM = "log-uniform"
     NORMAL = "normal"
     TRIANGULAR = "triangular"
+
+
+# Their keys beside the bounds.
+_PARAMETERS = {Distribution.NORMAL: ("mean", "deviation"), Distribution.TRIANGULAR: ("mode",)}
 
 
 @dataclass(frozen=True)
@@ -62,7 +122,7 @@ class Span:
 
     low: float
     high: float
-    shape: Shape = Shape.UNIFORM
+    shape: Distribution = Distribution.UNIFORM
     steps: int | None = None
     mean: float = 0.0
     deviation: float = 1.0
@@ -75,18 +135,18 @@ class Span:
 
     def every(self) -> tuple[float, ...]:
         """Return the values of a grid: both bounds and equal steps, or equal ratios, between them."""
-        spaced = np.geomspace if self.shape is Shape.LOG_UNIFORM else np.linspace
+        spaced = np.geomspace if self.shape is Distribution.LOG_UNIFORM else np.linspace
         return tuple(map(self.number, spaced(self.low, self.high, self.steps or 1).tolist()))
 
     def _quantiles(self, shares: Floats) -> Floats:
         width = self.high - self.low
-        if self.shape is Shape.UNIFORM:
+        if self.shape is Distribution.UNIFORM:
             return np.asarray(self.low + shares * width)
-        if self.shape is Shape.LOG_UNIFORM:
+        if self.shape is Distribution.LOG_UNIFORM:
             return np.asarray(self.low * (self.high / self.low) ** shares)
         from scipy import stats  # noqa: PLC0415 - only these distributions need it
 
-        if self.shape is Shape.TRIANGULAR:
+        if self.shape is Distribution.TRIANGULAR:
             return np.asarray(stats.triang.ppf(shares, (self.mode - self.low) / width, self.low, width))
         ends = (np.array([self.low, self.high]) - self.mean) / self.deviation
         return np.asarray(stats.truncnorm.ppf(shares, *ends, self.mean, self.deviation))
@@ -114,7 +174,7 @@ def variation(name: str, raw: object, kind: Any, *, grid: bool) -> Variation:
 
 
 def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
-    shape = checked(f"{name}.distribution", raw.get("distribution", "uniform"), Shape)
+    shape = checked(f"{name}.distribution", raw.get("distribution", "uniform"), Distribution)
     for bound in ("from", "to"):
         rule = f"has no bound {bound!r}: a range or a distribution must have both"
         require(bound in raw, name, dict(raw), rule, _FORMS)
@@ -124,19 +184,27 @@ def _span(name: str, raw: Mapping[str, Any], kind: Any, *, grid: bool) -> Span:
     for value in (low, high):
         checked(name, value, kind)
     steps = _steps(name, raw.get("steps"), grid=grid)
+    numbers = _parameters(name, raw, shape)
     written = all(isinstance(raw[bound], Written) for bound in ("from", "to"))
-    span = Span(
-        low, high, shape, steps, **_shape_numbers(name, raw, shape), number=Written if written else float
-    )
-    between = f"must lie between the bounds, {span.low:g} and {span.high:g}"
-    if span.shape is Shape.NORMAL:
-        require(span.deviation > 0, f"{name}.deviation", span.deviation, "must be positive")
-        require(span.low <= span.mean <= span.high, f"{name}.mean", span.mean, between)
-    elif span.shape is Shape.TRIANGULAR:
-        require(span.low <= span.mode <= span.high, f"{name}.mode", span.mode, between)
-    elif span.shape is Shape.LOG_UNIFORM:
-        require(span.low > 0, f"{name}.from", span.low, "must be positive in a log-uniform distribution")
-    return span
+    if "deviation" in numbers:
+        require(numbers["deviation"] > 0, f"{name}.deviation", numbers["deviation"], "must be positive")
+    for key in numbers.keys() & {"mean", "mode"}:
+        rule = f"must lie between the bounds, {low:g} and {high:g}"
+        require(low <= numbers[key] <= high, f"{name}.{key}", numbers[key], rule)
+    if shape is Distribution.LOG_UNIFORM:
+        require(low > 0, f"{name}.from", low, "must be positive in a log-uniform distribution")
+    return Span(low, high, shape, steps, **numbers, number=Written if written else float)
+
+
+def _parameters(name: str, raw: Mapping[str, Any], shape: Distribution) -> dict[str, float]:
+    needed = _PARAMETERS.get(shape, ())
+    for key in ("mean", "deviation", "mode"):
+        rule = f"is missing: a {shape.value} distribution needs it"
+        require(key not in needed or key in raw, f"{name}.{key}", None, rule)
+        takes = ", ".join(needed) or "from and to alone"
+        rule = f"is not of a {shape.value} distribution, which takes {takes}"
+        require(key in needed or key not in raw, f"{name}.{key}", raw.get(key), rule)
+    return {key: require_number(f"{name}.{key}", raw[key]) for key in needed}
 
 
 def _steps(name: str, steps: object, *, grid: bool) -> int | None:
@@ -154,24 +222,6 @@ def whole(name: str, value: object, low: int, high: int, meaning: str = "") -> i
     if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
         return value
     raise InvalidValue(name, value, f"must be a whole number from {low} to {high}{meaning}")
-
-
-_NEEDED: Mapping[Shape, tuple[str, ...]] = {Shape.NORMAL: ("mean", "deviation"), Shape.TRIANGULAR: ("mode",)}
-
-
-def _shape_numbers(name: str, raw: Mapping[str, Any], shape: Shape) -> dict[str, float]:
-    needed = _NEEDED.get(shape, ())
-    for key in ("mean", "deviation", "mode"):
-        rule = f"is missing: a {shape.value} distribution needs it"
-        require(key not in needed or key in raw, f"{name}.{key}", None, rule)
-        takes = ", ".join(needed) or "from and to alone"
-        rule = f"is not of a {shape.value} distribution, which takes {takes}"
-        require(key in needed or key not in raw, f"{name}.{key}", raw.get(key), rule)
-    return {key: require_number(f"{name}.{key}", raw[key]) for key in needed}
-
-
-Design = dict[str, Any]
-MOST = 1_000_000
 
 
 class Sampling(StrEnum):
@@ -194,14 +244,16 @@ def designs(
     (2002) for Sobol's indices, of which there are `samples` (n_keys + 2). Raises `InvalidValue`: there would
     be too many.
     """
-    if sampling is Sampling.GRID:
-        lists = [variation.every() for variation in varied.values()]
-        _require_few(math.prod(map(len, lists)))
+    grid = sampling is Sampling.GRID
+    lists = [variation.every() if grid else () for variation in varied.values()]
+    blocks = len(varied) + 2 if sampling is Sampling.SALTELLI else 1
+    count = math.prod(map(len, lists)) if grid else (samples or 0) * blocks
+    rule = f"gives {count} designs; at most {MOST} are allowed"
+    require(count <= MOST, "SWEEP", None, rule, "Use fewer steps or samples, or vary fewer keys.")
+    if grid:
         return [dict(zip(varied, values, strict=True)) for values in itertools.product(*lists)]
-    count = samples or 0
-    _require_few(count * (len(varied) + 2 if sampling is Sampling.SALTELLI else 1))
-    shares = unit_designs(sampling, len(varied), count, seed)
-    columns = [one.at(column) for one, column in zip(varied.values(), shares.T, strict=True)]
+    shares = unit_designs(sampling, len(varied), samples or 0, seed)
+    columns = [each.at(column) for each, column in zip(varied.values(), shares.T, strict=True)]
     return [dict(zip(varied, values, strict=True)) for values in zip(*columns, strict=True)]
 
 
@@ -214,10 +266,11 @@ def unit_designs(sampling: Sampling, dimensions: int, count: int, seed: int) -> 
         return rng.random((count, dimensions))
     if sampling is Sampling.LATIN:
         return np.asarray(qmc.LatinHypercube(dimensions, rng=rng).random(count))
-    if sampling is Sampling.SOBOL:
-        return _sobol(dimensions, count, rng)
-    both = _sobol(2 * dimensions, count, rng)
-    return saltelli(both[:, :dimensions], both[:, dimensions:])
+    twice = sampling is Sampling.SALTELLI
+    with warnings.catch_warnings():  # numbers that are not powers of two are the user's choice
+        warnings.simplefilter("ignore", UserWarning)
+        sobol = np.asarray(qmc.Sobol((1 + twice) * dimensions, rng=rng).random(count))
+    return saltelli(sobol[:, :dimensions], sobol[:, dimensions:]) if twice else sobol
 
 
 def saltelli(first: Floats, second: Floats) -> Floats:
@@ -229,19 +282,6 @@ def saltelli(first: Floats, second: Floats) -> Floats:
     dimensions = first.shape[1]
     mixed = [np.where(np.arange(dimensions) == k, second, first) for k in range(dimensions)]
     return np.stack([first, *mixed, second], axis=1).reshape(-1, dimensions)
-
-
-def _sobol(dimensions: int, count: int, rng: np.random.Generator) -> Floats:
-    from scipy.stats import qmc  # noqa: PLC0415 - as above
-
-    with warnings.catch_warnings():  # numbers that are no powers of two are the user's choice
-        warnings.simplefilter("ignore", UserWarning)
-        return np.asarray(qmc.Sobol(dimensions, rng=rng).random(count))
-
-
-def _require_few(count: int) -> None:
-    rule = f"gives {count} designs; at most {MOST} are allowed"
-    require(count <= MOST, "SWEEP", None, rule, "Use fewer steps or samples, or vary fewer keys.")
 
 
 _LARGEST = 2**28  # bytes
@@ -265,16 +305,16 @@ def read_designs(path: Path) -> list[Design]:
     kinds = {key: kind_of(key, name) for key in keys}
     require(len(kinds) == len(keys) > 0, name, keys, "must name each of its columns once, by a study's keys")
     require(0 < len(rows) <= MOST, name, len(rows), f"must have 1 to {MOST} designs")
-    return [_design(f"{name}, line {line}", kinds, row) for line, row in rows]
-
-
-def _design(where: str, kinds: dict[str, Any], row: list[str]) -> Design:
     rule = f"must have {len(kinds)} values, one for each column"
-    require(len(row) == len(kinds), where, row, rule)
-    return {
-        key: _value(f"{where}, {key}", key, cell.strip(), kind)
-        for (key, kind), cell in zip(kinds.items(), row, strict=True)
-    }
+    for line, row in rows:
+        require(len(row) == len(kinds), f"{name}, line {line}", row, rule)
+    return [
+        {
+            key: _value(f"{name}, line {line}, {key}", key, cell.strip(), kind)
+            for (key, kind), cell in zip(kinds.items(), row, strict=True)
+        }
+        for line, row in rows
+    ]
 
 
 def _value(name: str, key: str, cell: str, kind: Any) -> Any:

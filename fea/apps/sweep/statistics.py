@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from fea.analysis.figures import Figures
-from fea.apps.sweep.journal import Entry, State
 from fea.apps.sweep.sampling import Sampling, Span
-from fea.apps.sweep.sweep_file import Sweep
+from fea.apps.sweep.sweep_file import RowState, Sweep, SweepRow
 from geometry.arrays import Floats, Ints
 
 MASS, FACTOR = "mass_kg", "factor"
@@ -29,15 +28,34 @@ class Samples:
     rows: tuple[int, ...]
     values: Mapping[str, Floats]
 
-    @property
-    def complete(self) -> Any:
-        """Whether each design (n,) has trusted results."""
-        return np.isfinite(self.values[MASS]) if MASS in self.values else np.zeros(len(self.rows), bool)
+    @classmethod
+    def of(cls, rows: Iterable[SweepRow]) -> "Samples":
+        """Gather the rows of a journal by their design."""
+        groups = [list(group) for _, group in groupby(rows, lambda row: row.sample)]
+        figures = dict.fromkeys(name for group in groups for row in group for name in row.figures)
+        # Factors of the whole rod, not those of one of its load cases.
+        cases = {name.removesuffix("_von_mises_MPa") for name in figures}
+        of_rod = (name.endswith("_factor") and name.removesuffix("_factor") not in cases for name in figures)
+        names = [
+            name for name, wanted in zip(figures, of_rod, strict=True) if wanted or name in (MASS, FACTOR)
+        ]
+        return cls(
+            tuple(dict.fromkeys(key for group in groups for key in group[0].design)),
+            tuple(group[0].design for group in groups),
+            tuple(min(group, key=lambda row: row.figures.get(FACTOR, np.inf)).number for group in groups),
+            {name: np.array([_least(group, name) for group in groups]) for name in names},
+        )
+
+    def known(self, figure: str) -> Any:
+        """Whether each design (n,) has a trusted result."""
+        return np.isfinite(self.values.get(figure, np.full(len(self.rows), np.nan)))
 
     @property
     def numeric(self) -> tuple[str, ...]:
         """The keys whose values are numbers and differ."""
-        return tuple(key for key in self.keys if self._is_numeric(key))
+        columns = {key: [design.get(key) for design in self.designs] for key in self.keys}
+        numeric = (key for key in self.keys if not any(map(_is_word, columns[key])))
+        return tuple(key for key in numeric if len(set(columns[key])) > 1)
 
     def column(self, key: str) -> Floats:
         """Values (n,) of a numeric key."""
@@ -46,8 +64,8 @@ class Samples:
     @property
     def front(self) -> Ints:
         """Numbers of the designs of which none is both lighter and stronger."""
-        known = MASS in self.values and FACTOR in self.values
-        return pareto_front(self.values[MASS], self.values[FACTOR]) if known else np.zeros(0, np.int64)
+        complete = MASS in self.values and FACTOR in self.values
+        return pareto_front(self.values[MASS], self.values[FACTOR]) if complete else np.zeros(0, np.int64)
 
     def part(self, chosen: Any) -> "Samples":
         """Return some of the designs, by their numbers or a mask."""
@@ -59,51 +77,34 @@ class Samples:
             {name: values[numbers] for name, values in self.values.items()},
         )
 
-    def _is_numeric(self, key: str) -> bool:
-        values = [design.get(key) for design in self.designs]
-        numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
-        return numbers and len(set(values)) > 1
+
+def _is_word(value: object) -> bool:
+    return isinstance(value, bool) or not isinstance(value, int | float)
 
 
-def samples_of(entries: Iterable[Entry]) -> Samples:
-    """Gather the rows of a journal by their design."""
-    groups = [list(group) for _, group in groupby(entries, lambda entry: entry.sample)]
-    figures = dict.fromkeys(name for group in groups for entry in group for name in entry.figures)
-    # Factors of the whole rod, not those of one of its load cases.
-    factors = {name for name in figures if name.endswith("_factor")}
-    factors -= {name for name in factors if f"{name.removesuffix('_factor')}_von_mises_MPa" in figures}
-    names = [name for name in figures if name in {MASS, "factor", *factors}]
-    values = {name: np.array([_worst(group, name) for group in groups]) for name in names}
-    keys = tuple(dict.fromkeys(key for group in groups for key in group[0].design))
-    worst = [min(group, key=lambda entry: entry.figures.get("factor", np.inf)) for group in groups]
-    shown = tuple(entry.number for entry in worst)
-    return Samples(keys, tuple(group[0].design for group in groups), shown, values)
-
-
-def _worst(group: Sequence[Entry], name: str) -> float:
-    """Of several speeds the least."""
-    if any(entry.state is not State.DONE or not entry.figures.get("trusted", True) for entry in group):
+def _least(group: Sequence[SweepRow], name: str) -> float:
+    """Least figure of a design over its speeds."""
+    if any(row.state is not RowState.DONE or not row.figures.get("trusted", True) for row in group):
         return np.nan
-    return float(np.min([entry.figures.get(name, np.nan) for entry in group]))
+    return float(np.min([row.figures.get(name, np.nan) for row in group]))
 
 
 def pareto_front(mass: Floats, factor: Floats) -> Ints:
     """Return the numbers of the rods on the front of (n,) values, NaN for no result, the lightest first."""
-    known = np.flatnonzero(np.isfinite(mass) & np.isfinite(factor))
-    order = known[np.lexsort([-factor[known], mass[known]])]
-    best = np.maximum.accumulate(factor[order]) if len(order) else factor[order]
-    before = np.concatenate([[-np.inf], best[:-1]])[: len(order)]
-    return np.asarray(order[factor[order] > before])
+    complete = np.flatnonzero(np.isfinite(mass) & np.isfinite(factor))
+    order = complete[np.lexsort([-factor[complete], mass[complete]])]
+    best = np.maximum.accumulate(np.concatenate([[-np.inf], factor[order]]))
+    return np.asarray(order[factor[order] > best[:-1]])
 
 
 # Fewer rods than this give first-order indices that are noise: RBD-FAST takes ten harmonics.
 LEAST_FOR_INDICES = 100
 _RESAMPLES = 200
-_SEED = 0
+_INDICES = {"S1": "first", "S1_conf": "first_bar", "ST": "total", "ST_conf": "total_bar"}
 
 
 class Influence(Figures):
-    """The influence of one key on one figure; what the designs do not give is None.
+    """The influence of one key on one figure; None where the designs do not determine it.
 
     `regression` is the standardised coefficient of a linear regression, −1 to 1. `first` and `total` are
     Sobol's indices, the shares of the variance due to the key alone and with all its interactions; their bars
@@ -137,33 +138,38 @@ class Sensitivity(Figures):
 
 
 def sensitivities(samples: Samples, sampling: Sampling | None) -> tuple[Sensitivity, ...]:
-    """Return what mass and each factor depend on; figures that do not vary are left out."""
+    """Return the sensitivities of mass and each factor; figures that do not vary are left out."""
     if not samples.numeric:
         return ()
     results = []
     for figure, values in samples.values.items():
-        known = values[np.isfinite(values)]
-        if len(known) > 2 and np.ptp(known) > 1e-9 * abs(known).max():
+        finite = values[np.isfinite(values)]
+        if len(finite) > 2 and np.ptp(finite) > 1e-9 * abs(finite).max():
             results.append(_sensitivity(samples, sampling, figure))
-    return tuple(sorted(results, key=lambda one: one.figure == MASS))
+    return tuple(sorted(results, key=lambda each: each.figure == MASS))
 
 
 def _sensitivity(samples: Samples, sampling: Sampling | None, figure: str) -> Sensitivity:
     keys, values = samples.numeric, samples.values[figure]
-    chosen = np.isfinite(values)
-    X, y = np.stack([samples.column(key) for key in keys], axis=1)[chosen], values[chosen]
+    finite = np.isfinite(values)
+    X, y = np.stack([samples.column(key) for key in keys], axis=1)[finite], values[finite]
     slopes, share = regression(X, y)
-    indices, why = _indices(samples, sampling, X, figure)
+    indices, why = _indices(samples, sampling, X, values)
+    named = {field: indices[name] for name, field in _INDICES.items() if name in indices}
     influences = [
-        Influence(key=key, regression=None if slopes is None else float(slopes[k]), **_of(indices, k))
+        Influence(
+            key=key,
+            regression=None if slopes is None else float(slopes[k]),
+            **{name: float(index[k]) for name, index in named.items()},
+        )
         for k, key in enumerate(keys)
     ]
-    influences.sort(key=lambda one: -one.strength)
+    influences.sort(key=lambda each: -each.strength)
     return Sensitivity(figure=figure, influences=tuple(influences), linear_share=share, without_total=why)
 
 
 def regression(X: Floats, y: Floats) -> tuple[Floats | None, float | None]:
-    """Standardised coefficients (k,) of y (n,) on X (n, k), and R²; None where n < 2 k."""
+    """Standardised coefficients (k,) of y (n,) on X (n, k), and R²; None where n < 2 (k + 1)."""
     count, keys = X.shape
     if count < 2 * (keys + 1):
         return None, None
@@ -173,48 +179,31 @@ def regression(X: Floats, y: Floats) -> tuple[Floats | None, float | None]:
 
 
 def _indices(
-    samples: Samples, sampling: Sampling | None, X: Floats, figure: str
-) -> tuple[dict[str, Floats], str]:
-    values = samples.values[figure]
+    samples: Samples, sampling: Sampling | None, X: Floats, values: Floats
+) -> tuple[Mapping[str, Any], str]:
+    """Sobol's indices by SALib's names, and why there are no total ones.
+
+    Of Saltelli's designs by Saltelli et al. (2010), of other random ones, of first order only, by RBD-FAST
+    (Tarantola et al. 2006); `X` (m, k) are the keys where the (n,) values are finite.
+    """
+    finite, names = np.isfinite(values), list(samples.numeric)
+    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
     if sampling is Sampling.SALTELLI:
         if samples.numeric != samples.keys:
             return {}, "some keys are not numbers"
-        missing = int((~np.isfinite(values)).sum())
-        if missing:
-            return {}, f"{missing} rods of Saltelli's designs have no result"
-        return sobol_indices(samples.keys, values), ""
+        if not finite.all():
+            return {}, f"{int((~finite).sum())} rods of Saltelli's designs have no result"
+        from SALib.analyze import sobol  # noqa: PLC0415 - comes with the extra
+
+        # To SALib a seed of 0 is none: error bars would differ from call to call.
+        options = {"calc_second_order": False, "num_resamples": _RESAMPLES, "seed": 1}
+        return sobol.analyze(problem, values, **options), ""
     why = 'total indices need sampling = "saltelli"'
-    chosen = np.isfinite(values)
-    if sampling in (None, Sampling.GRID) or chosen.sum() < LEAST_FOR_INDICES:
+    if sampling in (None, Sampling.GRID) or finite.sum() < LEAST_FOR_INDICES:
         return {}, why
-    return first_indices(samples.numeric, X, values[chosen]), why
-
-
-def sobol_indices(keys: Sequence[str], values: Floats) -> dict[str, Floats]:
-    """Sobol's indices from (n (k + 2),) values of Saltelli's designs, by SALib (Saltelli et al. 2010)."""
-    from SALib.analyze import sobol  # noqa: PLC0415 - comes with the extra
-
-    indices: Any = sobol.analyze(
-        _problem(keys), values, calc_second_order=False, num_resamples=_RESAMPLES, seed=_SEED
-    )
-    return {name: np.asarray(indices[name], float) for name in ("S1", "S1_conf", "ST", "ST_conf")}
-
-
-def first_indices(keys: Sequence[str], X: Floats, values: Floats) -> dict[str, Floats]:
-    """First-order indices from any sample, by SALib's RBD-FAST (Tarantola et al. 2006)."""
     from SALib.analyze import rbd_fast  # noqa: PLC0415 - comes with the extra
 
-    indices: Any = rbd_fast.analyze(_problem(keys), X, values, num_resamples=_RESAMPLES, seed=_SEED)
-    return {name: np.asarray(indices[name], float) for name in ("S1", "S1_conf")}
-
-
-def _problem(keys: Sequence[str]) -> dict[str, Any]:
-    return {"num_vars": len(keys), "names": list(keys), "bounds": [[0.0, 1.0]] * len(keys)}
-
-
-def _of(indices: dict[str, Floats], k: int) -> dict[str, float]:
-    names = {"S1": "first", "S1_conf": "first_bar", "ST": "total", "ST_conf": "total_bar"}
-    return {names[name]: float(values[k]) for name, values in indices.items()}
+    return rbd_fast.analyze(problem, X, values[finite], num_resamples=_RESAMPLES, seed=0), why
 
 
 CONFIDENCE = 0.95
@@ -240,19 +229,19 @@ def below_one(name: str, values: Floats) -> Probability | None:
     """
     from scipy.stats import binomtest  # noqa: PLC0415 - only robustness needs it
 
-    known = values[np.isfinite(values)]
-    if not len(known):
+    finite = values[np.isfinite(values)]
+    if not len(finite):
         return None
-    below, missing = int((known < 1).sum()), len(values) - len(known)
+    below, missing = int((finite < 1).sum()), len(values) - len(finite)
     low, high = (
         binomtest(count, len(values)).proportion_ci(CONFIDENCE, "exact") for count in (below, below + missing)
     )
     return Probability(
         name=name,
         below=below,
-        rods=len(known),
+        rods=len(finite),
         missing=missing,
-        estimate=below / len(known),
+        estimate=below / len(finite),
         low=float(low.low),
         high=float(high.high),
     )
@@ -260,7 +249,7 @@ def below_one(name: str, values: Floats) -> Probability | None:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Probabilities of failure and sensitivities, as far as the designs give them."""
+    """Probabilities of failure and sensitivities, as far as the designs determine them."""
 
     probabilities: tuple[Probability, ...]
     sensitivities: tuple[Sensitivity, ...]
@@ -268,20 +257,14 @@ class Statistics:
 
 def statistics(sweep: Sweep, samples: Samples) -> Statistics:
     """Return the statistics of the designs of a sweep."""
-    return Statistics(_probabilities(sweep, samples), sensitivities(samples, sweep.sampling))
-
-
-def _probabilities(sweep: Sweep, samples: Samples) -> tuple[Probability, ...]:
-    drawn = any(isinstance(one, Span) for one in sweep.varied.values())
-    if not drawn or sweep.sampling in (None, Sampling.GRID):
-        return ()
-    alone = samples.part(_independent(sweep, len(samples.rows)))
-    probabilities = [below_one(name, values) for name, values in alone.values.items() if name != MASS]
-    return tuple(one for one in probabilities if one is not None)
-
-
-def _independent(sweep: Sweep, count: int) -> Any:
-    if sweep.sampling is not Sampling.SALTELLI:
-        return slice(None)
-    block = len(sweep.varied) + 2
-    return np.isin(np.arange(count) % block, (0, block - 1))
+    estimates: list[Probability | None] = []
+    random = any(isinstance(variation, Span) for variation in sweep.varied.values())
+    if random and sweep.sampling not in (None, Sampling.GRID):
+        independent: Any = slice(None)
+        if sweep.sampling is Sampling.SALTELLI:  # the first and the last row of each block
+            block = len(sweep.varied) + 2
+            independent = np.isin(np.arange(len(samples.rows)) % block, (0, block - 1))
+        values = samples.part(independent).values
+        estimates = [below_one(name, values[name]) for name in values if name != MASS]
+    probabilities = tuple(estimate for estimate in estimates if estimate is not None)
+    return Statistics(probabilities, sensitivities(samples, sweep.sampling))

@@ -16,7 +16,7 @@ from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
 from fea.output.units import factor, figure, in_unit, named, unit
-from fea.study.materials import LIBRARY
+from fea.study.material_table import LIBRARY
 from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
 from geometry.arrays import Floats
 from geometry.presets import ORIGINS, PRESETS

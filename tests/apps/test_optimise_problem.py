@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.apps.optimise.limits import Limit, required
+from fea.apps.optimise.problem import DesignConstraint, required, variables
 from fea.apps.optimise.run_optimise import search_study
-from fea.apps.optimise.variables import variables
 from fea.study.option_tables import OptimiseTable, parse_free
 from fea.study.study import load_study, parse_study
 from geometry.errors import InvalidValue
@@ -104,10 +103,10 @@ def test_required_factors_are_those_of_the_study_unless_given():
 
 
 def test_a_limit_counts_less_its_bar():
-    limit = Limit("yielding, shank", 1.2, 4.0, 1.1)
+    limit = DesignConstraint("yielding, shank", 1.2, 4.0, 1.1)
     assert limit.low == pytest.approx(1.2 / 1.04)
     assert limit.margin == pytest.approx(1 - 1.1 * 1.04 / 1.2)
-    assert Limit("yielding, shank", 1.2, 10.0, 1.1).margin < 0
+    assert DesignConstraint("yielding, shank", 1.2, 10.0, 1.1).margin < 0
 
 
 def test_what_a_search_cannot_do_is_refused():
