@@ -67,7 +67,7 @@ def _library(what: str, package: str, code: str, remedy: str) -> Finding:
 
 
 def _pardiso() -> Finding:
-    complaint = _tried("from fea.solvers.linear.pardiso import Pardiso; Pardiso(1)")
+    complaint = _tried("from fea.solvers.direct import Pardiso; Pardiso(1)")
     if complaint is None:
         found = f"Pardiso (pypardiso {importlib.metadata.version('pypardiso')})"
         return Finding("linear solver", found, good=True, needed=False, remedy="")

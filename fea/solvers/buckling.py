@@ -18,9 +18,9 @@ from fea.solid.assembly import GeometricStiffness
 from fea.solid.bore_motion import BENDING, TURN_Z, ConstrainedSurface, mean_motions, motions_with
 from fea.solid.parity import Parity
 from fea.solid.supports import rigid_motions
+from fea.solvers.choice import linear_solver
 from fea.solvers.constrained import Constrained, constrained, stopping
-from fea.solvers.linear.choice import linear_solver
-from fea.solvers.linear.solver import Operator
+from fea.solvers.linear_solver import Operator
 from fea.solvers.static import Model
 from geometry.arrays import Floats
 from geometry.surfaces import Surface

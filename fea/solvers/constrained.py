@@ -11,8 +11,8 @@ from fea.solid.bore_motion import ConstrainedSurface, mean_motions, motions_with
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
 from fea.solid.supports import components, plane_conditions, require_restrained, rigid_motions
-from fea.solvers.linear.choice import factorise
-from fea.solvers.linear.solver import Operator
+from fea.solvers.direct import factorise
+from fea.solvers.linear_solver import Operator
 from geometry.arrays import Floats, Mask
 from mesh.tetmesh import TetMesh
 

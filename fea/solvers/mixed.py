@@ -29,9 +29,8 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
-from fea.solvers.linear.amg import conjugate_gradients
-from fea.solvers.linear.multigrid import Multigrid, chebyshev
-from fea.solvers.linear.solver import Operator
+from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients
+from fea.solvers.linear_solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, Solution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask

@@ -16,10 +16,11 @@ from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import clamped, determinate_restraints, plane_conditions, require_restrained
+from fea.solvers import choice as memory
+from fea.solvers.choice import linear_solver
 from fea.solvers.constrained import stopping
-from fea.solvers.linear import choice as memory
-from fea.solvers.linear.choice import direct, linear_solver
-from fea.solvers.linear.solver import LinearSolver
+from fea.solvers.direct import direct
+from fea.solvers.linear_solver import LinearSolver
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface

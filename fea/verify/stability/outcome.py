@@ -15,7 +15,7 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.stress import von_mises
 from fea.solid.supports import require_restrained
-from fea.solvers.linear.choice import factorise
+from fea.solvers.direct import factorise
 from fea.solvers.mixed import MixedSystem, PressureSpace, pressure_space
 from fea.solvers.residuals import condition_estimate, residuals
 from fea.verify.body import LoadedBody, SolvedBody

@@ -1,0 +1,209 @@
+"""Conjugate gradients preconditioned by multigrid, for models whose factor does not fit into memory.
+
+On second-order meshes: two-level p-multigrid. The coarse level consists of the linear functions on the same
+curved cells, which the quadratic functions contain: its Galerkin matrix has an eighth of the degrees of
+freedom and is factorised. Chebyshev polynomials smooth the error that linear functions cannot represent
+(p-multigrid: Helenbrook, Mavriplis & Atkins 2003; smoother: Adams, Brezina, Hu & Tuminaro 2003). The number
+of iterations does not grow with the mesh.
+
+On first-order meshes, which have no such coarse level: smoothed aggregation (Vaněk, Mandel & Brezina 1996) by
+pyamg, on 3×3 node blocks with the six rigid modes as near-null space. On second-order meshes of 93 000 and
+166 000 degrees of freedom it took four and seven times as long as p-multigrid and three times the memory.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from fea.base.material import Material, Materials
+from fea.solid.assembly import SymmetricMatrix, linear_stiffness
+from fea.solid.errors import StagnationError
+from fea.solid.supports import rigid_modes
+from fea.solvers.direct import factorise
+from fea.solvers.linear_solver import LinearSolver, Operator
+from geometry.arrays import Floats, Ints, Mask
+from mesh.tetmesh import EDGES, TetMesh
+
+# Of stiffness matrices: far below any discretisation error.
+TOLERANCE = 1e-8
+MOST_ITERATIONS = 300
+
+
+def conjugate_gradients(
+    operator: Operator, precondition: Operator, right_hand_sides: Floats, *, tolerance: float, remedy: str
+) -> Floats:
+    """Solve A x = b for (n, k) right-hand sides (Hestenes & Stiefel 1952), iterated independently.
+
+    The operator is applied to all vectors that have not converged together, so that a matrix is read from
+    memory once per iteration. It and its approximate inverse are symmetric and positive definite. The
+    tolerance is that of the residual in the preconditioner's norm, relative to that of b: roughly the error
+    in energy. Raises `StagnationError`: a residual did not reach the tolerance; the message ends with the
+    remedy.
+    """
+    x = np.zeros_like(right_hand_sides)
+    active = np.flatnonzero(right_hand_sides.any(axis=0))
+    residual = right_hand_sides[:, active].copy()
+    direction = np.zeros_like(residual)
+    energy, goal = np.ones(len(active)), np.zeros(len(active))
+    for iteration in range(MOST_ITERATIONS + 1):
+        preconditioned = precondition(residual) if active.size else residual
+        last, energy = energy, (residual * preconditioned).sum(axis=0)
+        if iteration == 0:
+            goal = tolerance**2 * energy
+        going = ~(energy <= goal)
+        if not going.any():
+            return x
+        if iteration == MOST_ITERATIONS:
+            break
+        active, goal, last, energy = active[going], goal[going], last[going], energy[going]
+        vectors = residual, direction, preconditioned
+        residual, direction, preconditioned = (each[:, going] for each in vectors)
+        direction = preconditioned + direction * (energy / last)
+        image = operator(direction)
+        step = energy / (direction * image).sum(axis=0)
+        x[:, active] += step * direction
+        residual -= step * image
+    reached = tolerance * float(np.sqrt((energy / goal).max()))
+    at = f"at a relative residual of {reached:.1e} after {iteration} steps"
+    raise StagnationError(f"conjugate gradients stagnated {at}. {remedy}")
+
+
+class Multigrid(LinearSolver):
+    """Preconditioned conjugate gradients with the interface of the direct solvers."""
+
+    name = "amg"
+
+    def __init__(self, mesh: TetMesh, material: Material | Materials) -> None:
+        self._mesh = mesh
+        self._preconditioners: dict[int, tuple[SymmetricMatrix, Operator]] = {}
+        if mesh.order == 2:
+            self._vertices, self._interpolation = _interpolation(mesh.tets, len(mesh.points))
+            self._coarse = linear_stiffness(mesh, material)
+
+    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
+        """Prepare to solve. Raises `SingularMatrixError`: the coarse matrix is not positive definite."""
+        free = matrix.row_sums != matrix.diagonal()  # other rows have only their diagonal entry
+        levels = self._two_levels(matrix, free).precondition if self._mesh.order == 2 else None
+        self._preconditioners[slot] = matrix, levels or _aggregation(self._mesh.points, matrix, free)
+
+    def _two_levels(self, matrix: SymmetricMatrix, free: Mask) -> "_TwoLevels":
+        coarse_free = free.reshape(-1, 3)[self._vertices].ravel()
+        solve = factorise(self._coarse.constrained(~coarse_free))
+        # Constrained degrees of freedom stay zero.
+        kept, coarse = (sparse.diags_array(mask.astype(float)) for mask in (free, coarse_free))
+        prolong = sparse.csr_array(kept @ sparse.kron(self._interpolation, np.eye(3)) @ coarse)
+        return _TwoLevels(matrix, prolong, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
+
+    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides. Raises `StagnationError`: the residual exceeds `TOLERANCE`."""
+        matrix, precondition = self._preconditioners[slot]
+        return conjugate_gradients(
+            matrix.__matmul__,
+            precondition,
+            right_hand_sides,
+            tolerance=TOLERANCE,
+            remedy="Choose --solver pardiso, or a mesh with better elements",
+        )
+
+    def precondition(self, slot: int, residual: Floats) -> Floats:
+        """Apply the approximate inverse of the matrix in a slot to (n, k) residuals."""
+        return self._preconditioners[slot][1](residual)
+
+
+def _aggregation(points: Floats, matrix: SymmetricMatrix, free: Mask) -> Operator:
+    """Return a cycle of smoothed aggregation on the rigid modes of points (n_nodes, 3)."""
+    from pyamg import smoothed_aggregation_solver  # noqa: PLC0415 - only large models need it
+
+    smoother = ("block_gauss_seidel", {"sweep": "symmetric"})
+    hierarchy = smoothed_aggregation_solver(
+        sparse.bsr_matrix(matrix.full()),
+        B=np.where(free[:, None], rigid_modes(points).reshape(-1, 6), 0.0),
+        strength=("symmetric", {"theta": 0.02}),
+        smooth=("jacobi", {"omega": 4.0 / 3.0}),
+        improve_candidates=None,
+        presmoother=smoother,
+        postsmoother=smoother,
+        max_coarse=300,
+        symmetry="symmetric",
+    )
+    cycle: Operator = hierarchy.aspreconditioner().matmat
+    return cycle
+
+
+# The Chebyshev polynomial damps the upper part of the spectrum of D⁻¹K; the coarse level handles the rest.
+_STEPS = 2
+_DAMPED_SHARE = 1 / 8
+_POWER_STEPS = 15
+_SAFETY = 1.1  # power iteration approaches the largest eigenvalue from below
+
+
+@dataclass(frozen=True)
+class _TwoLevels:
+    matrix: SymmetricMatrix
+    prolong: sparse.csr_array  #: from linear functions to quadratic ones
+    diagonal: Floats  #: of the matrix
+    coarse_solve: Operator
+    largest: float  #: eigenvalue of the matrix scaled by its diagonal
+
+    def precondition(self, residual: Floats) -> Floats:
+        """Smooth, correct on the coarse level, smooth: symmetric, as conjugate gradients require."""
+        u = self._smoothed(residual)
+        left = self.prolong.T @ (residual - self.matrix @ u)
+        u += self.prolong @ self.coarse_solve(left)
+        return u + self._smoothed(residual - self.matrix @ u)
+
+    def _smoothed(self, residual: Floats) -> Floats:
+        bounds = _DAMPED_SHARE * self.largest, _SAFETY * self.largest
+        return chebyshev(self.matrix.__matmul__, self.diagonal, residual, bounds, _STEPS)
+
+
+def chebyshev(
+    operator: Operator,
+    diagonal: Floats,
+    right_hand_sides: Floats,
+    bounds: tuple[float, float],
+    steps: int,
+) -> Floats:
+    """Approximate A⁻¹ b, starting from zero, by a symmetric linear operator (Saad 2003, algorithm 12.1).
+
+    A is scaled by its diagonal (n,), D; the eigenvalues of D⁻¹A within the bounds are damped by a polynomial
+    of degree `steps` − 1. The right-hand sides are (n, k).
+    """
+    low, high = bounds
+    middle, half = (high + low) / 2, (high - low) / 2
+    inverse = 1 / diagonal[:, None]
+    ratio = rho = half / middle
+    step = inverse * right_hand_sides / middle
+    x = step.copy()
+    for _ in range(steps - 1):
+        last, rho = rho, 1 / (2 / ratio - rho)
+        step = rho * last * step + (2 * rho / half) * inverse * (right_hand_sides - operator(x))
+        x += step
+    return np.asarray(x)
+
+
+def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
+    """Vertex nodes, and the weights (n_nodes, n_vertices) of linear functions at all nodes."""
+    vertices = np.unique(tets[:, :4])
+    number = np.zeros(n_points, dtype=np.int64)
+    number[vertices] = np.arange(len(vertices))
+    middles, first = np.unique(tets[:, 4:], return_index=True)
+    ends = number[tets[:, EDGES].reshape(-1, 2)[first]]
+    rows = np.concatenate([vertices, np.repeat(middles, 2)])
+    columns = np.concatenate([number[vertices], ends.ravel()])
+    weights = np.concatenate([np.ones(len(vertices)), np.full(ends.size, 0.5)])
+    shape = (n_points, len(vertices))
+    return vertices, sparse.csr_array(sparse.coo_array((weights, (rows, columns)), shape=shape))
+
+
+def _largest_eigenvalue(matrix: SymmetricMatrix) -> float:
+    """Largest eigenvalue of D⁻¹K, by power iteration on its symmetric form."""
+    root = np.sqrt(matrix.diagonal())
+    vector = np.random.default_rng(0).standard_normal(matrix.size)
+    value = 1.0
+    for _ in range(_POWER_STEPS):
+        image = (matrix @ (vector / root)) / root
+        value = float(np.linalg.norm(image) / np.linalg.norm(vector))
+        vector = image / value
+    return value
