@@ -31,12 +31,11 @@ from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.surface_regions import SurfaceRegions
-from fea.solid.bore_motion import constrained_by_pins
-from fea.solid.inertia import Inertia, inertia
+from fea.solid.inertia import Inertia, SectionBalance, inertia
 from fea.solid.parity import Split
 from fea.solid.recovery import PartRecovery
-from fea.solid.section_balance import SectionBalance
 from fea.solid.sharp_edges import SharpEdges
+from fea.solid.supports import constrained_by_pins
 from fea.solvers.buckling import Buckling
 from fea.solvers.mixed import MixedModel
 from fea.solvers.static import Model, Symbolic

@@ -1,4 +1,4 @@
-"""Nodal forces of a traction on a surface."""
+"""Nodal forces of a traction on a surface, of a force per volume and of a temperature rise."""
 
 from collections.abc import Callable
 
@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.solid import forms
 from fea.solid.element import VOLUME_DEGREE, jacobians, tabulate
-from fea.solid.scikit_fem import by_point, volume_forces
+from fea.solid.scikit_fem import body_force, by_point, thermal_strain, volume_forces
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -55,5 +54,10 @@ def thermal_forces(
     mesh: TetMesh, material: Material, expansion: float, temperature: Callable[[Floats], Floats]
 ) -> Floats:
     """Nodal forces ∫ β ΔT ∇N_a dV, (n_nodes, 3), N, of a temperature rise ΔT (n,) at places (n, 3), K."""
-    form = forms.thermal_strain(material, expansion, by_point(temperature))
+    form = thermal_strain(material, expansion, by_point(temperature))
     return volume_forces(mesh, form, VOLUME_DEGREE)
+
+
+def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
+    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N, of a force per volume b (n, 3) at places (n, 3), N/mm³."""
+    return volume_forces(mesh, body_force(by_point(field)), VOLUME_DEGREE)

@@ -15,11 +15,16 @@ from fea.solid.assembly import Pattern, SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
-from fea.solid.supports import clamped, determinate_restraints, plane_conditions, require_restrained
+from fea.solid.supports import (
+    clamped,
+    determinate_restraints,
+    isostatic_restraints,
+    plane_conditions,
+    require_restrained,
+)
 from fea.solvers import choice as memory
 from fea.solvers.choice import linear_solver
-from fea.solvers.constrained import stopping
-from fea.solvers.direct import direct
+from fea.solvers.direct import direct, factorise
 from fea.solvers.linear_solver import LinearSolver
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Ints, Mask
@@ -255,7 +260,7 @@ def _restraints(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
     if support is Support.CLAMPED:
         return dict.fromkeys(Parity, clamped(mesh, Surface.BIG_END_BORE).ravel())
     if mesh.interfaces:  # each part by itself, as contact holds them together
-        return {parity: stopping(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
+        return {parity: isostatic_restraints(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
     return dict.fromkeys(Parity, determinate_restraints(mesh).ravel())
 
 
@@ -279,3 +284,21 @@ def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
         if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
             sides[Parity.ANTISYMMETRIC] = antisymmetric
     return sides
+
+
+def displacement(
+    mesh: TetMesh, material: Material, forces: Floats, fixed: Mask, moved: Floats | None = None
+) -> Floats:
+    """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
+
+    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default. Raises
+    `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the factorisation
+    broke down.
+    """
+    require_restrained(mesh, fixed)
+    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+    held = fixed.ravel()
+    u = np.zeros(held.size) if moved is None else np.where(held, moved.ravel(), 0.0)
+    right = np.where(held, 0.0, forces.ravel() - K @ u)
+    u += np.where(held, 0.0, factorise(K.constrained(held))(right[:, None])[:, 0])
+    return np.asarray(u.reshape(-1, 3, 1))

@@ -17,9 +17,8 @@ from fea.contact.problem import ContactProblem
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.parity import Parity, Split
 from fea.solid.recovery import Recovery
-from fea.solvers.constrained import displacement
 from fea.solvers.direct import direct_solver
-from fea.solvers.static import Model, unheld
+from fea.solvers.static import Model, displacement, unheld
 from geometry.arrays import Floats, Ints, Mask
 from geometry.bodies import Revolution, Side, polygon
 from geometry.segments import Arc, Line

@@ -14,7 +14,7 @@ from fea.solid.recovery import Recovery
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.study.study import load_study
 from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, Side, polygon

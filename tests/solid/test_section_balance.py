@@ -12,7 +12,7 @@ from fea.analysis import prepare as prepared
 from fea.analysis.prepare import prepare
 from fea.analysis.speed import solve_speed
 from fea.base.checks import LIMITS
-from fea.solid.section_balance import SectionBalance
+from fea.solid.inertia import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies import block
 from geometry.session import session

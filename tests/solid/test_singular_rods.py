@@ -15,7 +15,7 @@ from fea.solid.recovery import Recovery
 from fea.solid.singular import masked_nodes, singular_nodes
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.study.option_tables import MeshTable
 from fea.study.rod_table import RodTable
 from fea.study.study import Study, load_study

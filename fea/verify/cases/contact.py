@@ -12,7 +12,7 @@ from fea.contact.interfaces import PinInBore
 from fea.contact.multipliers import Multipliers, radial
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.stress import principal
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,
