@@ -8,7 +8,8 @@ import numpy as np
 
 from fea.base.note import Note, assumptions
 from fea.contact.assembly_state import AssemblySpecification, Expansion
-from fea.judge.bolt_choice import BoltSeats, ChosenBolt, choose_bolt, seats_of
+from fea.judge.bolt import TightenedBolt
+from fea.judge.bolt_choice import BoltSeats, choose_bolt, seats_of
 from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import (
@@ -92,7 +93,7 @@ class Assembling:
     """The assembly of a study."""
 
     table: AssemblyTable  #: [assembly]
-    bolt: ChosenBolt  #: each of the cap's bolts
+    bolt: TightenedBolt  #: each of the cap's bolts
     geometry: Assembly  #: what is separate
     fits: Mapping[str, ChosenFit]  #: press fits by the inner part, as Lamé estimates them
     expansions: Expansions  #: of the parts, at the assembly's temperature
@@ -150,9 +151,9 @@ class Assembling:
         return AssemblySpecification(
             normal=self.geometry.normal,
             bolts=mesh.bolts,
-            preload=bolt.preload,
-            stiffness=bolt.stiffness,
-            beam=self.bolt.beam,
+            preload=self.bolt.preload,
+            stiffness=1 / bolt.compliance,
+            beam=bolt.beam,
             friction=table.friction,
             interference={
                 Surface.BUSHING_SEAT: (table.bushing_interference_mm or 0.0) / 2,
