@@ -1,7 +1,6 @@
 """From [assembly] of a study to what is drawn, and to how the parts are put together."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +9,7 @@ from fea.base.note import Note, assumptions
 from fea.contact.assembly_state import AssemblySpecification, Expansion
 from fea.judge.bolt import TightenedBolt
 from fea.judge.bolt_choice import BoltSeats, choose_bolt, seats_of
-from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
+from fea.judge.press_fit import ROD, Expansions, FitRadii, fit_notes, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import (
     BOLT,
@@ -95,7 +94,7 @@ class Assembling:
     table: AssemblyTable  #: [assembly]
     bolt: TightenedBolt  #: each of the cap's bolts
     geometry: Assembly  #: what is separate
-    fits: Mapping[str, ChosenFit]  #: press fits by the inner part, as Lamé estimates them
+    fit_notes: tuple[Note, ...]  #: on press fits, as Lamé estimates them
     expansions: Expansions  #: of the parts, at the assembly's temperature
 
     @classmethod
@@ -136,7 +135,7 @@ class Assembling:
         return cls(
             table=table,
             bolt=chosen,
-            fits=choose_fits(table, radii, materials, expansions),
+            fit_notes=fit_notes(table, radii, materials, expansions),
             expansions=expansions,
             geometry=_geometry(
                 table,
@@ -168,11 +167,10 @@ class Assembling:
         assumed = list(assumed_materials(study.part_material, parts))
         if self.table.joint_friction is None:
             assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
-        fits = (note for fit in self.fits.values() for note in fit.notes)
-        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
+        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *self.fit_notes)
 
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> Expansion | None:
-        if self.expansions.warming == 0:
+        if self.expansions.temperature_change == 0:
             return None
         own = [
             thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
@@ -181,7 +179,7 @@ class Assembling:
         of_pins = {pin: study.part_material.get(pin, _PIN_STEEL) for pin in PINS}
         pins = [thermal_expansion(f"material.{pin}", table) for pin, table in of_pins.items()]
         return Expansion(
-            rise=self.expansions.warming,
+            rise=self.expansions.temperature_change,
             parts=tuple(alpha for alpha, _ in own),
             bolt=self.expansions.by_part[BOLT],
             piston_pin=pins[0][0],
