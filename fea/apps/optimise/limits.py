@@ -103,7 +103,9 @@ def _of_edges(result: SpeedResult, asked: Mapping[str, float]) -> list[Limit]:
     if not edges:
         return []
     worst = min(edges, key=lambda edge: edge.safety_factor / (1 + edge.error_percent / 100))
-    return [Limit(f"{YIELDING}, sharp edge", worst.safety_factor, worst.error_percent, asked[YIELDING])]
+    return [
+        Limit(f"{YIELDING}, sharp edge", float(worst.safety_factor), worst.error_percent, asked[YIELDING])
+    ]
 
 
 def _places(rod: PreparedRod) -> tuple[Mask, Mask, Mask]:

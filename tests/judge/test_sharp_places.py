@@ -150,7 +150,7 @@ def test_a_way_ends_where_a_fillet_begins():
     rows, step, within = np.arange(len(edges.at)), np.full(len(edges.at), 0.25), np.ones(len(edges.at))
     floor = np.abs(edges.away[:, :, 0] - 1) < 1e-6
     for side in (0, 1):
-        reached = edges.walks(side, rows, step, 40, within).reached * 0.25
+        reached = edges.paths(side, rows, step, 40, within).length * 0.25
         assert reached[floor[:, side]] == pytest.approx(4.0, abs=0.3)
         assert reached[~floor[:, side]] == pytest.approx(10.0, abs=0.3)
 
