@@ -14,9 +14,8 @@ from fea.analysis.prepare import PreparedRod, prepare
 from fea.analysis.speed import SpeedResult, solve_speed, with_cycle, with_film
 from fea.analysis.wanted_size import Judged, predicted_elements, size_ratio, wanted_sizes
 from fea.base.note import Note, doubt
-from fea.judge.case_result import CaseResult
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
-from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.verdict import Peak, peak

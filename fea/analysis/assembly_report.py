@@ -27,9 +27,9 @@ from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import FITS, AssemblyState
 from fea.judge.bolt import BoltResult
 from fea.judge.bolt_choice import BOLTS
-from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.pins.assembly import AssemblyPins
+from fea.solid.bore import bore_shape
 from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
 from geometry.surfaces import Surface

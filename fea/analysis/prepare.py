@@ -20,7 +20,7 @@ from fea.base.material import Material, Materials, of_parts
 from fea.base.note import Note, assumption
 from fea.base.units import RPM
 from fea.judge.case_error import CaseErrors
-from fea.judge.life_line import require_lines
+from fea.judge.fatigue import require_lines
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
 from fea.pins.assembly import AssemblyPins

@@ -48,9 +48,8 @@ from fea.base.material import Material
 from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import BAR, DEG, KG_M2, KN
 from fea.base.version import __version__
-from fea.judge.case_result import CaseResult
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import crossland_factors, fatigue_factor
-from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.sharp_places import SharpPlace, worst_of_edges

@@ -4,8 +4,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from fea.judge.case_result import CaseResult
-from fea.judge.governing import Governing
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.sharp_places import FINE_WITHIN, SharpPlace, worst_of_edges
 from fea.rod.meshed_rod import MeshedRod
 from geometry.arrays import Floats, Mask

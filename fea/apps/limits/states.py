@@ -27,9 +27,8 @@ from fea.analysis.life import COUNTED
 from fea.analysis.prepare import PreparedRod
 from fea.base.material import Material
 from fea.base.units import DEG
-from fea.judge.fatigue import criterion_strength, reversed_amplitude
+from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.judge.history import signed_equivalent
-from fea.judge.life_line import LifeLine, rainflow
 from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
