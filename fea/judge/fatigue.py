@@ -14,10 +14,10 @@ those of size and surface lower the endurance limit, at the knee, and not the st
 straight line between them on logarithmic scales (Budynas & Nisbett, section 6-8). The knee is where the line
 of specimens meets their endurance limit.
 
-Steel whose cycles all stay below its endurance limit has unlimited life. Once larger cycles have damaged it, the
-smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k (Haibach,
-LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246): for them
-that slope always holds.
+Steel whose cycles all stay below its endurance limit has unlimited life. Once larger cycles have damaged it,
+the smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k
+(Haibach, LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246):
+for them that slope always holds.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -1,4 +1,4 @@
-"""The facets of a bore, the nodal forces of a pressure on an arc of them, and the change of a bore's shape."""
+"""The facets of a bore, the nodal forces of a pressure on an arc of it, and the change of its shape."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
