@@ -12,11 +12,11 @@ What scikit-fem assembles adds to what is assembled here:
     K = (stiffness_coo(mesh, material) + foundation.coo_data(bore)).tocsr()
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from skfem import BilinearForm, CellBasis, Dofs, ElementVector, LinearForm, MeshTet, MeshTet2
+from skfem import BilinearForm, CellBasis, ElementVector, LinearForm, MeshTet, MeshTet2
 from skfem.assembly.form.coo_data import COOData
 from skfem.generic_utils import hash_args
 from skfem.helpers import ddot, div, dot, sym_grad
@@ -24,7 +24,7 @@ from skfem.mapping import MappingIsoparametric
 
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, element_stiffness
-from fea.solid.element import blocks, stiffness_degree
+from fea.solid.element import stiffness_degree
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
 from mesh.tetmesh import TetMesh, face_keys, scikit_fem_order
@@ -79,8 +79,6 @@ def _of_each(values: float | Floats) -> Floats:
 
 _MESHES = {1: MeshTet, 2: MeshTet2}
 _AXES = 3
-# Elements assembled on at once: a basis holds every function at every quadrature point.
-_BLOCK = 2048
 # A reference coordinate cannot be found more exactly than to a few roundings of the place.
 _ROUNDINGS = 16 * np.finfo(float).eps
 
@@ -207,38 +205,13 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
     return SymmetricMatrix.of_full(K)
 
 
-def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
-    """Assemble a form on displacements, of places alone: nodal forces (n_nodes, 3), N; part by part."""
-    bridged = to_skfem(mesh)
-    dofs = Dofs(bridged.mesh, ElementVector(bridged.mesh.elem()))
-    total = np.zeros(dofs.N)
-    for part in blocks(len(mesh.tets), _BLOCK):
-        elements = np.arange(part.start, part.stop)
-        block = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
-        total += form.assemble(block)
-    return _on_mesh(mesh, bridged.nodes, total.reshape(-1, _AXES))
-
-
-def volume_moments(mesh: TetMesh, forms: Iterable[LinearForm], intorder: int) -> list[Floats]:
-    """Assemble forms on scalar functions of the same order over all elements: (n_nodes,) each."""
+def volume_moments(mesh: TetMesh, forms: Sequence[LinearForm], intorder: int) -> Floats:
+    """Assemble forms on scalar functions of the same order over all elements: (n_forms, n_nodes)."""
     bridged = to_skfem(mesh)
     scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
-    return [_on_mesh(mesh, bridged.nodes, form.assemble(scalars)) for form in forms]
-
-
-def by_point(field: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
-    """Turn a field of places (n, 3) into one of places (3, n_elements, n_points), its values likewise."""
-    places: Floats | None = None
-    values = np.empty(0)
-
-    def of_places(x: Floats) -> Floats:
-        nonlocal places, values
-        if x is not places:  # a form asks anew for each of the basis functions
-            result = field(np.asarray(x).reshape(_AXES, -1).T)
-            places, values = x, np.moveaxis(result, 0, -1).reshape(*result.shape[1:], *x.shape[1:])
-        return values
-
-    return of_places
+    moments = np.zeros((len(forms), len(mesh.points)))
+    moments[:, bridged.nodes] = [form.assemble(scalars) for form in forms]
+    return moments
 
 
 class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
@@ -262,16 +235,9 @@ class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
         return np.asarray(super().invF(x, tind, newton_max_iters, newton_tol + rounding))
 
 
-def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
+def _basis(mesh: MeshTet, intorder: int) -> CellBasis:
     mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if isinstance(mesh, MeshTet2) else None
-    return CellBasis(mesh, ElementVector(mesh.elem()), mapping=mapping, intorder=intorder, **options)
-
-
-def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
-    """Values by the nodes of a mesh, of values by those of scikit-fem; zero where there is none."""
-    on_mesh = np.zeros((len(mesh.points), *values.shape[1:]))
-    on_mesh[nodes] = values
-    return on_mesh
+    return CellBasis(mesh, ElementVector(mesh.elem()), mapping=mapping, intorder=intorder)
 
 
 def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:

@@ -160,8 +160,7 @@ def test_traction(mesh):
     close(found, form.assemble(bore).reshape(-1, 3))
 
 
-def test_body_force(mesh, monkeypatch):
-    monkeypatch.setattr("fea.solid.scikit_fem._BLOCK", 100)
+def test_body_force(mesh):
     expected = forms.body_force(lambda x: x**2).assemble(basis(mesh, VOLUME_DEGREE)).reshape(-1, 3)
     close(body_forces(mesh, lambda places: places**2), expected)
     other = shuffled(mesh)
