@@ -242,10 +242,10 @@ def _basis(mesh: MeshTet, intorder: int) -> CellBasis:
 
 def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
     """Numbers that scikit-fem gives facets (n_facets, 3) of vertices, in whatever order."""
-    known, asked = (face_keys(each.astype(np.int64), mesh.nvertices) for each in (mesh.facets.T, facets))
-    numbers = np.minimum(np.searchsorted(known, asked), len(known) - 1)
-    astray = np.flatnonzero(known[numbers] != asked)
-    if astray.size:
-        first = np.sort(facets[astray[0]]).tolist()
-        raise ValueError(f"{astray.size} facets, the first of vertices {first}, that no element has")
+    of_mesh, keys = (face_keys(each.astype(np.int64), mesh.nvertices) for each in (mesh.facets.T, facets))
+    numbers = np.minimum(np.searchsorted(of_mesh, keys), len(of_mesh) - 1)
+    missing = np.flatnonzero(of_mesh[numbers] != keys)
+    if missing.size:
+        first = np.sort(facets[missing[0]]).tolist()
+        raise ValueError(f"{missing.size} facets, the first of vertices {first}, that no element has")
     return np.asarray(numbers)

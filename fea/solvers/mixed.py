@@ -20,7 +20,7 @@ from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, minres
+from scipy.sparse.linalg import minres
 
 from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, of_parts
@@ -29,7 +29,7 @@ from fea.solid.assembly import SymmetricMatrix
 from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
-from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients
+from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients, stacked
 from fea.solvers.linear_solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, Solution, right_hand_sides
@@ -107,31 +107,23 @@ def iterate_saddle(
 
 
 def _minimal_residuals(operator: Operator, precondition: Operator, right: Floats) -> Floats:
-    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns.
-
-    Its spectrum is that of each, so the steps are about as many, and operators serve all columns at once.
-    """
+    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns."""
     first = precondition(right)
     sizes = np.sqrt((right * first).sum(axis=0))
-    live = sizes > 0
-    scaled = right[:, live] / sizes[live]
+    loaded = sizes > 0
+    scaled, solution = right[:, loaded] / sizes[loaded], np.zeros_like(right)
     if not scaled.size:
-        return np.zeros_like(right)
-
-    def on_all(times: Operator) -> LinearOperator:
-        shape = (scaled.size,) * 2
-        return LinearOperator(shape, lambda v: times(v.reshape(scaled.shape)).ravel(), dtype=np.float64)
-
-    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution, of
-    # which the first step tells the size: so the tolerance is that of the residual in any units.
-    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, live] / sizes[live])
+        return solution
+    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution, whose
+    # size follows from the first step: so the tolerance is that of the residual in any units.
+    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, loaded] / sizes[loaded])
+    preconditioner = stacked(precondition, scaled.shape)
     limits = {"rtol": tolerance, "maxiter": MOST_ITERATIONS}
-    x, failed = minres(on_all(operator), scaled.ravel(), M=on_all(precondition), **limits)
+    x, failed = minres(stacked(operator, scaled.shape), scaled.ravel(), M=preconditioner, **limits)
     if failed:
         raise StagnationError(f"minimal residuals stagnated after {MOST_ITERATIONS} steps. {_REMEDY}")
-    solved = np.zeros_like(right)
-    solved[:, live] = x.reshape(scaled.shape) * sizes[live]
-    return solved
+    solution[:, loaded] = x.reshape(scaled.shape) * sizes[loaded]
+    return solution
 
 
 VERTICES = 4
