@@ -19,12 +19,13 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
+from fea.solid.element import linear_interpolation
 from fea.solid.errors import StagnationError
 from fea.solid.supports import rigid_modes
 from fea.solvers.direct import factorise
 from fea.solvers.linear_solver import LinearSolver, Operator
-from geometry.arrays import Floats, Ints, Mask
-from mesh.tetmesh import EDGES, TetMesh
+from geometry.arrays import Floats, Mask
+from mesh.tetmesh import TetMesh
 
 # Of stiffness matrices: far below any discretisation error.
 TOLERANCE = 1e-8
@@ -76,7 +77,7 @@ class Multigrid(LinearSolver):
         self._mesh = mesh
         self._preconditioners: dict[int, tuple[SymmetricMatrix, Operator]] = {}
         if mesh.order == 2:
-            self._vertices, self._interpolation = _interpolation(mesh.tets, len(mesh.points))
+            self._vertices, self._interpolation = linear_interpolation(mesh.tets, len(mesh.points))
             self._coarse = linear_stiffness(mesh, material)
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
@@ -179,20 +180,6 @@ def chebyshev(
         step = rho * last * step + (2 * rho / half) * inverse * (right_hand_sides - operator(x))
         x += step
     return np.asarray(x)
-
-
-def _interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
-    """Vertex nodes, and the weights (n_nodes, n_vertices) of linear functions at all nodes."""
-    vertices = np.unique(tets[:, :4])
-    number = np.zeros(n_points, dtype=np.int64)
-    number[vertices] = np.arange(len(vertices))
-    middles, first = np.unique(tets[:, 4:], return_index=True)
-    ends = number[tets[:, EDGES].reshape(-1, 2)[first]]
-    rows = np.concatenate([vertices, np.repeat(middles, 2)])
-    columns = np.concatenate([number[vertices], ends.ravel()])
-    weights = np.concatenate([np.ones(len(vertices)), np.full(ends.size, 0.5)])
-    shape = (n_points, len(vertices))
-    return vertices, sparse.csr_array(sparse.coo_array((weights, (rows, columns)), shape=shape))
 
 
 def _largest_eigenvalue(matrix: SymmetricMatrix) -> float:
