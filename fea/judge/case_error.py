@@ -10,7 +10,7 @@ from fea.rod.meshed_rod import MeshedRod
 from fea.solid.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.solid.parity import Parity
 from fea.solid.singular import BoundaryEdges, mask_radius, masked_nodes, rim_masks
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 
 
@@ -33,7 +33,7 @@ class CaseError:
         return float(np.sqrt((self.element_percent**2).sum()))
 
 
-# What singular places are near, where it is neither a rim nor the edge of a bore.
+# Cause of singular stress away from the rims and the edges of bores.
 SHARP_EDGE = "sharp inner edge"
 
 
@@ -94,13 +94,9 @@ class CaseErrors:
         )
 
     def singular_name(self, node: int) -> str:
-        """Return what makes stress singular near a masked node of the cell, in words."""
-        points = self._mesh.cell.points
-
-        def distance(nodes: Ints) -> float:
-            return float(np.linalg.norm(points[nodes] - points[node], axis=1).min(initial=np.inf))
-
-        return min(self._causes, key=lambda name: distance(self._causes[name]))
+        """Name the cause of singular stress that is nearest to a masked node of the cell."""
+        distance = np.linalg.norm(self._mesh.cell.points - self._mesh.cell.points[node], axis=1)
+        return min(self._causes, key=lambda name: distance[self._causes[name]].min(initial=np.inf))
 
     def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
         whole = self._mesh.mirrored
