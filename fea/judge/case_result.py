@@ -142,8 +142,8 @@ class CaseResult(CaseFields):
     def point_data(self) -> dict[str, npt.NDArray[Any]]:
         """Arrays at the nodes, by their names in the VTU file."""
         fields = self.displacement, self.stress, self.von_mises, self.principal, self.safety_factor
-        contact = {"contact_pressure": self.contact_pressure, "gap": self.gap}
-        contact = {name: values for name, values in contact.items() if values is not None}
+        optional = {"contact_pressure": self.contact_pressure, "gap": self.gap}
+        contact = {name: values for name, values in optional.items() if values is not None}
         return nodal_arrays(*fields) | contact | masked_array(self.counts)
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:

@@ -75,9 +75,10 @@ def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, mate
     where the factor of `fatigue_factor` is below 1, and is infinite where σ_m ≥ S. A compressive mean stress
     gives no benefit.
     """
-    used = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
-    left = 1 - (used**2 if criterion is Fatigue.GERBER else used)
-    return np.asarray(np.where(left > 0, amplitude / np.where(left > 0, left, 1), np.inf))
+    share = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
+    remaining = 1 - (share**2 if criterion is Fatigue.GERBER else share)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(remaining > 0, amplitude / remaining, np.inf))
 
 
 def _inverse(used: Floats) -> Floats:
@@ -104,17 +105,17 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
 
 
 def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
-    known = [material for material in materials if material.endurance_limit is not None]
-    if any(material.endurance_estimated for material in known):
+    limited = [material for material in materials if material.endurance_limit is not None]
+    if any(material.endurance_estimated for material in limited):
         yield "half the ultimate strength as endurance limit"
-    regions = [item for material in known for item in material.marin.surfaces.items()]
+    regions = [item for material in limited for item in material.marin.surfaces.items()]
     assumed = {(region, (skin.finish, skin.of_steel)): None for region, skin in regions if skin.assumed}
     for finish, of_steel in dict.fromkeys(made for _, made in assumed):
         where = " and ".join(region for region, made in assumed if made == (finish, of_steel))
         why = " (its factors are not known)" if finish == Finish.POLISHED else ""
         why = " (with the factor of a steel of the same strength)" if of_steel else why
         yield f"a {finish} surface of {where}{why}"
-    if any(material.marin.reliability_percent == MEDIAN for material in known):
+    if any(material.marin.reliability_percent == MEDIAN for material in limited):
         yield "the median strength (reliability 50 %)"
 
 
@@ -251,7 +252,7 @@ class LifeLine:
     basquin: Basquin  #: of specimens, with the factors that lower all of it
     knee: float  #: cycles at the endurance limit
     limit: Floats  #: endurance limit of the places, MPa, (n,) or one for all
-    endless: bool  #: whether cycles below the limit do no damage alone
+    endless: bool  #: whether cycles below the limit alone do no damage
 
     @classmethod
     def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":
@@ -263,7 +264,7 @@ class LifeLine:
         specimen, limit, marin = material.basquin, material.endurance_limit, material.marin
         if specimen is None or limit is None:
             return None
-        whole = marin.load * marin.reliability
+        whole = marin.load * marin.reliability  # lowers all of the line
         polished = limit / (whole * marin.size)
         knee, most = specimen.cycles(polished), specimen.amplitude(SHORT)
         rule = f"must be below {most:.4g} MPa, which the S–N line gives at {SHORT:g} cycles"
@@ -284,11 +285,11 @@ class LifeLine:
         """Cycles (…, n) to failure at fully reversed amplitudes, MPa, after damage; at least 1."""
         short = self.basquin.amplitude(SHORT)
         slope = np.log(self.knee / SHORT) / np.log(short / self.limit)
-        with np.errstate(over="ignore", divide="ignore"):  # no stress: no end
-            below = np.where(amplitude > self.limit, slope, 2 * slope - 1)
-            long = self.knee * (self.limit / amplitude) ** below
-            few = SHORT * (amplitude / short) ** (1 / self.basquin.exponent)
-        return np.asarray(np.maximum(np.where(amplitude > short, few, long), 1.0))
+        with np.errstate(over="ignore", divide="ignore"):  # no stress: unlimited life
+            exponent = np.where(amplitude > self.limit, slope, 2 * slope - 1)
+            high_cycle = self.knee * (self.limit / amplitude) ** exponent
+            low_cycle = SHORT * (amplitude / short) ** (1 / self.basquin.exponent)
+        return np.asarray(np.maximum(np.where(amplitude > short, low_cycle, high_cycle), 1.0))
 
     def damage(self, amplitude: Floats, rate: Floats) -> Floats:
         """Damage per hour (k, n) of cycles that a place sees together: its life is 1 over their sum.
@@ -312,14 +313,13 @@ def rainflow(history: Floats) -> tuple[Floats, Floats]:
     period = period[np.concatenate([[True], np.diff(period) != 0])]
     rising = np.diff(period) > 0
     turns = np.concatenate([[True], rising[1:] != rising[:-1], [True]]) if len(period) > 1 else [False]
-    kept: list[float] = []
+    open_: list[float] = []
     cycles: list[tuple[float, float]] = []
     for value in period[turns].tolist():
-        kept.append(value)
+        open_.append(value)
         # A range that is not larger than the next one is closed by it.
-        while len(kept) > 2 and abs(kept[-1] - kept[-2]) >= abs(kept[-2] - kept[-3]):
-            *before, one, other, last = kept
-            cycles.append((one, other))
-            kept = [*before, last]
+        while len(open_) > 2 and abs(open_[-1] - open_[-2]) >= abs(open_[-2] - open_[-3]):
+            cycles.append((open_[-3], open_[-2]))
+            del open_[-3:-1]
     ends = np.array(cycles).reshape(-1, 2)
     return ends.mean(axis=1), np.abs(ends[:, 1] - ends[:, 0]) / 2

@@ -129,10 +129,10 @@ class FacetSurface:
 
 def _barycentric(corners: Floats, places: Floats) -> tuple[Floats, Mask]:
     """Coordinates (…, 2) in triangles (…, 3, 3), clipped, of the nearest points, and whether inside."""
-    one, other = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+    first, second = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
     to = places - corners[..., 0, :]
-    a, b, c = (one**2).sum(-1), (one * other).sum(-1), (other**2).sum(-1)
-    d, e = (one * to).sum(-1), (other * to).sum(-1)
+    a, b, c = (first**2).sum(-1), (first * second).sum(-1), (second**2).sum(-1)
+    d, e = (first * to).sum(-1), (second * to).sum(-1)
     area = a * c - b * b
     share = np.stack([(c * d - b * e) / area, (a * e - b * d) / area], axis=-1)
     slack = 1e-6
@@ -181,20 +181,20 @@ class SharpEdges:
         body = BoundarySurface.of(mesh, list(mesh.facets))
         edges = body.edges
         ends = body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]
-        every = creases.find(ends)
-        kept = np.flatnonzero((every >= 0) & ~edges.convex)
-        if not kept.size:
+        crease = creases.find(ends)
+        sharp = np.flatnonzero((crease >= 0) & ~edges.convex)
+        if not sharp.size:
             return None
         names = [tuple(sorted(pair)) for pair in creases.between]
-        places = sorted({names[label] for label in creases.label[every[kept]]})
-        place = np.array([places.index(names[label]) for label in creases.label[every[kept]]])
-        number, share, edge, length = _stations(mesh.points, ends[kept], place)
-        row = kept[number]
-        fold = creases.fold[every[row]]
+        places = sorted({names[label] for label in creases.label[crease[sharp]]})
+        place = np.array([places.index(names[label]) for label in creases.label[crease[sharp]]])
+        number, share, edge, length = _stations(mesh.points, ends[sharp], place)
+        row = sharp[number]
+        fold = creases.fold[crease[row]]
         a, b = mesh.points[ends[row, 0]], mesh.points[ends[row, 1]]
         size = np.linalg.norm(b - a, axis=1)
         normal, away = _flanks(body, row, share)
-        joined = edges.facet[edges.smooth & (every < 0)]
+        joined = edges.facet[edges.smooth & (crease < 0)]
         face = linked_groups(len(body.facets), *joined.T)
         return cls(
             at=a + share[:, None] * (b - a),

@@ -35,8 +35,8 @@ class RimMask:
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     """Masks of the rims of a mesh of separate bodies, with radii of at most `largest`, mm."""
-    every = rims(mesh)
-    if not every:
+    all_rims = rims(mesh)
+    if not all_rims:
         return ()
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
@@ -45,9 +45,9 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
     volume = np.bincount(part[mesh.tets[:, 0]], volumes)
     masks: dict[str, RimMask] = {}
-    for rim in every:
+    for rim in all_rims:
         facets = mesh.facets[rim.surface]
-        edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
+        edges = np.concatenate([other.edges for other in all_rims if other.surface is rim.surface])
         measures = []
         for number in np.unique(part[rim.nodes]):
             area = SurfaceMesh(mesh.points, facets[part[facets[:, 0]] == number][:, :3]).areas.sum()

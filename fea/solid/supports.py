@@ -25,8 +25,8 @@ _FREE = 1e-8
 def bodies(mesh: TetMesh) -> Ints:
     """Number (n_elements,) of the body, joined over facets, that each element belongs to."""
     # 64 bits hold the keys of two million nodes.
-    one, other = (face // 4 for face in twins(face_keys(element_faces(mesh.tets), len(mesh.points))))
-    return linked_groups(len(mesh.tets), one, other)
+    first, second = (face // 4 for face in twins(face_keys(element_faces(mesh.tets), len(mesh.points))))
+    return linked_groups(len(mesh.tets), first, second)
 
 
 def rigid_motions(points: Floats, center: Floats) -> Floats:
@@ -109,10 +109,10 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
     level = np.flatnonzero(np.abs(z) <= np.abs(z).min() + 1e-9)
     slope = (y[b] - y[a]) / (x[b] - x[a])
     slope = slope if abs(slope) > _ALONG else 0.0
-    off = np.abs(y - y[a] - slope * (x - x[a]))
-    c = level[off[level].argmax()]
-    if Surface.SYMMETRY_Z not in mesh.facets and off[c] < np.ptp(y) / 8:  # few nodes on z = 0, and near AB
-        c = off.argmax()
+    distance = np.abs(y - y[a] - slope * (x - x[a]))
+    c = level[distance[level].argmax()]
+    if Surface.SYMMETRY_Z not in mesh.facets and distance[c] < np.ptp(y) / 8:  # few nodes on z = 0, near AB
+        c = distance.argmax()
     held[a] = True
     held[b, 1:] = True
     held[c, 2] = True
@@ -192,7 +192,7 @@ def free_motions(points: Floats, fixed: Mask) -> str:
 SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
 BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
 # Each motion's parity about y = 0 and about z = 0.
-MOTION_PARITY = (
+_MOTION_PARITY = (
     (Parity.SYMMETRIC, Parity.SYMMETRIC),
     (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
     (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
@@ -206,7 +206,7 @@ MOTION_PARITY = (
 class ConstrainedSurface:
     """A surface and the mean motions of it that are constrained."""
 
-    surface: Surface  #: A bore, or the end of a strut
+    surface: Surface  #: a bore, or the end of a strut
     center: float  #: x of the centre (x, 0, 0) about which it turns, mm
     motions: tuple[int, ...]  #: the constrained ones of `SLIDE_X` … `TURN_Z`
 
@@ -239,8 +239,8 @@ def motions_with(mesh: TetMesh, y: Parity, z: Parity = Parity.SYMMETRIC) -> list
     cut_y, cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
     return [
         motion
-        for motion, (own_y, own_z) in enumerate(MOTION_PARITY)
-        if (own_y is y or not cut_y) and (own_z is z or not cut_z)
+        for motion, (parity_y, parity_z) in enumerate(_MOTION_PARITY)
+        if (parity_y is y or not cut_y) and (parity_z is z or not cut_z)
     ]
 
 

@@ -205,12 +205,12 @@ def _solved_within(
     solution = np.empty((n, count), order="F")
     both = np.zeros((2, min(count, _AT_ONCE), len(handle))).swapaxes(1, 2)
     for start in range(0, count, _AT_ONCE):
-        some = columns[:, start : start + _AT_ONCE]
-        result, sides = both[..., : some.shape[1]]
+        block = columns[:, start : start + _AT_ONCE]
+        result, sides = both[..., : block.shape[1]]
         if summed:
-            sides[n:] = -some
+            sides[n:] = -block
         else:
-            result[:n], result[n:] = some, 0.0
+            result[:n], result[n:] = block, 0.0
             handle(_FORWARD, slot, values, result, sides)
             sides[n:] = 0.0
         handle(_BACKWARD, slot, values, sides, result)
@@ -222,9 +222,9 @@ def _work_within(handle: _Handle, slot: int, values: Floats, n: int, forces: Flo
     """FᵀA⁻¹F (k, k) of F (n, k), A = L Lᵀ, by forward substitution L⁻¹F."""
     halves = np.empty((forces.shape[1], n))
     for start in range(0, len(halves), _AT_ONCE):
-        some = np.pad(forces[:, start : start + _AT_ONCE].T, [(0, 0), (0, len(handle) - n)]).T
-        result = np.empty_like(some)
-        handle(_FORWARD, slot, values, some, result)
+        block = np.pad(forces[:, start : start + _AT_ONCE].T, [(0, 0), (0, len(handle) - n)]).T
+        result = np.empty_like(block)
+        handle(_FORWARD, slot, values, block, result)
         halves[start : start + _AT_ONCE] = result[:n].T
     return np.asarray(halves @ halves.T)
 
