@@ -138,7 +138,7 @@ def _lengths(vectors: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Constrained:
+class _Constrained:
     """The body of one parity about each mirror plane, C u = 0.
 
     With the rigid motions R that the planes leave, u = K_c⁻¹(f − Cᵀμ) + R q, where K_c holds a few degrees
@@ -160,13 +160,13 @@ class Constrained:
         return np.asarray(u - self.answers @ unknowns[:n_rows] + self.rigid @ unknowns[n_rows:])
 
 
-def constrained(
+def _constrained(
     mesh: TetMesh,
     surfaces: tuple[ConstrainedSurface, ...],
     parities: tuple[Parity, Parity],
     fixed: Mask,
     inverse: Operator,
-) -> Constrained:
+) -> _Constrained:
     """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
 
     `fixed` (n,) are the `isostatic_restraints` with which `inverse` is K_c⁻¹. Raises
@@ -182,7 +182,7 @@ def constrained(
         )
     answers = _solved(inverse, fixed, C.T)
     small = np.block([[C @ answers, -C @ rigid], [rigid.T @ C.T, np.zeros((rigid.shape[1],) * 2)]])
-    return Constrained(inverse, fixed, rigid, C, answers, np.linalg.inv(small))
+    return _Constrained(inverse, fixed, rigid, C, answers, np.linalg.inv(small))
 
 
 def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
@@ -193,7 +193,7 @@ def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
     return u
 
 
-class ReferenceLoad:
+class _ReferenceLoad:
     """K_σ of a reference load from the `GeometricStiffness` of its parts about y = 0.
 
     The mean motions of the ends are constrained. If one may rotate about z, the direction of a pressure on it
@@ -262,7 +262,7 @@ class Buckling:
         symmetric = {}
         for side in self._sides:  # about z = 0 symmetric as well, with the model's factor
             fixed, inverse = model.restrained(side)
-            symmetric[side] = constrained(mesh, ends, (side, Parity.SYMMETRIC), fixed, inverse)
+            symmetric[side] = _constrained(mesh, ends, (side, Parity.SYMMETRIC), fixed, inverse)
         self._bodies = {Parity.SYMMETRIC: symmetric}
         if Surface.SYMMETRY_Z in mesh.facets:
             self._bodies[Parity.ANTISYMMETRIC] = self._leaving(model)
@@ -277,13 +277,13 @@ class Buckling:
         parts = {side: self._geometric(u) for side, u in displacement.items()}
         of_loads = []
         for matrices in zip(*parts.values(), strict=True):
-            load = ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
+            load = _ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
             enough = self._enough(load, count)
             modes = [mode for parity_z in self._bodies for mode in self._modes(load, parity_z, count, enough)]
             of_loads.append(sorted(modes, key=lambda mode: mode.factor)[:count])
         return of_loads
 
-    def _modes(self, load: ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
+    def _modes(self, load: _ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
         """Modes of one parity about z = 0 with 1/λ not below `enough`."""
         pairs = largest(
             lambda f: self._solved(parity_z, f),
@@ -301,7 +301,7 @@ class Buckling:
             for value, vector, residual in zip(pairs.values, pairs.vectors.T, pairs.residuals, strict=True)
         ]
 
-    def _enough(self, load: ReferenceLoad, count: int) -> float:
+    def _enough(self, load: _ReferenceLoad, count: int) -> float:
         """Lower bound of the `count` largest values of 1/λ: Ritz values are bounds from below."""
         values = [
             np.linalg.eigvalsh(_symmetric(each.vectors.T @ self._pushed(load, parity_z, each.vectors)))
@@ -310,20 +310,20 @@ class Buckling:
         ranked = np.sort(np.concatenate(values))[::-1]
         return max(0.0, float(ranked[:count][-1]) * (1 - _ACCURACY))
 
-    def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
+    def _pushed(self, load: _ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
         """−K_σ times vectors (n, k)."""
         parts = load.times(self._parts(vectors), parity_z)
         stacked = np.stack([parts[side] for side in self._sides])
         return -stacked.reshape(-1, stacked.shape[-1])
 
-    def _leaving(self, model: Model) -> dict[Parity, Constrained]:
+    def _leaving(self, model: Model) -> dict[Parity, _Constrained]:
         solver = linear_solver(SolverName(model.solver), self._mesh, model.material, slots=len(self._sides))
         bodies = {}
         for slot, side in enumerate(self._sides):
             parities = side, Parity.ANTISYMMETRIC
             fixed = isostatic_restraints(self._mesh, parities)
             solver.factorise(slot, model.stiffness.constrained(fixed))
-            bodies[side] = constrained(self._mesh, self._ends, parities, fixed, partial(solver.solve, slot))
+            bodies[side] = _constrained(self._mesh, self._ends, parities, fixed, partial(solver.solve, slot))
         return bodies
 
     def _first(self, parity_z: Parity) -> Space:
