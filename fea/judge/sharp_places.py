@@ -268,7 +268,7 @@ class SharpPlaces:
         with more than twice as much even where they are singular are left out.
         """
         edges, equivalent = self._edges, von_mises(stress)
-        rows = _hot(edges, 1 / safety_factor, SHARE / least_factor)
+        rows = _highly_stressed(edges, 1 / safety_factor, SHARE / least_factor)
         if not rows.size:
             return ()
         measure, spots, bars, changes = self._structural(rows, stress, error)
@@ -376,8 +376,7 @@ class SharpPlaces:
         return fields
 
 
-def _hot(edges: SharpEdges, usage: Floats, least: float) -> Ints:
-    """Stations of the edges whose usage (n_nodes,) is somewhere at least so much."""
-    heat = usage[edges.nodes].mean(axis=1)
-    hot = np.unique(edges.place[heat >= least])
-    return np.flatnonzero(np.isin(edges.place, hot))
+def _highly_stressed(edges: SharpEdges, utilisation: Floats, least: float) -> Ints:
+    """Stations of the edges whose utilisation (n_nodes,) reaches `least` anywhere."""
+    at_stations = utilisation[edges.nodes].mean(axis=1)
+    return np.flatnonzero(np.isin(edges.place, edges.place[at_stations >= least]))

@@ -261,45 +261,43 @@ def _stations(points: Floats, ends: Ints, place: Ints) -> tuple[Ints, Floats, In
     """
     longest = float(np.ptp(points, axis=0).max())
     size = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
-    numbers, shares, edges, lengths = [], [], [], []
+    stations = []
     for edge, (chain, forward, closed) in enumerate(_chains(points, ends, place)):
-        reached = np.concatenate([[0.0], np.cumsum(size[chain])])
-        length = float(reached[-1])
-        far = 0.0 if closed else min(_END * length, _END_MOST * longest)
-        count = int(np.clip(np.ceil((length - 2 * far) / (_APART * longest)), _FEWEST, _MOST))
-        along = np.linspace(far, length - far, count + closed)[:count]
-        which = np.clip(np.searchsorted(reached, along, side="right") - 1, 0, len(chain) - 1)
-        share = np.clip((along - reached[which]) / size[chain[which]], 0.0, 1.0)
-        numbers.append(chain[which])
-        shares.append(np.where(forward[which], share, 1 - share))
-        edges.append(np.full(count, edge))
-        lengths.append(np.full(count, length))
-    of_edge = np.concatenate(edges), np.concatenate(lengths)
-    return np.concatenate(numbers), np.concatenate(shares), *of_edge
+        position = np.concatenate([[0.0], np.cumsum(size[chain])])
+        length = float(position[-1])
+        margin = 0.0 if closed else min(_END * length, _END_MOST * longest)
+        count = int(np.clip(np.ceil((length - 2 * margin) / (_APART * longest)), _FEWEST, _MOST))
+        along = np.linspace(margin, length - margin, count + closed)[:count]
+        which = np.clip(np.searchsorted(position, along, side="right") - 1, 0, len(chain) - 1)
+        share = np.clip((along - position[which]) / size[chain[which]], 0.0, 1.0)
+        share = np.where(forward[which], share, 1 - share)
+        stations.append((chain[which], share, np.full(count, edge), np.full(count, length)))
+    numbers, shares, edges, lengths = (np.concatenate(column) for column in zip(*stations, strict=True))
+    return numbers, shares, edges, lengths
 
 
 def _chains(points: Floats, ends: Ints, place: Ints) -> Iterator[tuple[Ints, Mask, bool]]:
     """Yield mesh edges in their order along an edge of the rod, which run forward, and whether it is closed.
 
-    A closed one begins at its outermost vertex.
+    A closed edge begins at its outermost vertex.
     """
     for number in np.unique(place):
-        at: dict[int, list[int]] = {}
+        edges_at: dict[int, list[int]] = {}  # by node
         for edge in np.flatnonzero(place == number).tolist():
             for node in ends[edge].tolist():
-                at.setdefault(node, []).append(edge)
-        left = {edge for edges in at.values() for edge in edges}
-        outermost = sorted(at, key=lambda node: tuple(points[node]), reverse=True)
-        for start in sorted(outermost, key=lambda node: len(at[node]) == 2):  # open ends first
-            while first := left.intersection(at[start]):
+                edges_at.setdefault(node, []).append(edge)
+        unused = {edge for edges in edges_at.values() for edge in edges}
+        outermost = sorted(edges_at, key=lambda node: tuple(points[node]), reverse=True)
+        for start in sorted(outermost, key=lambda node: len(edges_at[node]) == 2):  # open ends first
+            while first := unused.intersection(edges_at[start]):
                 edge, node, chain, forward = min(first), start, list[int](), list[bool]()
                 while True:
-                    left.discard(edge)
+                    unused.discard(edge)
                     chain.append(edge)
                     forward.append(bool(ends[edge, 0] == node))
                     node = int(ends[edge].sum()) - node
-                    following = left.intersection(at[node])
-                    if len(at[node]) != 2 or not following:
+                    following = unused.intersection(edges_at[node])
+                    if len(edges_at[node]) != 2 or not following:
                         break
                     edge = following.pop()
                 yield np.array(chain), np.array(forward), node == start
