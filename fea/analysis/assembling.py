@@ -1,15 +1,15 @@
 """From [assembly] of a study to what is drawn, and to how the parts are put together."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fea.base.note import Note, assumptions
 from fea.contact.assembly_state import AssemblySpecification, Expansion
-from fea.judge.bolt_choice import BoltSeats, ChosenBolt, choose_bolt, seats_of
-from fea.judge.press_fit import ROD, ChosenFit, Expansions, FitRadii, choose_fits, radii_of
+from fea.judge.bolt import TightenedBolt
+from fea.judge.bolt_choice import BoltSeats, choose_bolt, seats_of
+from fea.judge.press_fit import ROD, Expansions, FitRadii, fit_notes, radii_of
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
 from fea.study.material_table import (
@@ -90,9 +90,9 @@ class Assembling:
     """The assembly of a study."""
 
     table: AssemblyTable  #: [assembly]
-    bolt: ChosenBolt  #: each of the cap's bolts
+    bolt: TightenedBolt  #: each of the cap's bolts
     geometry: Assembly  #: what is separate
-    fits: Mapping[str, ChosenFit]  #: press fits by the inner part, as Lamé estimates them
+    fit_notes: tuple[Note, ...]  #: on press fits, as Lamé estimates them
     expansions: Expansions  #: of the parts, at the assembly's temperature
 
     @classmethod
@@ -133,7 +133,7 @@ class Assembling:
         return cls(
             table=table,
             bolt=chosen,
-            fits=choose_fits(table, radii, materials, expansions),
+            fit_notes=fit_notes(table, radii, materials, expansions),
             expansions=expansions,
             geometry=_geometry(
                 table,
@@ -148,9 +148,9 @@ class Assembling:
         return AssemblySpecification(
             normal=self.geometry.normal,
             bolts=mesh.bolts,
-            preload=bolt.preload,
-            stiffness=bolt.stiffness,
-            beam=self.bolt.beam,
+            preload=self.bolt.preload,
+            stiffness=1 / bolt.compliance,
+            beam=bolt.beam,
             friction=table.friction,
             interference={
                 Surface.BUSHING_SEAT: (table.bushing_interference_mm or 0.0) / 2,
@@ -165,11 +165,10 @@ class Assembling:
         assumed = list(assumed_materials(study.part_material, parts))
         if self.table.joint_friction is None:
             assumed.append(f"friction {self.table.friction:g} between the parts (assembly.joint_friction)")
-        fits = (note for fit in self.fits.values() for note in fit.notes)
-        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *fits)
+        return (*assumptions("assembly", assumed), *self.bolt.notes, *self.expansions.notes, *self.fit_notes)
 
     def _expansion(self, study: Study, parts: tuple[str, ...]) -> Expansion | None:
-        if self.expansions.warming == 0:
+        if self.expansions.temperature_change == 0:
             return None
         own = [
             thermal_expansion(f"material.{table_name(part)}", study.part_material_table(part))
@@ -178,7 +177,7 @@ class Assembling:
         of_pins = {pin: study.part_material.get(pin, _PIN_STEEL) for pin in PINS}
         pins = [thermal_expansion(f"material.{pin}", table) for pin, table in of_pins.items()]
         return Expansion(
-            rise=self.expansions.warming,
+            rise=self.expansions.temperature_change,
             parts=tuple(alpha for alpha, _ in own),
             bolt=self.expansions.by_part[BOLT],
             piston_pin=pins[0][0],

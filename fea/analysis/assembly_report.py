@@ -27,9 +27,9 @@ from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import FITS, AssemblyState
 from fea.judge.bolt import BoltResult
 from fea.judge.bolt_choice import BOLTS
-from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.pins.assembly import AssemblyPins
+from fea.solid.bore import bore_shape
 from fea.solid.errors import ContactError
 from fea.study.material_table import REFERENCE_TEMPERATURE
 from geometry.surfaces import Surface
@@ -173,7 +173,7 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
         BoltsFigures,
         hardest,
         thread=bolt.thread.name,
-        preload_N=bolt.preload,
+        preload_N=chosen.preload,
         tightened=str(chosen.tightening) if table.bolt_torque_Nm or table.bolt_stretch_mm else None,
         proof_load_N=bolt.proof_load,
         vdi_load_factor=chosen.load_factor,
@@ -200,16 +200,14 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
 
 def judged_bolts(assembling: Assembling, states: Sequence[AssemblyState]) -> list[BoltResult]:
     """Judge each bolt over a sequence of states."""
-    bolt, turned = assembling.bolt.bolt, assembling.table.bolt_stretch_mm is None
     over_time = zip(*(state.bolts for state in states), strict=True)
     return [
         BoltResult.of(
-            bolt,
+            assembling.bolt,
             np.array([one.force for one in course]),
             np.array([one.fibre for one in course]),
             np.array([one.thread_bending for one in course]),
             max(one.shear for one in course),
-            turned=turned,
         )
         for course in over_time
     ]

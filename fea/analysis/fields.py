@@ -16,9 +16,9 @@ from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
 from fea.pins.model import PinModel, Response, Structure
 from fea.rod.meshed_rod import MeshedRod
-from fea.solid.bore_motion import referred_to_bores
 from fea.solid.parity import Parity
 from fea.solid.recovery import PartRecovery
+from fea.solid.supports import referred_to_bores
 from fea.solvers.static import Model, Solution
 from geometry.arrays import Floats
 from geometry.surfaces import INTERFACES, Surface

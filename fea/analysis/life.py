@@ -19,8 +19,7 @@ from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.figures import DutyFigures, LifeFigures
 from fea.base.material import SCATTER
 from fea.base.note import Note, doubt, omission, remark, warning
-from fea.judge.fatigue import criterion_strength, reversed_amplitude
-from fea.judge.life_line import LifeLine, rainflow
+from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
 from fea.study.speed_tables import DutyTable

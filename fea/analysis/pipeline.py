@@ -29,7 +29,7 @@ from fea.base.checks import LIMITS
 from fea.base.material import Material, of_parts
 from fea.base.note import Note, assumption, doubt
 from fea.judge.case_result import CaseResult, bore_ends, case_result
-from fea.judge.life_line import require_lines
+from fea.judge.fatigue import require_lines
 from fea.machine.clock import Clock, Listener
 from fea.pins.model import PinModel, Structure, soft_parts
 from fea.rod.discretise import drawn_once, moved

@@ -26,11 +26,10 @@ from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.places import SurfaceRegions
-from fea.solid.bore_motion import constrained_by_pins
-from fea.solid.inertia import Inertia
+from fea.solid.inertia import Inertia, SectionBalance
 from fea.solid.parity import Split
-from fea.solid.section_balance import SectionBalance
 from fea.solid.sharp_edges import SharpEdges
+from fea.solid.supports import constrained_by_pins
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.study.option_tables import AnalysisTable

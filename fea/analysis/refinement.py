@@ -8,9 +8,8 @@ import numpy as np
 
 from fea.analysis.figures import PassFigures
 from fea.analysis.prepared_rod import PreparedRod
-from fea.judge.case_result import CaseResult
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.fatigue import fatigue_factor
-from fea.judge.governing import Governing
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import FINE_WITHIN, SharpPlace, worst_of_edges
@@ -270,10 +269,9 @@ def _bars(cases: Sequence[CaseResult], fatigue: Sequence[Peak], *, all_cases: bo
 
 def _factors(cases: Sequence[CaseResult], fatigue: Sequence[Peak]) -> Iterator[SafetyFactor]:
     for case in cases:
-        yield SafetyFactor.of_stress(case.min_safety_factor, case.worst.error_percent, instant=case.load.name)
+        yield case.min_safety_factor
         for edge in case.sharp_governing:
-            edge_of = {"instant": case.load.name, "place": "sharp edge"}
-            yield SafetyFactor.of_stress(edge.safety_factor, edge.error_percent, **edge_of)
+            yield edge.safety_factor.against("yielding", case.load.name, "sharp edge")
     for used in fatigue:
         yield SafetyFactor.of_stress(1 / used.value, used.error_percent, mode="fatigue")
 

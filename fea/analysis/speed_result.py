@@ -15,9 +15,8 @@ from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import check_notes
 from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
-from fea.solid.inertia import imbalance
+from fea.solid.inertia import SectionBalance, imbalance
 from fea.solid.parity import Parity
-from fea.solid.section_balance import SectionBalance
 from fea.solvers.static import Solution
 
 

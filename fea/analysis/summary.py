@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.analysis.assembly_report import assembly_figures, onset_notes, ovality_figures, touch_notes
 from fea.analysis.buckling import BucklingReport
-from fea.analysis.cycle.figures import case_factor, envelope_figures
+from fea.analysis.cycle.figures import envelope_figures
 from fea.analysis.figures import (
     AssemblyFigures,
     BoreFigures,
@@ -42,8 +42,7 @@ from fea.base.choices import CONVERGED_PERCENT
 from fea.base.note import CANNOT_GOVERN, OTHER_RODS, Note, by_consequence, doubt, remark
 from fea.base.units import BAR, DEG, KG_M2, KN
 from fea.base.version import __version__
-from fea.judge.case_result import CaseResult
-from fea.judge.governing import Governing
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, Verdict, peak
@@ -80,7 +79,7 @@ def _sharp_edge(place: SharpPlace, name: str, required: float) -> SharpEdgeFigur
         SharpEdgeFigures,
         place,
         name=name,
-        safety_factor=SafetyFactor.of_stress(place.safety_factor, place.error_percent, place=f"edge {name}"),
+        safety_factor=place.safety_factor.against("yielding", place=f"edge {name}"),
         notch_intensity=None if notch is None else notch.intensity,
         required_safety_factor=required,
         fillet_radius_mm=place.fillet(required),
@@ -242,7 +241,6 @@ def case_figures(
     return figures(
         CaseFigures,
         case,
-        min_safety_factor=case_factor(case),
         weakest=_weakest(rod, case),
         energy_error_percent=case.error.energy_percent,
         verdict=verdict.value,

@@ -9,9 +9,8 @@ from scipy import sparse
 
 from fea.contact.active_set import ContactSystem, PressureEstimator
 from fea.contact.interfaces import BoltPull, BoltStop, Interface, MatingFaces, PinInBore
-from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
-from fea.solid.supports import rigid_motions
+from fea.solid.supports import motions_with, rigid_motions
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh

@@ -2,17 +2,13 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 from fea.base.choices import ThreadRolled
 from fea.base.material import Material
 from fea.base.note import Assumed, Note, assumptions, doubt, remark, warning
 from fea.base.units import INCH, KN, N_M, UM
-from fea.contact.assembly_state import BoltBeam
-from fea.judge import vdi2230
-from fea.judge.bolt import Bolt, BoltShape
-from fea.judge.vdi2230 import UTILISATION, BoltCompliance, Lever
+from fea.judge.bolt import USUAL_EMBEDDING, UTILISATION, Bolt, ClampedParts, TightenedBolt, Tightening
 from fea.study.assembly_table import (
     AFTERMARKET,
     BOLT,
@@ -71,8 +67,18 @@ _LEAST_SHANK = 0.6
 _ALIKE = 1e-6
 
 
-def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> BoltShape:
-    """Complete what a study says of its bolts' shape. Raises `InvalidValue`: they do not fit the rod."""
+# Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
+FRICTION = 0.12
+
+
+def _bolt(
+    table: AssemblyTable,
+    seats: BoltSeats,
+    bolt_table: MaterialTable | None,
+    rod_modulus: float,
+    assumed: Assumed,
+) -> Bolt:
+    """Complete what a study says of its bolts. Raises `InvalidValue`: they do not fit the rod."""
     thread = _thread(table, seats, assumed)
     d, (grip, engaged) = thread.diameter, _grip(table, seats, thread, assumed)
     head = _seat(table, "head", seats, thread, assumed)
@@ -87,7 +93,11 @@ def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Bolt
     usual = min(max(usual, 0.0), grip)
     free = assumed.or_else(table.bolt_free_thread_mm, usual, f"{{:.3g}} mm of thread in the grip ({key})")
     require(free <= grip, key, free, f"must be at most the grip, {grip:g} mm")
-    return BoltShape(
+    strength = _strength(table, bolt_table, thread, assumed)
+    thread_friction, head_friction = _friction(table, assumed)
+    tables = {} if bolt_table is None else {BOLT: bolt_table}
+    modulus = bolt_material(tables, table.grade).material().youngs_modulus
+    return Bolt(
         thread=thread,
         grip=grip,
         engaged=engaged,
@@ -96,6 +106,12 @@ def bolt_shape(table: AssemblyTable, seats: BoltSeats, assumed: Assumed) -> Bolt
         shank_diameter=shank,
         free_thread=free,
         hole=seats.hole,
+        modulus=modulus,
+        counter_modulus=modulus if engaged == 0 else rod_modulus,
+        strength=strength,
+        thread_friction=thread_friction,
+        head_friction=head_friction,
+        rolled=_rolled(table),
     )
 
 
@@ -172,28 +188,10 @@ def _seat(table: AssemblyTable, what: str, seats: BoltSeats, thread: Thread, ass
 BOLTS = "bolts"
 
 
-class Tightening(NamedTuple):
-    """How bolts are tightened."""
-
-    preload: float  #: N, before embedding
-    how: str  #: in words
-    scatter: tuple[int, int] | None = None  #: of the preload, ± per cent from and to, where it is usual
-    yields: bool = False  #: whether it is the force at which the turned bolt yields
-
-    def __str__(self) -> str:
-        scatter = "" if self.scatter is None else ", usually ±{} to {} % (VDI 2230)".format(*self.scatter)
-        return f"{self.preload / KN:.3g} kN {self.how}{scatter}"
-
-
-def _notes(
-    bolt: Bolt, table: AssemblyTable, clamped: Material, tightening: Tightening, losses: tuple[float, float]
-) -> Iterator[Note]:
-    """What tightening means for bolt and seats; `losses`: by embedding, given and usual, N.
-
-    Raises `InvalidValue`: the bolt breaks.
-    """
-    force, turned = bolt.assembly_preload, table.bolt_stretch_mm is None
-    stress = bolt.tightening_stress(turned=turned)
+def _notes(tightened: TightenedBolt, table: AssemblyTable, clamped: Material) -> Iterator[Note]:
+    """Explain what tightening means for bolt and seats. Raises `InvalidValue`: the bolt breaks."""
+    bolt, tightening = tightened.bolt, tightened.tightening
+    force, stress = tightening.preload, tightened.tightening_stress
     key = next((key for key in TIGHTENED if getattr(table, key) is not None), TIGHTENED[0])
     rule = (
         f"breaks the bolt: {force / KN:.4g} kN make {stress:.0f} MPa in {bolt.thread.name}, "
@@ -201,7 +199,7 @@ def _notes(
     )
     remedy = "Reduce it, or choose a thicker or stronger bolt."
     require(stress < bolt.strength.ultimate, f"assembly.{key}", getattr(table, key), rule, remedy)
-    torsion = ", with the torsion of tightening" if turned else ""
+    torsion = ", with the torsion of tightening" if tightening.turned else ""
     judged = (
         f"{bolt.thread.name}, tightened to {tightening}: {force / bolt.proof_load:.0%} of the "
         f"proof load, {stress / bolt.strength.yield_strength:.0%} of the yield strength{torsion}"
@@ -226,76 +224,46 @@ def _notes(
     if factor not in {None, 1}:
         least = f"tightening with a factor of {factor:g} may leave only {force / factor / KN:.3g} kN; "
         yield warning(f"{least}the figures are those of {force / KN:.3g} kN", BOLTS)
-    loss, usual = losses
     if table.bolt_embedding_um is not None:
-        yield remark(f"embedding takes {loss / KN:.2g} kN of the preload", BOLTS)
+        yield remark(f"embedding takes {tightened.embedding_loss / KN:.2g} kN of the preload", BOLTS)
     else:
+        usual = USUAL_EMBEDDING / (bolt.compliance + tightened.parts_compliance)
         about = f"by table 5 of VDI 2230 it takes about {usual / KN:.2g} kN (assembly.bolt_embedding_um)"
         yield warning(f"embedding is not deducted; {about}", BOLTS)
 
 
-# Of thread and head, of oiled steel: within friction class B of VDI 2230, table A5 (0.08 to 0.16).
-FRICTION = 0.12
-
-
-@dataclass(frozen=True)
-class ChosenBolt:
-    """A bolt, and what a reader must know of it."""
-
-    bolt: Bolt
-    compliance: BoltCompliance  #: its parts
-    beam: BoltBeam  #: as it bends
-    parts_compliance: float  #: δ_P of the clamped parts by VDI 2230's deformation cone, mm/N, for comparison
-    torque: float  #: that gives its preload, N·mm
-    tightening: Tightening
-    notes: tuple[Note, ...]
-
-    @property
-    def load_factor(self) -> float:
-        """Φ_K = δ_P/(δ_S + δ_P) of a central load at the seats (R3), for comparison."""
-        return self.parts_compliance / (self.compliance.total + self.parts_compliance)
-
-
 def choose_bolt(
     table: AssemblyTable, seats: BoltSeats, bolt_table: MaterialTable | None, clamped: Material
-) -> ChosenBolt:
+) -> TightenedBolt:
     """Complete [assembly] and [material.bolt]. Raises `InvalidValue`: it does not fit, or breaks."""
     assumed = Assumed()
-    shape = bolt_shape(table, seats, assumed)
-    strength = _strength(table, bolt_table, shape, assumed)
-    compliance, beam, parts = _compliances(table, shape, seats, bolt_table, clamped.youngs_modulus)
-    friction = _friction(table, assumed)
-    lever = Lever(shape.thread, (shape.head_diameter + seats.hole) / 2, *friction)
-    limit = vdi2230.allowed_preload(shape.thread, shape.least_diameter, friction[0], strength.yield_strength)
-    tightening = _tightening(table, lever, compliance, parts, limit)
+    bolt = _bolt(table, seats, bolt_table, clamped.youngs_modulus, assumed)
+    nut = bolt.engaged == 0
+    parts = ClampedParts(
+        bolt.grip, bolt.head_diameter, seats.hole, seats.outer, clamped.youngs_modulus, nut
+    ).compliance
+    tightening = _tightening(table, bolt, parts)
     if table.bolt_tightening_factor is not None:
         tightening = tightening._replace(scatter=None)
     preload = tightening.preload
     if all(getattr(table, name) is None for name in TIGHTENED):
         assumed.append(
-            f"preload {limit / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI "
+            f"preload {preload / KN:.3g} kN, {UTILISATION:.0%} of the yield strength in tightening as in VDI "
             "2230 (assembly.bolt_preload_kN, bolt_torque_Nm or bolt_stretch_mm)"
         )
-    loss = vdi2230.embedding_loss((table.bolt_embedding_um or 0.0) * UM, compliance.total, parts)
+    loss = (table.bolt_embedding_um or 0.0) * UM / (bolt.compliance + parts)
     rule = f"takes {loss / KN:.3g} kN, all of the preload of {preload / KN:.3g} kN"
     remedy = "Check the unit, or tighten the bolts more."
     require(loss < preload, "assembly.bolt_embedding_um", table.bolt_embedding_um, rule, remedy)
-    bolt = Bolt(
-        **vars(shape),
-        strength=strength,
-        stiffness=1 / compliance.total,
-        thread_friction=friction[0],
-        rolled=_rolled(table, assumed),
-        assembly_preload=preload,
-        preload=preload - loss,
-    )
-    usual = vdi2230.embedding_loss(vdi2230.USUAL_EMBEDDING, compliance.total, parts)
-    notes = (*assumptions(BOLTS, assumed), *_notes(bolt, table, clamped, tightening, (loss, usual)))
-    return ChosenBolt(bolt, compliance, beam, parts, lever.torque(preload), tightening, notes)
+    if table.bolt_thread_rolled is None:
+        assumed.append(_ROLLED[bolt.rolled])
+    tightened = TightenedBolt(bolt, tightening, loss, parts)
+    notes = (*assumptions(BOLTS, assumed), *_notes(tightened, table, clamped))
+    return replace(tightened, notes=notes)
 
 
 def _strength(
-    table: AssemblyTable, bolt_table: MaterialTable | None, shape: BoltShape, assumed: Assumed
+    table: AssemblyTable, bolt_table: MaterialTable | None, thread: Thread, assumed: Assumed
 ) -> BoltStrength:
     """Strengths of [material.bolt] where it has them, else those of the property class."""
     given = None if bolt_table is None else bolt_table.resolved()
@@ -304,29 +272,11 @@ def _strength(
             assumed.append(f"property class {DEFAULT_GRADE.value} (assembly.bolt_grade)")
         elif table.grade in YIELD_ESTIMATED:
             assumed.append(f"the yield strength of {table.grade.value}, an estimate ([material.bolt])")
-        return bolt_strength(table.grade or DEFAULT_GRADE, shape.thread.diameter)
+        return bolt_strength(table.grade or DEFAULT_GRADE, thread.diameter)
     key, rule = "material.bolt.ultimate_MPa", "must be given, at least as large as the yield strength"
     ultimate = given.ultimate_MPa or 0.0
     require(ultimate >= given.yield_MPa, key, given.ultimate_MPa, rule, "The bolt's limits follow from it.")
     return BoltStrength(PROOF_RATIO * given.yield_MPa, given.yield_MPa, ultimate)
-
-
-def _compliances(
-    table: AssemblyTable,
-    shape: BoltShape,
-    seats: BoltSeats,
-    bolt_table: MaterialTable | None,
-    rod_modulus: float,
-) -> tuple[BoltCompliance, BoltBeam, float]:
-    """Compliance of the bolt along its axis and in bending, and of the parts by the guideline."""
-    own = {} if bolt_table is None else {BOLT: bolt_table}
-    modulus = bolt_material(own, table.grade).material().youngs_modulus
-    nut = shape.engaged == 0
-    moduli = {"modulus": modulus, "counter_modulus": modulus if nut else rod_modulus}
-    lengths = {"grip": shape.grip, "free_thread": shape.free_thread, "shank": shape.shank_diameter}
-    bolt = vdi2230.BoltBody(thread=shape.thread, nut=nut, **lengths, **moduli)
-    parts = vdi2230.ClampedParts(shape.grip, shape.head_diameter, seats.hole, seats.outer, rod_modulus, nut)
-    return bolt.compliance, bolt.beam(shape.play), parts.compliance
 
 
 def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
@@ -341,37 +291,37 @@ def _friction(table: AssemblyTable, assumed: Assumed) -> tuple[float, float]:
     return thread, assumed.or_else(table.head_friction, FRICTION, under_head)
 
 
-def _tightening(
-    table: AssemblyTable, lever: Lever, compliance: BoltCompliance, parts: float, limit: float
-) -> Tightening:
-    """Preload by what the study gives, and how it follows; `limit` is VDI 2230's usual one."""
+def _tightening(table: AssemblyTable, bolt: Bolt, parts: float) -> Tightening:
+    """Preload by what the study gives, and how it follows; `parts`: compliance of the clamped parts, mm/N."""
     torque, stretch, angle = table.bolt_torque_Nm, table.bolt_stretch_mm, table.bolt_angle_deg
-    friction = f"friction {lever.thread_friction:g} in the thread and {lever.head_friction:g} under the head"
+    friction = f"friction {bolt.thread_friction:g} in the thread and {bolt.head_friction:g} under the head"
     if stretch is not None:
-        give = compliance.between_ends
+        give = bolt.stretch_compliance
         how = f"by a stretch of {stretch:.3g} mm ({stretch / INCH * 1e3:.3g} thousandths of an inch)"
-        return Tightening(stretch / give, f"{how} at {give * KN / UM:.3g} µm/kN", SCATTER["stretch"])
+        how += f" at {give * KN / UM:.3g} µm/kN"
+        return Tightening(stretch / give, how, SCATTER["stretch"], turned=False)
     if torque is None:
-        preload = limit if table.bolt_preload_kN is None else table.bolt_preload_kN * KN
-        return Tightening(preload, f"by {lever.torque(preload) / N_M:.3g} N·m")
-    snug, give = lever.preload(torque * N_M), compliance.total + parts
+        preload = bolt.allowed_preload if table.bolt_preload_kN is None else table.bolt_preload_kN * KN
+        return Tightening(preload, f"by {preload * bolt.lever / N_M:.3g} N·m")
+    snug, give = torque * N_M / bolt.lever, bolt.compliance + parts
     if angle is None:
         return Tightening(snug, f"by {torque:.3g} N·m with {friction}", SCATTER["torque"])
     # Bolt and parts take up the turn: F = F_snug + θ/360° P/(δ_S + δ_P), until the bolt yields.
-    force, most = snug + angle / 360 * lever.thread.pitch / give, limit / UTILISATION
+    force, most = snug + angle / 360 * bolt.thread.pitch / give, bolt.allowed_preload / UTILISATION
     how = f"by {torque:g} N·m ({snug / KN:.3g} kN with {friction}) and {angle:g}°"
     how += f" at {give * KN / UM:.3g} µm/kN of bolt and parts"
     return Tightening(min(force, most), how, SCATTER["angle"], yields=force > most)
 
 
-def _rolled(table: AssemblyTable, assumed: Assumed) -> ThreadRolled:
-    if table.bolt_thread_rolled is not None:
-        return table.bolt_thread_rolled
-    if table.grade in AFTERMARKET:
-        assumed.append(
-            "thread rolled after heat treatment, as makers of such bolts say, and the endurance of VDI 2230, "
-            "which is that of classes up to 12.9 (assembly.bolt_thread_rolled)"
-        )
-        return ThreadRolled.AFTER
-    assumed.append("thread rolled before heat treatment (assembly.bolt_thread_rolled)")
-    return ThreadRolled.BEFORE
+_ROLLED = {
+    ThreadRolled.AFTER: (
+        "thread rolled after heat treatment, as makers of such bolts say, and the endurance of VDI 2230, "
+        "which is that of classes up to 12.9 (assembly.bolt_thread_rolled)"
+    ),
+    ThreadRolled.BEFORE: "thread rolled before heat treatment (assembly.bolt_thread_rolled)",
+}
+
+
+def _rolled(table: AssemblyTable) -> ThreadRolled:
+    usual = ThreadRolled.AFTER if table.grade in AFTERMARKET else ThreadRolled.BEFORE
+    return table.bolt_thread_rolled or usual

@@ -9,8 +9,8 @@ from fea.base.material import Material
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.error_estimate import ErrorEstimate, ErrorEstimator
 from fea.solid.parity import Parity
-from fea.solid.singular import facet_share, mask_radius, masked_nodes, rim_masks, singular_nodes
-from geometry.arrays import Floats, Ints, Mask
+from fea.solid.singular import BoundaryEdges, mask_radius, masked_nodes, rim_masks
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 
 
@@ -33,7 +33,7 @@ class CaseError:
         return float(np.sqrt((self.element_percent**2).sum()))
 
 
-# What singular places are near, where it is neither a rim nor the edge of a bore.
+# Cause of singular stress away from the rims and the edges of bores.
 SHARP_EDGE = "sharp inner edge"
 
 
@@ -49,8 +49,9 @@ class CaseErrors:
         self._estimator = ErrorEstimator(mesh.cell, materials)
         whole = mesh.mirrored
         creases = mesh.cell_creases
-        on_edges = singular_nodes(mesh.cell, (), creases)
-        places = singular_nodes(mesh.cell, clamped, creases) if clamped else on_edges
+        edges = BoundaryEdges(mesh.cell)
+        on_edges = edges.singular_nodes((), creases)
+        places = edges.singular_nodes(clamped, creases) if clamped else on_edges
         self.rims = rim_masks(mesh.cell, mask_radius(mesh.cell))
         self.masked = masked_nodes(mesh.cell, places, self.rims)
         free = mesh.cell.facets.get(Surface.FREE, np.zeros((0, 3), dtype=np.int64))
@@ -61,7 +62,7 @@ class CaseErrors:
         self._causes[SHARP_EDGE] = on_edges
         self._masked = self.masked[whole.source]
         # Where creases are known, the mesh follows the curved surface of a solid.
-        self._of_facets = facet_share(mesh.cell)[whole.source] if creases is None else 0.0
+        self._of_facets = edges.facet_share()[whole.source] if creases is None else 0.0
         beyond = whole.sign[:, 1] < 0
         self._node_side = beyond.astype(int)
         self._element_side = beyond[whole.mesh.tets].any(axis=1).astype(int)
@@ -93,13 +94,9 @@ class CaseErrors:
         )
 
     def singular_name(self, node: int) -> str:
-        """Return what makes stress singular near a masked node of the cell, in words."""
-        points = self._mesh.cell.points
-
-        def distance(nodes: Ints) -> float:
-            return float(np.linalg.norm(points[nodes] - points[node], axis=1).min(initial=np.inf))
-
-        return min(self._causes, key=lambda name: distance(self._causes[name]))
+        """Name the cause of singular stress that is nearest to a masked node of the cell."""
+        distance = np.linalg.norm(self._mesh.cell.points - self._mesh.cell.points[node], axis=1)
+        return min(self._causes, key=lambda name: distance[self._causes[name]].min(initial=np.inf))
 
     def _on_whole(self, sides: Sequence[ErrorEstimate]) -> list[CaseError]:
         whole = self._mesh.mirrored

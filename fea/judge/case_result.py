@@ -1,4 +1,4 @@
-"""The result of a load case: fields on the whole rod and their extremes."""
+"""Results of load cases: fields on the whole rod, their extremes, and the case that governs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,10 +12,11 @@ import numpy.typing as npt
 from fea.base.material import Material
 from fea.contact.assembly_state import AssemblyState, SeatFields, Touch
 from fea.judge.case_error import CaseError
+from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
 from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor, widened
 from fea.solid.stress import principal, von_mises
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats, Mask, vector
 from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants
 from mesh.tetmesh import TetMesh
@@ -33,12 +34,12 @@ _PRESSED = (Surface.SMALL_END_BORE, Surface.BIG_END_BORE, *chain.from_iterable(r
 
 @dataclass(frozen=True, kw_only=True)
 class CaseFields:
-    """What is solved for in one load case, on the whole rod."""
+    """Solution of one load case on the whole rod."""
 
     displacement: Floats  #: (n_nodes, 3), mm, relative to the bores
     error: CaseError  #: estimated errors of the fields
-    #: What presses on the bores, on either side of interfaces and on the seats of bolts; empty where the
-    #: pins' pressure is prescribed
+    #: Pressures on the bores, on either side of interfaces and on the seats of bolts; empty where the pins'
+    #: pressure is prescribed
     seats: Mapping[Surface, SeatFields] = field(default_factory=dict)
     #: (n_nodes,) between separate parts, mm, 0 elsewhere; None for a rod of one piece
     gap: Floats | None = None
@@ -51,7 +52,7 @@ class CaseFields:
 class CaseResult(CaseFields):
     """Fields of one load case on the whole rod, and what follows from them."""
 
-    load: Instants  #: what acts
+    load: Instants
     mesh: TetMesh  #: of the whole rod
     stress: Floats  #: (n_nodes, 6), MPa, components XX YY ZZ XY YZ XZ
     von_mises: Floats  #: (n_nodes,), MPa
@@ -65,7 +66,7 @@ class CaseResult(CaseFields):
     von_mises_error: Floats  #: (n_nodes,) estimated error of `von_mises`, MPa
     #: (n_nodes, 3) displacement at which the bores of a rod of separate parts were made round, mm
     bore_datum: Floats | None = None
-    #: What can be said of the rod's sharp re-entrant edges, the worst first; empty where it has none
+    #: The rod's sharp re-entrant edges, the worst first; empty where it has none
     sharp: tuple[SharpPlace, ...] = ()
 
     @property
@@ -84,9 +85,9 @@ class CaseResult(CaseFields):
         return np.asarray(self.mesh.points[self.peak.node])
 
     @property
-    def min_safety_factor(self) -> float:
-        """Smallest safety factor against yielding, away from singular places."""
-        return 1 / self.worst.value
+    def min_safety_factor(self) -> SafetyFactor:
+        """Smallest safety factor against yielding, away from singular places, with the case's error bar."""
+        return SafetyFactor.of_stress(1 / self.worst.value, self.error_percent, instant=self.load.name)
 
     @property
     def sharp_mattering(self) -> tuple[SharpPlace, ...]:
@@ -141,9 +142,9 @@ class CaseResult(CaseFields):
     def point_data(self) -> dict[str, npt.NDArray[Any]]:
         """Arrays at the nodes, by their names in the VTU file."""
         fields = self.displacement, self.stress, self.von_mises, self.principal, self.safety_factor
-        more = {"contact_pressure": self.contact_pressure, "gap": self.gap}
-        known = {name: values for name, values in more.items() if values is not None}
-        return nodal_arrays(*fields) | known | masked_array(self.counts)
+        optional = {"contact_pressure": self.contact_pressure, "gap": self.gap}
+        contact = {name: values for name, values in optional.items() if values is not None}
+        return nodal_arrays(*fields) | contact | masked_array(self.counts)
 
     def cell_data(self, materials: Sequence[Material]) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the elements, by their names in the VTU file: the worst nodal value of each element."""
@@ -207,15 +208,21 @@ def case_result(
     `rims` (n_nodes,) are the `bore_ends` of the mesh, the same for all of its cases; the errors of a rod
     that is read `from_file` are `widened`; `refined` meshes have less.
     """
-    error = fields.error
+    masked = fields.error.masked
     equivalents = tuple(von_mises(stress) for stress in stresses)
-    factor, equivalent, stress, off = of_weakest(materials, equivalents, stresses, error.part_von_mises)
+    factor, equivalent, stress, error = of_weakest(
+        materials, equivalents, stresses, fields.error.part_von_mises
+    )
     if refined and mesh.order == 2:
-        off = off * (FILE_SHARE if from_file else REFINED_SHARE)
-    off = np.where(rims, np.maximum(off, RIM_SHARE * equivalent), off)
+        error = error * (FILE_SHARE if from_file else REFINED_SHARE)
+    error = np.where(rims, np.maximum(error, RIM_SHARE * equivalent), error)
     if from_file:
-        off = widened(equivalent, np.maximum(off, LEAST_OF_FILE * equivalent), error.masked)
-    off = off + error.of_facets * equivalent  # which no finer element reduces
+        error = widened(equivalent, np.maximum(error, LEAST_OF_FILE * equivalent), masked)
+    error = error + fields.error.of_facets * equivalent  # which no finer element reduces
+    lasting = [part for part in zip(materials, equivalents, strict=True) if not part[0].lining]
+    of_rod = factor
+    if 0 < len(lasting) < len(materials):
+        of_rod = np.nan_to_num(of_weakest(*zip(*lasting, strict=True))[0], nan=CAP)
     result = CaseResult(
         **vars(fields),
         load=load,
@@ -224,17 +231,14 @@ def case_result(
         von_mises=equivalent,
         principal=principal(stress),
         safety_factor=factor,
-        of_rod=factor,
+        of_rod=of_rod,
         part_von_mises=equivalents,
-        von_mises_error=off,
+        von_mises_error=error,
         bore_datum=bore_datum,
     )
-    lasting = [part for part in zip(materials, equivalents, strict=True) if not part[0].lining]
-    if 0 < len(lasting) < len(materials):
-        result = replace(result, of_rod=np.nan_to_num(of_weakest(*zip(*lasting, strict=True))[0], nan=CAP))
     if sharp is None:
         return result
-    return replace(result, sharp=sharp(stress, off, factor, result.min_safety_factor))
+    return replace(result, sharp=sharp(stress, error, factor, result.min_safety_factor))
 
 
 def of_weakest(
@@ -242,25 +246,31 @@ def of_weakest(
 ) -> list[Floats]:
     """Safety factor (n_nodes,) of the part that is closest to yielding at each node, and its fields there.
 
-    Von Mises stress (n_nodes,) and the fields (n_nodes, …) are given for each part, NaN outside it. Behind
-    the factor come the von Mises stress and the fields.
+    Von Mises stress (n_nodes,) and the fields (n_nodes, …) are given for each part, NaN outside it. They
+    follow the factor in this order.
     """
-    both = zip(equivalents, materials, strict=True)
-    factors = [safety_factor(equivalent, material.yield_strength) for equivalent, material in both]
-    every = (factors, equivalents, *fields)
+    factors = [
+        safety_factor(equivalent, material.yield_strength)
+        for equivalent, material in zip(equivalents, materials, strict=True)
+    ]
+    of_parts = (factors, equivalents, *fields)
     if len(factors) == 1:
-        return [np.asarray(field[0]) for field in every]
+        return [np.asarray(field[0]) for field in of_parts]
     weakest = np.nan_to_num(np.stack(factors), nan=np.inf).argmin(axis=0)
-    return [np.stack(field)[weakest, np.arange(len(weakest))] for field in every]
+    return [np.stack(field)[weakest, np.arange(len(weakest))] for field in of_parts]
 
 
 def nodal_arrays(
     displacement: Floats, stress: Floats, equivalent: Floats, principals: Floats, factor: Floats
 ) -> dict[str, npt.NDArray[np.float64]]:
     """Return the arrays that every instant has, by their names in a VTU file."""
-    of_axes = {f"principal_{k + 1}": principals[:, k] for k in range(3)}
-    first = {"displacement": displacement, "stress": stress, "von_mises": equivalent}
-    return {**first, **of_axes, "safety_factor_node": factor}
+    return {
+        "displacement": displacement,
+        "stress": stress,
+        "von_mises": equivalent,
+        **{f"principal_{k + 1}": principals[:, k] for k in range(3)},
+        "safety_factor_node": factor,
+    }
 
 
 def masked_array(counts: Mask) -> dict[str, npt.NDArray[np.uint8]]:
@@ -277,3 +287,51 @@ def bore_ends(mesh: TetMesh) -> Mask:
             ends[np.intersect1d(mesh.facets[bore], free)] = True
     ends[mesh.tets[ends[mesh.tets].any(axis=1)]] = True
     return ends
+
+
+# A case that cannot govern is refined to at most so many times the tolerance: 15 % for 5 %.
+MOST_RELAXED = 3.0
+
+
+@dataclass(frozen=True)
+class Governing:
+    """The largest utilisation of the load cases at one speed, away from singular places.
+
+    The verdict on a rod needs its smallest factor. The largest utilisation (one over the factor) of all cases
+    is not above the largest sum of utilisation and error over them: a case whose sum stays below that of the
+    governing one cannot change the factor, however wide its bar is.
+    """
+
+    utilisation: float
+    highest: float  #: largest sum of utilisation and error
+    #: case, place: that sum's load case and place, mm
+    case: str
+    place: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, cases: Sequence[CaseResult]) -> "Governing":
+        """Find the governing utilisation among the cases of one speed."""
+        utilisation = max(case.worst.value for case in cases)
+        upper = max(cases, key=lambda case: case.worst.highest)
+        place = vector(upper.mesh.points[upper.worst.bar_node])
+        return cls(utilisation, upper.worst.highest, upper.load.name, place)
+
+    @property
+    def percent(self) -> float:
+        """Error bar of the smallest safety factor."""
+        return 100 * (self.highest / self.utilisation - 1) if self.utilisation > 0 else 0.0
+
+    def needed(self, case: CaseResult, tolerance_percent: float) -> float:
+        """Error bar, percent, that a case needs for the smallest factor to be within a tolerance."""
+        share = case.worst.value / self.utilisation if self.utilisation > 0 else 1.0
+        return tolerance_percent / max(share, 1 / MOST_RELAXED)
+
+    def covers(self, case: CaseResult, tolerance_percent: float) -> bool:
+        """Whether a case, with its error bar, cannot change the smallest factor by more than a tolerance."""
+        return case.worst.highest <= self.utilisation * (1 + tolerance_percent / 100)
+
+    def verdict(self, case: CaseResult, tolerance_percent: float) -> Verdict:
+        """Return the verdict on a case; one that cannot govern may have a wide bar."""
+        verdict = case.verdict(tolerance_percent)
+        spare = verdict is Verdict.NOT_CONVERGED and self.covers(case, tolerance_percent)
+        return Verdict.SUFFICIENT if spare else verdict

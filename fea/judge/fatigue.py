@@ -1,4 +1,4 @@
-"""Safety factors against fatigue: Goodman, Gerber, Soderberg; Crossland for multiaxial histories.
+"""Fatigue: safety factors of Goodman, Gerber, Soderberg and Crossland; the S–N line and Miner's sum.
 
 n is the factor by which mean and amplitude may grow together until the line of the criterion is reached
 (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section 6-12). A compressive mean
@@ -8,15 +8,26 @@ Crossland (1956), for histories that need not be proportional: √J₂,a + α σ
 the deviatoric stress, which is the radius of the smallest ball that encloses its path, and the largest
 hydrostatic stress. From the endurance limits f (fully reversed tension) and t (fully reversed torsion):
 β = t, α = 3t/f − √3.
+
+*S–N line.* Of Marin's factors, those of loading and reliability lower all of Basquin's line of specimens;
+those of size and surface lower the endurance limit, at the knee, and not the strength at 10³ cycles, with a
+straight line between them on logarithmic scales (Budynas & Nisbett, section 6-8). The knee is where the line
+of specimens meets their endurance limit.
+
+Steel whose cycles all stay below its endurance limit has unlimited life. Once larger cycles have damaged it,
+the smaller ones damage it too: below the knee the line then falls with the slope 2k − 1 instead of k
+(Haibach, LBF TM 50/70, 1970). Other metals have no endurance limit (Sonsino, Int. J. Fatigue 29, 2007, 2246):
+for them that slope always holds.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fea.base.checks import MEANINGS, Check
 from fea.base.choices import Fatigue, Finish
-from fea.base.material import MEDIAN, Material
+from fea.base.material import MEDIAN, Basquin, Material, is_steel
 from fea.base.note import Note, assumptions, doubt, warning
 from fea.judge.verdict import CAP
 from geometry.arrays import Floats, Ints
@@ -64,9 +75,10 @@ def reversed_amplitude(criterion: Fatigue, mean: Floats, amplitude: Floats, mate
     where the factor of `fatigue_factor` is below 1, and is infinite where σ_m ≥ S. A compressive mean stress
     gives no benefit.
     """
-    used = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
-    left = 1 - (used**2 if criterion is Fatigue.GERBER else used)
-    return np.asarray(np.where(left > 0, amplitude / np.where(left > 0, left, 1), np.inf))
+    share = np.maximum(mean, 0) / (criterion_strength(criterion, material) or np.nan)
+    remaining = 1 - (share**2 if criterion is Fatigue.GERBER else share)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(remaining > 0, amplitude / remaining, np.inf))
 
 
 def _inverse(used: Floats) -> Floats:
@@ -93,17 +105,17 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
 
 
 def _assumed_strength(materials: Sequence[Material]) -> Iterator[str]:
-    known = [material for material in materials if material.endurance_limit is not None]
-    if any(material.endurance_estimated for material in known):
+    limited = [material for material in materials if material.endurance_limit is not None]
+    if any(material.endurance_estimated for material in limited):
         yield "half the ultimate strength as endurance limit"
-    regions = [item for material in known for item in material.marin.surfaces.items()]
+    regions = [item for material in limited for item in material.marin.surfaces.items()]
     assumed = {(region, (skin.finish, skin.of_steel)): None for region, skin in regions if skin.assumed}
     for finish, of_steel in dict.fromkeys(made for _, made in assumed):
         where = " and ".join(region for region, made in assumed if made == (finish, of_steel))
         why = " (its factors are not known)" if finish == Finish.POLISHED else ""
         why = " (with the factor of a steel of the same strength)" if of_steel else why
         yield f"a {finish} surface of {where}{why}"
-    if any(material.marin.reliability_percent == MEDIAN for material in known):
+    if any(material.marin.reliability_percent == MEDIAN for material in limited):
         yield "the median strength (reliability 50 %)"
 
 
@@ -227,3 +239,87 @@ def crossland_bound(
     used = radius / 3**0.5 + (3 * ratio - 3**0.5) * mean
     limit = np.asarray(surface, radius.dtype) * torsion  # in the precision of the stresses
     return np.asarray(limit / np.maximum(used, limit / CAP))
+
+
+# Where the factors of size and surface have no effect, and below which stress is not elastic.
+SHORT = 1e3
+
+
+@dataclass(frozen=True)
+class LifeLine:
+    """The S–N line of places of a part."""
+
+    basquin: Basquin  #: of specimens, with the factors that lower all of it
+    knee: float  #: cycles at the endurance limit
+    limit: Floats  #: endurance limit of the places, MPa, (n,) or one for all
+    endless: bool  #: whether cycles below the limit alone do no damage
+
+    @classmethod
+    def of(cls, material: Material, surface: Floats | float = 1.0) -> "LifeLine | None":
+        """Return the line of a material at places of surface factors k_a (n,); None where it is not known.
+
+        Raises `InvalidValue`: the endurance limit does not lie on the line beyond 10³ cycles, or surface and
+        size raise it above the strength there.
+        """
+        specimen, limit, marin = material.basquin, material.endurance_limit, material.marin
+        if specimen is None or limit is None:
+            return None
+        whole = marin.load * marin.reliability  # lowers all of the line
+        polished = limit / (whole * marin.size)
+        knee, most = specimen.cycles(polished), specimen.amplitude(SHORT)
+        rule = f"must be below {most:.4g} MPa, which the S–N line gives at {SHORT:g} cycles"
+        require(polished < most, "material.endurance_MPa", polished, rule, "Check the line and the limit.")
+        limits = limit * np.asarray(surface, np.float64)
+        best = float(limits.max(initial=0.0))
+        rule = f"raises the endurance limit above the {most * whole:.4g} MPa borne for {SHORT:g} cycles"
+        require(best < most * whole, "material.surface", best / limit, rule, "Give a smaller factor.")
+        lowered = Basquin(specimen.coefficient * whole, specimen.exponent)
+        return cls(lowered, knee, limits, is_steel(material.youngs_modulus))
+
+    def stronger(self, factor: float) -> "LifeLine":
+        """Return the line of a part whose every strength is multiplied by a factor."""
+        basquin = replace(self.basquin, coefficient=self.basquin.coefficient * factor)
+        return replace(self, basquin=basquin, limit=self.limit * factor)
+
+    def cycles(self, amplitude: Floats) -> Floats:
+        """Cycles (…, n) to failure at fully reversed amplitudes, MPa, after damage; at least 1."""
+        short = self.basquin.amplitude(SHORT)
+        slope = np.log(self.knee / SHORT) / np.log(short / self.limit)
+        with np.errstate(over="ignore", divide="ignore"):  # no stress: unlimited life
+            exponent = np.where(amplitude > self.limit, slope, 2 * slope - 1)
+            high_cycle = self.knee * (self.limit / amplitude) ** exponent
+            low_cycle = SHORT * (amplitude / short) ** (1 / self.basquin.exponent)
+        return np.asarray(np.maximum(np.where(amplitude > short, low_cycle, high_cycle), 1.0))
+
+    def damage(self, amplitude: Floats, rate: Floats) -> Floats:
+        """Damage per hour (k, n) of cycles that a place sees together: its life is 1 over their sum.
+
+        The amplitudes (k, n) are of fully reversed stress, MPa; the rate (k,) is in cycles per hour.
+        """
+        counted = (amplitude > self.limit).any(axis=0) if self.endless else np.True_
+        return np.where(counted, rate[:, None] / self.cycles(amplitude), 0.0)
+
+
+def require_lines(materials: Iterable[Material]) -> None:
+    """Refuse S–N lines that do not fit their material. Raises `InvalidValue` as `LifeLine.of`."""
+    for material in materials:
+        LifeLine.of(material, np.array([surface.factor for surface in material.marin.surfaces.values()]))
+
+
+def rainflow(history: Floats) -> tuple[Floats, Floats]:
+    """Means and amplitudes of the cycles of a period (n,), each counted whole, wherever the period begins."""
+    start = int(np.argmax(history))
+    period = np.concatenate([history[start:], history[: start + 1]])
+    period = period[np.concatenate([[True], np.diff(period) != 0])]
+    rising = np.diff(period) > 0
+    turns = np.concatenate([[True], rising[1:] != rising[:-1], [True]]) if len(period) > 1 else [False]
+    open_: list[float] = []
+    cycles: list[tuple[float, float]] = []
+    for value in period[turns].tolist():
+        open_.append(value)
+        # A range that is not larger than the next one is closed by it.
+        while len(open_) > 2 and abs(open_[-1] - open_[-2]) >= abs(open_[-2] - open_[-3]):
+            cycles.append((open_[-3], open_[-2]))
+            del open_[-3:-1]
+    ends = np.array(cycles).reshape(-1, 2)
+    return ends.mean(axis=1), np.abs(ends[:, 1] - ends[:, 0]) / 2

@@ -6,6 +6,7 @@ The housing is taken as a ring of the rod's least wall; shells as a closed ring.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from fea.base.material import Material
 from fea.base.note import Note, assumptions, doubt, remark, warning
@@ -70,11 +71,6 @@ class PressFit:
         return self.pressure * math.sqrt(hoop**2 + hoop + 1)
 
 
-def warmed(interference: float, diameter: float, inner: float, outer: float, warming: float) -> float:
-    """Diametral interference after warming by ΔT, mm: δ + (α_i − α_o) d ΔT; moduli are unchanged."""
-    return interference + (inner - outer) * diameter * warming
-
-
 def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note, ...]:
     """Judge a study's interference, warmed. Raises `InvalidValue`: a part would yield through its wall."""
     pressure, inner, outer = fit.pressure, fit.inner, fit.outer
@@ -87,13 +83,15 @@ def judge_fit(what: str, fit: PressFit, *, key: str, given: float) -> tuple[Note
         remedy = f"Keep it below about {most:.2g} mm."
         require(pressure <= limit, key, given, rule, remedy)
     stresses = (what, -fit.inner_hoop, inner.material), ("rod", fit.outer_stress, outer.material)
-    said = (
-        f"its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
-        f"{stress:.0f} MPa, yield strength {material.yield_strength:g} MPa); the model is elastic"
+    return tuple(
+        doubt(
+            f"its interference of {fit.interference:.3g} mm makes the {part} yield at its bore (by Lamé "
+            f"{stress:.0f} MPa, yield strength {material.yield_strength:g} MPa); the model is elastic",
+            what,
+        )
         for part, stress, material in stresses
         if stress > material.yield_strength
     )
-    return tuple(doubt(text, what) for text in said)
 
 
 def judge_seat(what: str, fit: PressFit) -> tuple[Note, ...]:
@@ -115,8 +113,16 @@ class Expansions:
     """Thermal expansion by part, 1/K, and how much warmer than its drawing the assembly is."""
 
     by_part: Mapping[str, float]  #: α of the rod (cap included), and of bolt, bushing and shell
-    warming: float  #: K
-    assumed: tuple[str, ...]  #: what the study does not say, in words
+    temperature_change: float  #: K
+    assumed: tuple[str, ...]  #: assumptions where the study gives no expansion, in words
+
+    def interference(self, part: str, interference: float, diameter: float) -> float:
+        """Diametral interference of a part in the rod at temperature, mm: δ + (α_i − α_o) d ΔT.
+
+        The moduli are those at the reference temperature.
+        """
+        difference = self.by_part[part] - self.by_part[ROD]
+        return interference + difference * diameter * self.temperature_change
 
     @classmethod
     def of(cls, table: AssemblyTable, materials: Mapping[str, MaterialTable]) -> "Expansions":
@@ -128,40 +134,25 @@ class Expansions:
             name = "material" if part == ROD else f"material.{part}"
             by_part[part], metal = thermal_expansion(name, given)
             if metal is not None:
-                said = f"{by_part[part] * 1e6:.3g}e-6/K of {metal} for the {part}"
-                assumed.append(f"{said} ({name}.thermal_expansion_1_K)")
+                expansion = f"{by_part[part] * 1e6:.3g}e-6/K of {metal} for the {part}"
+                assumed.append(f"{expansion} ({name}.thermal_expansion_1_K)")
         return cls(by_part, table.temperature_C - REFERENCE_TEMPERATURE, tuple(assumed))
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What a reader must know of the temperature."""
-        if self.warming == 0:
+        """Notes for the reader on the temperature."""
+        if self.temperature_change == 0:
             return ()
-        text = f"{self.warming:+.4g} K from 20 °C change its fits and preloads, not its moduli"
+        text = f"{self.temperature_change:+.4g} K from 20 °C change its fits and preloads, not its moduli"
         return (remark(text, "assembly"), *assumptions("assembly", self.assumed))
 
 
-@dataclass(frozen=True)
-class FitRadii:
+class FitRadii(NamedTuple):
     """Radii of a fit: bore of the inner part, seat, and outside of the rod's ring, mm."""
 
     bore: float
     seat: float
     outside: float
-
-
-@dataclass(frozen=True)
-class ChosenFit:
-    """A press fit, and what a reader must know of it."""
-
-    fit: PressFit  #: by Lamé, at the assembly's temperature
-    given: float  #: diametral interference as the study says, at the reference temperature, mm
-    notes: tuple[Note, ...]
-
-    @property
-    def interference(self) -> float:
-        """Diametral interference at the assembly's temperature, mm; negative for a clearance."""
-        return self.fit.interference
 
 
 def radii_of(rod: Rod, shell: float) -> dict[str, FitRadii]:
@@ -173,31 +164,30 @@ def radii_of(rod: Rod, shell: float) -> dict[str, FitRadii]:
     }
 
 
-def choose_fits(
+def fit_notes(
     table: AssemblyTable,
     radii: Mapping[str, FitRadii],
     materials: Mapping[str, MaterialTable],
     expansions: Expansions,
-) -> dict[str, ChosenFit]:
-    """Return the fits of [assembly] by inner part. Raises `InvalidValue`: too large an interference."""
-    wanted = {
+) -> tuple[Note, ...]:
+    """Judge the fits of [assembly]. Raises `InvalidValue`: too large an interference."""
+    interferences = {
         BUSHING: table.bushing_interference_mm,
         SHELL: None if table.shell_thickness_mm is None else table.shell_interference_mm or 0.0,
     }
-    alpha, chosen = expansions.by_part, {}
-    for part, given in wanted.items():
+    notes: list[Note] = []
+    for part, given in interferences.items():
         if given is None:
             continue
-        of_part = radii[part]
+        bore, seat, outside = radii[part]
         fit = PressFit(
-            inner=Ring(of_part.bore, of_part.seat, materials[part].material()),
-            outer=Ring(of_part.seat, of_part.outside, materials[ROD].material()),
-            interference=warmed(given, 2 * of_part.seat, alpha[part], alpha[ROD], expansions.warming),
+            inner=Ring(bore, seat, materials[part].material()),
+            outer=Ring(seat, outside, materials[ROD].material()),
+            interference=expansions.interference(part, given, 2 * seat),
         )
         key, what = f"assembly.{part}_interference_mm", "bearing shells" if part == SHELL else part
-        notes = (*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit))
-        if expansions.warming:
+        if expansions.temperature_change:
             change = f"interference {given:.3g} mm, at the assembly's temperature {fit.interference:.3g} mm"
-            notes = (remark(change, what), *notes)
-        chosen[part] = ChosenFit(fit, given, notes)
-    return chosen
+            notes.append(remark(change, what))
+        notes += [*judge_fit(what, fit, key=key, given=given), *judge_seat(what, fit)]
+    return tuple(notes)

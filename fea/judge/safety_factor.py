@@ -1,4 +1,4 @@
-"""A safety factor and what is known of it: the one type of every factor that is printed or compared."""
+"""Safety factors with their intervals: the type of every factor that is printed or compared."""
 
 from enum import StrEnum
 from math import ceil, inf, isfinite, isnan, log10
@@ -18,7 +18,7 @@ class Answer(StrEnum):
 
 
 class SafetyFactor(float):
-    """A safety factor: a number that knows its interval, and what it is a factor against.
+    """A safety factor: a number with its interval, the mode of failure, and where and when it holds.
 
     The interval contains the factor of the exact stress, as far as the error bar holds; without an estimate
     of the error it is the number itself.
@@ -48,17 +48,17 @@ class SafetyFactor(float):
         return made
 
     def __getnewargs_ex__(self) -> tuple[tuple[float, float, float], dict[str, str]]:
-        """What copies and other processes make it of."""
+        """Return the arguments for copies and for other processes."""
         return (
             (float(self), self.low, self.high),
             {"mode": self.mode, "instant": self.instant, "place": self.place},
         )
 
     @classmethod
-    def of_stress(cls, value: float, error_percent: float | None, **known: str) -> Self:
+    def of_stress(cls, value: float, error_percent: float | None, **names: str) -> Self:
         """Return the factor of a stress with an error bar, percent of the stress; None: no estimate."""
         share = (error_percent or 0.0) / 100
-        return cls(value, value / (1 + share), value / (1 - share) if share < 1 else inf, **known)
+        return cls(value, value / (1 + share), value / (1 - share) if share < 1 else inf, **names)
 
     def against(self, mode: str, instant: str = "", place: str = "") -> Self:
         """Return the same number and interval as a factor against a mode of failure."""
@@ -86,11 +86,11 @@ class SafetyFactor(float):
 
         The interval is written with ± only where it is symmetric in the digits that are printed.
         """
-        said = ", ".join(part for part in (self.instant, self.place) if part)
+        where = ", ".join(part for part in (self.instant, self.place) if part)
         number, bar = printed(self), interval(self)
         if bar.startswith("("):
-            return f"{number} {bar[:-1]}; {said})" if said else f"{number} {bar}"
-        return " ".join(part for part in (number, bar, f"({said})" if said else "") if part)
+            return f"{number} {bar[:-1]}; {where})" if where else f"{number} {bar}"
+        return " ".join(part for part in (number, bar, f"({where})" if where else "") if part)
 
 
 def decimals(value: float) -> int:

@@ -15,7 +15,7 @@ from geometry.system import physical_memory, usable_processors
 
 _GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
 _PICTURE = "from fea.output.pictures.picture import try_rendering; try_rendering()"
-_PARDISO = "from fea.solvers.linear.pardiso import Pardiso; Pardiso(1)"
+_PARDISO = "from fea.solvers.direct import Pardiso; Pardiso(1)"
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,13 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
     node_order = np.argsort(tets, axis=1)
     ordered = np.take_along_axis(tets, node_order, axis=1)
     a, b = local_pairs(tets.shape[1])
-    keys = (ordered[:, a] * n_points + ordered[:, b]).ravel()
+    return Pattern(node_order, *_scatter((ordered[:, a] * n_points + ordered[:, b]).ravel(), n_points))
+
+
+def _scatter(
+    keys: Ints, n_points: int
+) -> tuple[sparse.csr_array, npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """Matrix that sums entries with equal keys, row · n_points + column; columns and row starts of sums."""
     by_key = np.argsort(keys, kind="stable")  # three times as fast, because the keys contain sorted runs
     sorted_keys = keys[by_key]
     starts = np.flatnonzero(np.r_[True, sorted_keys[1:] != sorted_keys[:-1]])
@@ -146,7 +152,7 @@ def pattern(tets: Ints, n_points: int) -> Pattern:
     scatter = sparse.csr_array(sums, shape=(starts.size, keys.size))
     rows, columns = np.divmod(sorted_keys[starts], n_points)
     indptr = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
-    return Pattern(node_order, scatter, columns.astype(np.int32), indptr.astype(np.int32))
+    return scatter, columns.astype(np.int32), indptr.astype(np.int32)
 
 
 def stiffness(
@@ -206,11 +212,7 @@ class GeometricStiffness:
         self._mesh, self._material = mesh, material
         n_points, n_nodes = len(mesh.points), mesh.tets.shape[1]
         keys = (mesh.tets[:, :, None] * n_points + mesh.tets[:, None, :]).reshape(-1, n_nodes**2).ravel()
-        self._order = np.argsort(keys, kind="stable")
-        ordered = keys[self._order]
-        self._starts = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]])
-        rows, self._columns = np.divmod(ordered[self._starts], n_points)
-        self._indptr = np.r_[0, np.cumsum(np.bincount(rows, minlength=n_points))]
+        self._sum, *self._layout = _scatter(keys, n_points)
 
     def __call__(self, displacement: Floats) -> list[sparse.csr_array]:
         """Assemble (n_nodes, n_nodes) for each displacement of (n_nodes, 3, k), mm."""
@@ -226,10 +228,8 @@ class GeometricStiffness:
             for number in range(count):
                 pushed = gauss.gradients @ np.ascontiguousarray(stress[..., number])
                 values[part, ..., number] = gradients @ pushed.swapaxes(2, 3).reshape(n, -1, n_nodes)
-        of_loads = (values[..., number].ravel()[self._order] for number in range(count))
-        summed = (np.add.reduceat(entries, self._starts) for entries in of_loads)
-        shape = (len(self._mesh.points),) * 2
-        return [sparse.csr_array((data, self._columns, self._indptr), shape=shape) for data in summed]
+        entries, shape = self._sum @ values.reshape(-1, count), (len(self._mesh.points),) * 2
+        return [sparse.csr_array((load, *self._layout), shape=shape) for load in entries.T]
 
 
 def _stress(slope: Floats, constants: Material | Constants) -> Floats:

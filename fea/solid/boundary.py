@@ -75,20 +75,20 @@ class BoundarySurface:
 
     @cached_property
     def edges(self) -> "Edges":
-        """The facets that meet at each edge, and how."""
+        """Pairs of facets that meet at an edge."""
         facets, points, normals = self.facets, self.points, self.normals
         ends = np.sort(facets[:, FACET_EDGES], axis=2)
         key = (ends[..., 0] * len(points) + ends[..., 1]).ravel()
         facet, place = np.divmod(np.stack(twins(key), axis=1), 3)
         # Second-order facets have a separate normal at the middle of the edge.
         at = place + 3 if facets.shape[1] == 6 else place
-        one, other = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]
-        cosine = np.asarray((one * other).sum(axis=1))
+        first, second = normals[facet[:, 0], at[:, 0]], normals[facet[:, 1], at[:, 1]]
+        cosine = np.asarray((first * second).sum(axis=1))
         flat = cosine > np.cos(np.radians(SMOOTH_DEGREES))
         smooth = flat & (self.label[facet[:, 0]] == self.label[facet[:, 1]])
         apex = points[facets[facet[:, 1], (place[:, 1] + 2) % 3]]
         on_edge = points[facets[facet[:, 0], place[:, 0]]]
-        convex = flat | (((apex - on_edge) * one).sum(axis=1) < 0)
+        convex = flat | (((apex - on_edge) * first).sum(axis=1) < 0)
         return Edges(facet, place, cosine, smooth, convex)
 
     @cached_property

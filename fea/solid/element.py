@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy import sparse
 from skfem import ElementTetP1, ElementTetP2, ElementTriP1, ElementTriP2
 from skfem.quadrature import get_quadrature
 
@@ -158,3 +159,17 @@ def stress_from_gradient(gradient: Floats, material: Material) -> Floats:
     stress = np.stack([mu * (gradient[..., i, j] + gradient[..., j, i]) for i, j in COMPONENTS], axis=-1)
     stress[..., :3] += pressure[..., None]
     return stress
+
+
+def linear_interpolation(tets: Ints, n_points: int) -> tuple[Ints, sparse.csr_array]:
+    """Vertex nodes of second-order elements, and weights (n_points, n_vertices) of linear functions."""
+    vertices = np.unique(tets[:, :4])
+    number = np.zeros(n_points, dtype=np.int64)
+    number[vertices] = np.arange(len(vertices))
+    middles, first = np.unique(tets[:, 4:], return_index=True)
+    ends = number[tets[:, EDGES].reshape(-1, 2)[first]]
+    rows = np.concatenate([vertices, np.repeat(middles, 2)])
+    columns = np.concatenate([number[vertices], ends.ravel()])
+    weights = np.concatenate([np.ones(len(vertices)), np.full(ends.size, 0.5)])
+    shape = (n_points, len(vertices))
+    return vertices, sparse.csr_array(sparse.coo_array((weights, (rows, columns)), shape=shape))

@@ -103,21 +103,21 @@ class ErrorEstimator:
             part = self._mesh.part
             of_part = np.arange(len(self._mesh.tets)) if part is None else np.flatnonzero(part == number)
             element_stress = self._gauss_stress(displacement, material, (pressure or {}).get(number))
-            spread = _NodalMean(len(stress), n_cases)
+            spread = np.empty((of_part.size, self._mesh.tets.shape[1], n_cases))
             for block in blocks(of_part.size, _BLOCK):
                 elements = of_part[block]
-                tets, raw = self._mesh.tets[elements], element_stress[elements]
-                nodal = stress[tets]
+                raw, nodal = element_stress[elements], stress[self._mesh.tets[elements]]
                 inside = _along_places(self._to_places, raw)
                 away = ENERGY_FACTOR * (_along_places(self._interpolation, nodal) - inside)
                 energy[elements] = _energy(away, self._volumes[elements], material)
                 solution[elements] = _energy(inside, self._volumes[elements], material)
                 away = _along_places(self._to_nodes, raw) - nodal
-                spread.add(tets, von_mises(np.moveaxis(away, 2, -1)) ** 2)
-            tets = self._mesh.tets[of_part]
-            bow, mean = sagitta(tets, stress), _NodalMean(len(stress), n_cases)
-            mean.add(tets, (spread.value() + bow**2)[tets].mean(axis=1, keepdims=True))
-            s, q = von_mises(np.moveaxis(stress, 1, -1)), np.sqrt(mean.value())
+                spread[block] = von_mises(np.moveaxis(away, 2, -1)) ** 2
+            tets, n_nodes = self._mesh.tets[of_part], len(stress)
+            bow = sagitta(tets, stress)
+            square = (_nodal_mean(tets, spread, n_nodes) + bow**2)[tets].mean(axis=1, keepdims=True)
+            q = np.sqrt(_nodal_mean(tets, np.broadcast_to(square, spread.shape), n_nodes))
+            s = von_mises(np.moveaxis(stress, 1, -1))
             pressed = np.maximum(-np.einsum("nk,nkc->nc", self._across, stress), 0)
             size = np.maximum(s, q)
             share = np.divide(q, size, out=np.zeros_like(s), where=size > 0)
@@ -127,23 +127,13 @@ class ErrorEstimator:
         return ErrorEstimate(energy, solution, tuple(errors))
 
 
-class _NodalMean:
-    """Mean over the elements at each node, accumulated block by block."""
-
-    def __init__(self, n_nodes: int, n_cases: int) -> None:
-        self._sum, self._count = np.zeros((n_nodes, n_cases)), np.zeros(n_nodes)
-
-    def add(self, tets: Ints, values: Floats) -> None:
-        """Add values (n_elements, n_nodes, n_cases), or with 1 in place of n_nodes."""
-        nodes, values = tets.ravel(), np.broadcast_to(values, (*tets.shape, values.shape[2]))
-        self._count += np.bincount(nodes, minlength=self._count.size)
-        for case, column in enumerate(values.reshape(nodes.size, -1).T):
-            self._sum[:, case] += np.bincount(nodes, column, minlength=self._count.size)
-
-    def value(self) -> Floats:
-        """Means (n_nodes, n_cases); NaN at nodes without elements."""
-        with np.errstate(invalid="ignore"):
-            return np.asarray(self._sum / self._count[:, None])
+def _nodal_mean(tets: Ints, values: Floats, n_nodes: int) -> Floats:
+    """Means (n_nodes, n_cases) of values (n_elements, n_local, n_cases) of elements; NaN without elements."""
+    nodes = tets.ravel()
+    columns = values.reshape(nodes.size, -1).T
+    sums = np.stack([np.bincount(nodes, column, minlength=n_nodes) for column in columns], axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(sums / np.bincount(nodes, minlength=n_nodes)[:, None])
 
 
 def _along_places(matrix: Floats, values: Floats) -> Floats:

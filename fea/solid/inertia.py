@@ -1,38 +1,36 @@
-"""The inertia of a moving body: mass properties, D'Alembert forces, and what they balance."""
+"""The inertia of a moving body: mass properties, D'Alembert forces, and the equilibrium with them."""
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from fea.base.choices import Assembly
-from fea.solid import forms
 from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
 from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
-from fea.solid.forms import moment
 from fea.solid.parity import Split
-from fea.solid.scikit_fem import by_point, volume_forces, volume_moments
+from fea.solid.scikit_fem import moment, volume_moments
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, vector
 from geometry.mass import MassProperties, tensor
-from geometry.surfaces import Surface
+from geometry.surfaces import PLANE_AXIS, Surface
 from loads.instants import Instants, in_motion
+from mesh.slices import Slice, cut
 from mesh.tetmesh import TetMesh
 
 # Unit motions whose forces are even about y = 0 (acceleration along x, spin) and odd (along y, spinning up).
 EVEN_MOTIONS = (in_motion((1.0, 0.0)), in_motion((0.0, 0.0), 1.0))
 ODD_MOTIONS = (in_motion((0.0, 1.0)), in_motion((0.0, 0.0), 0.0, 1.0))
+_PLANES = (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z)
 
 
 @dataclass(frozen=True)
 class Inertia:
     """Integrals over a meshed body from which the inertia forces of a planar rigid motion follow."""
 
-    #: At each node (n_nodes,) the integrals of ρ N_a, t, and of ρ N_a times x, y and z, t·mm
-    weight: Floats
-    weight_x: Floats
-    weight_y: Floats
-    weight_z: Floats
+    weight: Floats  #: (n_nodes,) integrals of ρ N_a, t
+    moments: Floats  #: (n_nodes, 3) integrals of ρ N_a times x, y and z, t·mm
     #: Of the whole body, from the same quadrature, so that forces computed from both balance to rounding
     properties: MassProperties
     cut_y: bool  #: whether the mesh is cut at y = 0
@@ -40,7 +38,7 @@ class Inertia:
     def forces(self, motion: Instants) -> Split:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
         ax, square, ay, alpha = motion.motions
-        m, mx, my, none = self.weight, self.weight_x, self.weight_y, np.zeros_like(self.weight)
+        m, (mx, my, _), none = self.weight, self.moments.T, np.zeros_like(self.weight)
         symmetric = np.stack([square * mx - ax * m, square * my, none], axis=1)
         antisymmetric = np.stack([alpha * my, -ay * m - alpha * mx, none], axis=1)
         return Split.of(symmetric, antisymmetric, cut=self.cut_y)
@@ -63,31 +61,20 @@ def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembl
             np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
             for field in (mass, *(mass * places[..., axis] for axis in range(3)))
         )
-    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
-    properties = _properties(places.reshape(-1, 3), mass.ravel(), cut_y=cut_y, cut_z=cut_z)
-    x, y, z = moments
-    return Inertia(weight, x, y, z, properties, cut_y)
+    properties = _properties(mesh, places.reshape(-1, 3), mass.ravel())
+    return Inertia(weight, np.stack(moments, axis=1), properties, Surface.SYMMETRY_Y in mesh.facets)
 
 
-def mass_beyond(mesh: TetMesh, density: float | Floats, station: float) -> MassProperties:
-    """Mass properties beyond x = `station`, mm, by Gauss points; some elements must lie there."""
-    far = mesh.points[mesh.tets, 0].max(axis=1) > station
-    places, volumes = volume_points(TetMesh(mesh.points, mesh.tets[far]))
-    mass = volumes * np.reshape(np.broadcast_to(density, len(far))[far], (-1, 1))
-    beyond = places[..., 0] > station
-    cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
-    return _properties(places[beyond], mass[beyond], cut_y=cut_y, cut_z=cut_z)
-
-
-def _properties(places: Floats, mass: Floats, *, cut_y: bool, cut_z: bool) -> MassProperties:
-    images = (2 if cut_y else 1) * (2 if cut_z else 1)
+def _properties(cell: TetMesh, places: Floats, mass: Floats) -> MassProperties:
+    """Mass properties of point masses (n,) at places (n, 3) of a cell, with their mirror images."""
+    mirrored = [PLANE_AXIS[plane] for plane in _PLANES if plane in cell.facets]
+    images = 2 ** len(mirrored)
     total = images * mass.sum()
     first = images * (mass @ places)
     second = images * ((places * mass[:, None]).T @ places)
-    for axis, cut in ((1, cut_y), (2, cut_z)):
-        if cut:  # odd moments of a mirrored body vanish
-            first[axis] = 0.0
-            second[axis, np.arange(3) != axis] = second[np.arange(3) != axis, axis] = 0.0
+    for axis in mirrored:  # odd moments of a mirrored body vanish
+        first[axis] = 0.0
+        second[axis, np.arange(3) != axis] = second[np.arange(3) != axis, axis] = 0.0
     center = first / total
     central = second - total * np.outer(center, center)
     about = np.trace(central) * np.eye(3) - central
@@ -107,11 +94,6 @@ def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
     element = np.arange(len(masses))[:, None]
     ordered = masses[element, layout.node_order[:, first], layout.node_order[:, second]]
     return layout.matrix(ordered[..., None, None] * np.eye(3))
-
-
-def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
-    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N, of a force per volume b (n, 3) at places (n, 3), N/mm³."""
-    return volume_forces(mesh, forms.body_force(by_point(field)), VOLUME_DEGREE)
 
 
 def enclosed_volume(mesh: TetMesh) -> float:
@@ -142,13 +124,8 @@ class Tilt:
     @classmethod
     def of(cls, points: Floats, inertia: Inertia) -> "Tilt":
         """Form the fields of a body whose nodes are `points`."""
-        w, moments = inertia.weight, (inertia.weight_x, inertia.weight_y, inertia.weight_z)
-        shifted, turned = np.zeros((2, 3, len(points), 3))
-        for axis in range(3):
-            after, last = (axis + 1) % 3, (axis + 2) % 3
-            shifted[axis, :, axis] = w
-            turned[axis, :, after], turned[axis, :, last] = -moments[last], moments[after]
-        rigid = np.concatenate([shifted, turned])
+        axes = np.eye(3)[:, None]
+        rigid = np.concatenate([axes * inertia.weight[:, None], np.cross(axes, inertia.moments)])
         reached = np.stack([resultants(points, field) for field in rigid], axis=1)
         scale = np.sqrt(np.diag(reached))  # mass and moments of inertia differ by powers of ten
         shares = np.linalg.inv(reached / np.outer(scale, scale)) / np.outer(scale, scale)
@@ -178,3 +155,64 @@ def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]
     moment = points[:, 0] @ y_part[:, 1] - points[:, 1] @ y_part[:, 0]
     resultant = np.hypot(x_part[:, 0].sum(), y_part[:, 1].sum())
     return float(images * resultant), float(images * abs(moment))
+
+
+_XX, _XY = 0, 3
+
+
+class SectionBalance:
+    """The section of a rod at x = `station`, mm, and the cell's mass beyond it, computed on first use."""
+
+    def __init__(
+        self, whole: TetMesh, cell: TetMesh, density: float | Floats, rod_length: float, station: float
+    ) -> None:
+        self._whole, self._cell, self._density = whole, cell, density
+        self._rod_length, self._station = rod_length, station
+
+    def error(self, case: Instants, stress: Floats) -> float:
+        """Equilibrium error of a case's nodal stress (n_nodes, 6), MPa, at the section.
+
+        Returns the larger of the force error and the moment error over the radius of gyration, relative to
+        the largest bore force plus the moment over the radius of gyration.
+        """
+        x, y = map(float, case.pin)
+        moment = (self._rod_length - self._station) * y
+        if case.motions.any():
+            along, across, turning = _inertia_forces(self._beyond, case)
+            center_x, center_y, _ = self._beyond.center
+            moment += (center_x - self._station) * across - center_y * along + turning
+            x, y = x + along, y + across
+        values, areas = self._slice.at_corners(stress[:, [_XX, _XY]]), self._slice.areas
+        normal, shear = (areas @ values.mean(axis=1)).tolist()
+        sigma, height = values[..., 0], self._slice.places[..., 0]  # each linear on a triangle
+        products = height.sum(axis=1) * sigma.sum(axis=1) + (height * sigma).sum(axis=1)
+        error = max(abs(x - normal), abs(y - shear), abs(moment + areas @ products / 12) / self._gyration)
+        return float(error / (float(case.largest_force) + abs(moment) / self._gyration))
+
+    @cached_property
+    def _slice(self) -> Slice:
+        return cut(self._whole, self._station)
+
+    @cached_property
+    def _gyration(self) -> float:
+        """Radius of gyration about z, mm."""
+        section = self._slice.section()
+        return math.sqrt(section.inertia_z / section.area)
+
+    @cached_property
+    def _beyond(self) -> MassProperties:
+        """Mass properties beyond the section, by Gauss points; some elements must lie there."""
+        mesh, station = self._cell, self._station
+        far = mesh.points[mesh.tets, 0].max(axis=1) > station
+        places, volumes = volume_points(TetMesh(mesh.points, mesh.tets[far]))
+        mass = volumes * np.reshape(np.broadcast_to(self._density, len(far))[far], (-1, 1))
+        beyond = places[..., 0] > station
+        return _properties(mesh, places[beyond], mass[beyond])
+
+
+def _inertia_forces(body: MassProperties, motion: Instants) -> tuple[float, float, float]:
+    """D'Alembert force along x and y, N, and moment about the centre of gravity, N·mm."""
+    x, y, _ = body.center
+    ax, square, ay, alpha = map(float, motion.motions)
+    along, across = ax - alpha * y - square * x, ay + alpha * x - square * y
+    return -body.mass * along, -body.mass * across, -body.inertia_z * alpha

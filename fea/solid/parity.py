@@ -10,7 +10,7 @@ from geometry.arrays import Floats, Ints, Mask
 
 
 class Parity(IntEnum):
-    """How a vector field continues across y = 0: mirrored as it is, or mirrored and reversed."""
+    """Continuation of a vector field across y = 0: mirrored, or mirrored and reversed."""
 
     SYMMETRIC = 1
     ANTISYMMETRIC = -1
@@ -18,15 +18,17 @@ class Parity(IntEnum):
 
 @dataclass(frozen=True)
 class Split:
-    """A field split about y = 0; the second part is None for a model that is not cut there."""
+    """Symmetric and antisymmetric part of a field about y = 0 on the meshed cell, each (n_nodes, 3).
 
-    #: symmetric, antisymmetric: nodal values on the meshed cell, (n_nodes, 3)
+    The second is None for a model that is not cut there.
+    """
+
     symmetric: Floats
     antisymmetric: Floats | None
 
     @classmethod
     def of(cls, even: Floats, odd: Floats, *, cut: bool) -> "Split":
-        """Split by its parts on a model that is cut at y = 0, which add up on another."""
+        """Return the pair for a model that is cut at y = 0; on another the parts add up."""
         return cls(even, odd) if cut else cls(even + odd, None)
 
     def part(self, parity: Parity) -> Floats:
@@ -38,15 +40,15 @@ class Split:
 
 @dataclass(frozen=True)
 class MirrorUnfolding:
-    """How unknowns on the whole body, such as pressures, follow from the cell.
+    """Relation of unknowns on the whole body, such as pressures, to those on the cell.
 
     Of a cell that is cut at y = 0 and loaded in both parities, the unknowns are those of the cell, then
     those at their images off the plane. Otherwise they are those of the cell.
     """
 
-    on_y: Mask  #: (n_cell,) which of the cell's unknowns are at places on y = 0
-    both_sides: bool  #: whether the images across y = 0 are unknowns of their own
-    images: int  #: how many cells make the whole body
+    on_y: Mask  #: (n_cell,) whether each of the cell's unknowns is at a place on y = 0
+    both_sides: bool  #: whether the images across y = 0 are separate unknowns
+    images: int  #: number of cells in the whole body
     #: (n_cell,) which of those on y = 0 act across the plane, so that they have only an odd part; the others
     #: have only an even one. None by default.
     across: Mask | None = None
@@ -61,7 +63,7 @@ class MirrorUnfolding:
         return tuple(Parity) if self.both_sides else (Parity.SYMMETRIC,)
 
     def has(self, parity: Parity) -> Mask:
-        """Which of the cell's unknowns (n_cell,) have a part of this parity."""
+        """Mask (n_cell,) of the cell's unknowns that have a part of this parity."""
         across = self._across
         return ~(self.on_y & (across if parity is Parity.SYMMETRIC else ~across))
 

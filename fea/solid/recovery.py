@@ -9,7 +9,6 @@ the same way (Brebbia, Telles & Wrobel 1984, section 5.7); the fit is that of po
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
@@ -50,8 +49,8 @@ def _monomials(place: Floats, order: int) -> Floats:
 def _monomial_slopes(place: Floats, order: int) -> Floats:
     """Derivatives (n, 2, n_monomials)."""
     p, q = place.T
-    one, zero = np.ones_like(p), np.zeros_like(p)
-    along = [[zero, one, zero], [zero, zero, one]]
+    ones, zero = np.ones_like(p), np.zeros_like(p)
+    along = [[zero, ones, zero], [zero, zero, ones]]
     if order == 2:
         along = [[*along[0], 2 * p, q, zero], [*along[1], zero, p, 2 * q]]
     return np.stack([np.stack(row, axis=1) for row in along], axis=1)
@@ -74,46 +73,38 @@ class SurfaceStress:
 
     def __init__(self, mesh: TetMesh, surfaces: tuple[Surface, ...], planes: tuple[Surface, ...]) -> None:
         self.surfaces = surfaces
-        unknown = [s for s in mesh.facets if s not in surfaces and s not in planes]
-        self.boundary = BoundarySurface.of(mesh, [*surfaces, *unknown], planes)
-        normals, fan = self.boundary.normals, self.boundary.fans
+        others = [s for s in mesh.facets if s not in surfaces and s not in planes]
+        self.boundary = boundary = BoundarySurface.of(mesh, [*surfaces, *others], planes)
 
         # Fans around vertices of the mesh itself.
-        corner_facet, corner = np.nonzero(self.boundary.facets[:, :3] < len(mesh.points))
-        known = self.boundary.label[corner_facet] < len(surfaces)
-        corner_facet, corner = corner_facet[known], corner[known]
-        _, number = np.unique(fan[corner_facet, corner], return_inverse=True)
-        n_fans = int(number.max(initial=-1)) + 1
-        vertex = np.empty(n_fans, dtype=np.int64)
-        vertex[number] = self.boundary.facets[corner_facet, corner]
-        label = np.empty(n_fans, dtype=np.int64)
-        label[number] = self.boundary.label[corner_facet]
-        normal = np.zeros((n_fans, 3))
-        np.add.at(normal, number, normals[corner_facet, corner])
+        loaded = boundary.label < len(surfaces)
+        facet, corner = np.nonzero((boundary.facets[:, :3] < len(mesh.points)) & loaded[:, None])
+        _, first, number = np.unique(boundary.fans[facet, corner], return_index=True, return_inverse=True)
+        vertex, label = boundary.facets[facet, corner][first], boundary.label[facet][first]
+        normal = np.zeros((len(first), 3))
+        np.add.at(normal, number, boundary.normals[facet, corner])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
 
-        least = np.eye(3)[np.abs(normal).argmin(axis=1)]
-        first = np.cross(least, normal)
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
-        self._origin, self._tangent = self.boundary.points[vertex], (first, np.cross(normal, first))
-        self._fit(mesh.order, number, self.boundary.facets[corner_facet])
-        turn = (normals[corner_facet] * normal[number, None]).sum(axis=2).min(axis=1)
+        tangent = np.cross(np.eye(3)[np.abs(normal).argmin(axis=1)], normal)
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        self._origin, self._tangent = boundary.points[vertex], (tangent, np.cross(normal, tangent))
+        self._fit(mesh.order, number, boundary.facets[facet])
+        turn = (boundary.normals[facet] * normal[number, None]).sum(axis=2).min(axis=1)
         self._usable[number[turn < LEAST_COSINE]] = False
-        served = [self.boundary.facets[corner_facet, corner]]
+        served = [boundary.facets[facet, corner]]
         if mesh.order == 2:
-            served += [self.boundary.facets[corner_facet, 3 + (corner + back) % 3] for back in (0, 2)]
+            served += [boundary.facets[facet, 3 + (corner + back) % 3] for back in (0, 2)]
         self._serve(mesh.order, number, np.stack(served, axis=1), self._open_nodes(mesh))
         self._label = label[self._fan]
         self._frame()
-        self._known: dict[tuple[float, float], tuple[Floats, Floats]] = {}
+        self._operators_of: dict[tuple[float, float], tuple[Floats, Floats]] = {}  # by E and ν
 
     def _open_nodes(self, mesh: TetMesh) -> Mask:
         """Nodes of the mesh that lie on known surfaces only and not on an inner edge."""
-        facets, label = self.boundary.facets, self.boundary.label
+        facets, edges = self.boundary.facets, self.boundary.edges
         allowed = np.zeros(len(self.boundary.points), dtype=bool)
         allowed[facets] = True
-        allowed[facets[label >= len(self.surfaces)]] = False
-        edges = self.boundary.edges
+        allowed[facets[self.boundary.label >= len(self.surfaces)]] = False
         facet, place = edges.facet[~edges.convex, 0], edges.place[~edges.convex, 0]
         allowed[facets[facet[:, None], FACET_EDGES[place]]] = False
         if facets.shape[1] == 6:
@@ -152,16 +143,14 @@ class SurfaceStress:
         n_points = len(allowed)
         key = np.unique((nodes + number[:, None] * len(self.boundary.points)).ravel())
         fan, node = np.divmod(key, len(self.boundary.points))
-        mine = node < n_points
-        blocked = np.zeros(n_points, dtype=bool)
-        blocked[node[mine & ~self._usable[fan]]] = True
-        keep = mine.copy()
-        keep[mine] = (allowed & ~blocked)[node[mine]]
-        by_node = np.argsort(node[keep], kind="stable")
-        self._fan, node = fan[keep][by_node], node[keep][by_node]
-        self._node = node
-        self.nodes, self._start = np.unique(node, return_index=True)
-        place = self._flattened(self._fan, node) / self._scale[self._fan, None]
+        fan, node = fan[node < n_points], node[node < n_points]
+        allowed = allowed.copy()
+        allowed[node[~self._usable[fan]]] = False
+        fan, node = fan[allowed[node]], node[allowed[node]]
+        by_node = np.argsort(node, kind="stable")
+        self._fan, self._node = fan[by_node], node[by_node]
+        self.nodes, self._start = np.unique(self._node, return_index=True)
+        place = self._flattened(self._fan, self._node) / self._scale[self._fan, None]
         self._slopes = _monomial_slopes(place, order)
 
     def _derivatives(self, values: Floats) -> Floats:
@@ -193,8 +182,8 @@ class SurfaceStress:
         slope = self._derivatives(self.boundary.displacement(displacement, parity))
         parts = from_slope @ slope.reshape(len(slope), 6, -1)
         for surface, values in traction.items():
-            mine = np.flatnonzero(self._label == self.surfaces.index(surface))
-            parts[mine] += from_traction[mine] @ values[self._node[mine]]
+            rows = np.flatnonzero(self._label == self.surfaces.index(surface))
+            parts[rows] += from_traction[rows] @ values[self._node[rows]]
         return np.asarray(np.add.reduceat(parts, self._start))
 
     def _operators(self, E: float, nu: float) -> tuple[Floats, Floats]:
@@ -203,7 +192,7 @@ class SurfaceStress:
         It is the least-squares solution of σ n = t and the plane stress-strain relations of all fans at a
         node.
         """
-        if (E, nu) not in self._known:
+        if (E, nu) not in self._operators_of:
             first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
             unit, across = np.eye(3), nu / (1 - nu) * dyads(normal, normal)
             rows = np.stack(  # weighted traction, then normal and shear stress along the surface
@@ -220,8 +209,8 @@ class SurfaceStress:
             e11, e22, g12 = along[:, 0, 0], along[:, 1, 1], along[:, 0, 1] + along[:, 1, 0]
             membrane, shear = E / (1 - nu**2), E / (2 * (1 + nu))
             stress = np.stack([membrane * (e11 + nu * e22), membrane * (e22 + nu * e11), shear * g12], axis=1)
-            self._known[E, nu] = share[:, :, 3:] @ stress, TRACTION_WEIGHT * share[:, :, :3]
-        return self._known[E, nu]
+            self._operators_of[E, nu] = share[:, :, 3:] @ stress, TRACTION_WEIGHT * share[:, :, :3]
+        return self._operators_of[E, nu]
 
 
 def extrapolation(n_nodes: int) -> Floats:
@@ -338,28 +327,18 @@ class Recovery:
         return stress
 
 
-@dataclass(frozen=True)
-class _Piece:
-    nodes: Ints
-    surfaces: tuple[Surface, ...]
-    recovery: Recovery
-
-
 class PartRecovery:
-    """Recovers each part's stress from its own elements; interfaces are no surfaces of known traction."""
+    """Recovers each part's stress from its own elements; interfaces are not surfaces of known traction."""
 
     def __init__(self, mesh: TetMesh, surfaces: tuple[Surface, ...]) -> None:
         self._n_points = len(mesh.points)
-        self._pieces: list[_Piece] = []
+        self.nodes: list[Ints] = []  #: (n,) of each part
+        self._pieces: list[tuple[Recovery, tuple[Surface, ...]]] = []  # and its surfaces of known traction
         for number in [0] if mesh.part is None else np.unique(mesh.part).tolist():
             piece, nodes = (mesh, np.arange(self._n_points)) if mesh.part is None else submesh(mesh, number)
-            known = tuple(surface for surface in surfaces if surface in piece.facets)
-            self._pieces.append(_Piece(nodes, known, Recovery(piece, piece.planes, known)))
-
-    @property
-    def nodes(self) -> list[Ints]:
-        """Nodes (n,) of each part."""
-        return [piece.nodes for piece in self._pieces]
+            of_piece = tuple(surface for surface in surfaces if surface in piece.facets)
+            self.nodes.append(nodes)
+            self._pieces.append((Recovery(piece, piece.planes, of_piece), of_piece))
 
     def nodal_stress(
         self,
@@ -390,10 +369,9 @@ class PartRecovery:
         pressure: Mapping[int, Floats] | None = None,
     ) -> Iterator[Floats]:
         """Stress (n, 6, n_cases) at the `nodes` of each part; parameters as for `nodal_stress`."""
-        for number, (piece, material) in enumerate(zip(self._pieces, materials, strict=True)):
-            whole = len(piece.nodes) == self._n_points
-            nodes = slice(None) if whole else piece.nodes  # without a copy
-            loaded = [surface for surface in traction or () if surface in piece.surfaces]
-            known = {surface: traction[surface][nodes] for surface in loaded} if traction else {}
+        pieces = zip(self._pieces, self.nodes, materials, strict=True)
+        for number, ((recovery, surfaces), of_piece, material) in enumerate(pieces):
+            nodes = slice(None) if len(of_piece) == self._n_points else of_piece  # without a copy
+            tractions = {s: values[nodes] for s, values in (traction or {}).items() if s in surfaces}
             p = pressure[number][nodes] if pressure and number in pressure else None
-            yield piece.recovery.nodal_stress(displacement[nodes], material, parity, known, p)
+            yield recovery.nodal_stress(displacement[nodes], material, parity, tractions, p)

@@ -1,4 +1,9 @@
-"""A mesh and its stiffness as scikit-fem's own objects.
+"""The weak forms of the problem as they stand on paper, and meshes and stiffnesses as scikit-fem's objects.
+
+In the forms u is the displacement, v its variation, x places (3, n_elements, n_points) and n unit outward
+normals; mm, N, MPa, t, s, K. Most of what a computation runs are batched kernels of the same integrals
+(`fea.solid.assembly` and its neighbours): the tests hold them to these forms, and
+``assembly = "scikit-fem"`` runs these in their place.
 
 What scikit-fem assembles adds to what is assembled here:
 
@@ -7,27 +12,73 @@ What scikit-fem assembles adds to what is assembled here:
     K = (stiffness_coo(mesh, material) + foundation.coo_data(bore)).tocsr()
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from skfem import CellBasis, Dofs, ElementVector, LinearForm, MeshTet, MeshTet2
+from skfem import BilinearForm, CellBasis, ElementVector, LinearForm, MeshTet, MeshTet2
 from skfem.assembly.form.coo_data import COOData
 from skfem.generic_utils import hash_args
+from skfem.helpers import ddot, div, dot, sym_grad
 from skfem.mapping import MappingIsoparametric
 
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, element_stiffness
-from fea.solid.element import blocks, stiffness_degree
-from fea.solid.forms import elasticity
+from fea.solid.element import stiffness_degree
 from geometry.arrays import Floats, Ints
 from geometry.errors import require
 from mesh.tetmesh import TetMesh, face_keys, scikit_fem_order
 
+# From places (3, n_elements, n_points), mm, to a vector (3, …) or a number (…) at each of them.
+Field = Callable[[Floats], Floats]
+
+
+def elasticity(material: Material | Materials) -> BilinearForm:
+    """∫ σ(u) : ε(v) dV = ∫ λ ∇·u ∇·v + 2 μ ε(u) : ε(v) dV by Hooke's law, N/mm."""
+    lam, mu = _lame(material)
+    return BilinearForm(lambda u, v, _: lam * div(u) * div(v) + 2 * mu * ddot(sym_grad(u), sym_grad(v)))
+
+
+def traction(t: Callable[[Floats, Floats], Floats]) -> LinearForm:
+    """∫ t · v dA, N, of a traction t(x, n), MPa, on a basis of facets."""
+    return LinearForm(lambda v, w: dot(t(w.x, w.n), v))
+
+
+def body_force(b: Field) -> LinearForm:
+    """∫ b · v dV, N, of a force per volume b(x), N/mm³; that of inertia is −ρ a (D'Alembert)."""
+    return LinearForm(lambda v, w: dot(b(w.x), v))
+
+
+def mass(density: float | Floats) -> BilinearForm:
+    """∫ ρ u · v dV, t, of a density, t/mm³: of every element, or (n_elements,) of each."""
+    rho = _of_each(density)
+    return BilinearForm(lambda u, v, _: rho * dot(u, v))
+
+
+def moment(density: float | Floats, f: Field) -> LinearForm:
+    """∫ ρ f v dV of a number f(x) on a basis of scalar functions: with f = 1 the mass at each node, t."""
+    rho = _of_each(density)
+    return LinearForm(lambda v, w: rho * f(w.x) * v)
+
+
+def thermal_strain(material: Material | Materials, expansion: float, rise: Field) -> LinearForm:
+    """∫ σ(α ΔT I) : ε(v) dV = ∫ (3 λ + 2 μ) α ΔT ∇·v dV, N, of a temperature rise ΔT(x), K."""
+    lam, mu = _lame(material)
+    return LinearForm(lambda v, w: (3 * lam + 2 * mu) * expansion * rise(w.x) * div(v))
+
+
+def _lame(material: Material | Materials) -> tuple[Floats, Floats]:
+    constants = material.of(slice(None))
+    return _of_each(constants.lame_lambda), _of_each(constants.shear_modulus)
+
+
+def _of_each(values: float | Floats) -> Floats:
+    """Values of every element, or of each, in a shape that goes with (n_elements, n_points)."""
+    return np.reshape(values, (-1, 1))
+
+
 _MESHES = {1: MeshTet, 2: MeshTet2}
 _AXES = 3
-# Elements assembled on at once: a basis holds every function at every quadrature point.
-_BLOCK = 2048
 # A reference coordinate cannot be found more exactly than to a few roundings of the place.
 _ROUNDINGS = 16 * np.finfo(float).eps
 
@@ -154,38 +205,13 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
     return SymmetricMatrix.of_full(K)
 
 
-def volume_forces(mesh: TetMesh, form: LinearForm, intorder: int) -> Floats:
-    """Assemble a form on displacements, of places alone: nodal forces (n_nodes, 3), N; part by part."""
-    bridged = to_skfem(mesh)
-    dofs = Dofs(bridged.mesh, ElementVector(bridged.mesh.elem()))
-    total = np.zeros(dofs.N)
-    for part in blocks(len(mesh.tets), _BLOCK):
-        elements = np.arange(part.start, part.stop)
-        block = _basis(bridged.mesh, intorder, elements=elements, dofs=dofs, disable_doflocs=True)
-        total += form.assemble(block)
-    return _on_mesh(mesh, bridged.nodes, total.reshape(-1, _AXES))
-
-
-def volume_moments(mesh: TetMesh, forms: Iterable[LinearForm], intorder: int) -> list[Floats]:
-    """Assemble forms on scalar functions of the same order over all elements: (n_nodes,) each."""
+def volume_moments(mesh: TetMesh, forms: Sequence[LinearForm], intorder: int) -> Floats:
+    """Assemble forms on scalar functions of the same order over all elements: (n_forms, n_nodes)."""
     bridged = to_skfem(mesh)
     scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
-    return [_on_mesh(mesh, bridged.nodes, form.assemble(scalars)) for form in forms]
-
-
-def by_point(field: Callable[[Floats], Floats]) -> Callable[[Floats], Floats]:
-    """Turn a field of places (n, 3) into one of places (3, n_elements, n_points), its values likewise."""
-    places: Floats | None = None
-    values = np.empty(0)
-
-    def of_places(x: Floats) -> Floats:
-        nonlocal places, values
-        if x is not places:  # a form asks anew for each of the basis functions
-            result = field(np.asarray(x).reshape(_AXES, -1).T)
-            places, values = x, np.moveaxis(result, 0, -1).reshape(*result.shape[1:], *x.shape[1:])
-        return values
-
-    return of_places
+    moments = np.zeros((len(forms), len(mesh.points)))
+    moments[:, bridged.nodes] = [form.assemble(scalars) for form in forms]
+    return moments
 
 
 class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
@@ -209,24 +235,17 @@ class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]
         return np.asarray(super().invF(x, tind, newton_max_iters, newton_tol + rounding))
 
 
-def _basis(mesh: MeshTet, intorder: int, **options: Any) -> CellBasis:
+def _basis(mesh: MeshTet, intorder: int) -> CellBasis:
     mapping = _Isoparametric(mesh, mesh.elem(), mesh.bndelem) if isinstance(mesh, MeshTet2) else None
-    return CellBasis(mesh, ElementVector(mesh.elem()), mapping=mapping, intorder=intorder, **options)
-
-
-def _on_mesh(mesh: TetMesh, nodes: Ints, values: Floats) -> Floats:
-    """Values by the nodes of a mesh, of values by those of scikit-fem; zero where there is none."""
-    on_mesh = np.zeros((len(mesh.points), *values.shape[1:]))
-    on_mesh[nodes] = values
-    return on_mesh
+    return CellBasis(mesh, ElementVector(mesh.elem()), mapping=mapping, intorder=intorder)
 
 
 def _facet_numbers(mesh: MeshTet, facets: Ints) -> Ints:
     """Numbers that scikit-fem gives facets (n_facets, 3) of vertices, in whatever order."""
-    known, asked = (face_keys(each.astype(np.int64), mesh.nvertices) for each in (mesh.facets.T, facets))
-    numbers = np.minimum(np.searchsorted(known, asked), len(known) - 1)
-    astray = np.flatnonzero(known[numbers] != asked)
-    if astray.size:
-        first = np.sort(facets[astray[0]]).tolist()
-        raise ValueError(f"{astray.size} facets, the first of vertices {first}, that no element has")
+    of_mesh, keys = (face_keys(each.astype(np.int64), mesh.nvertices) for each in (mesh.facets.T, facets))
+    numbers = np.minimum(np.searchsorted(of_mesh, keys), len(of_mesh) - 1)
+    missing = np.flatnonzero(of_mesh[numbers] != keys)
+    if missing.size:
+        first = np.sort(facets[missing[0]]).tolist()
+        raise ValueError(f"{missing.size} facets, the first of vertices {first}, that no element has")
     return np.asarray(numbers)

@@ -1,4 +1,4 @@
-"""Sharp re-entrant edges of the whole rod: where they are, between which faces, and the ways off them."""
+"""Sharp re-entrant edges of the whole rod, the faces between which they lie, and paths away from them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,53 +18,53 @@ from mesh.tetmesh import FACET_EDGES, TetMesh
 _FLAT = 3
 # Facets whose centres are nearest to a place: the one that holds it is among them.
 _CANDIDATES = 24
-# A step has left the facets it may walk on if it ends off them by more than this share of its length.
+# A step has left its face if it ends off it by more than this share of its length.
 _OFF = 0.4
-# A way ends where its face turns by more than this over the length that is asked for, rad: in a hollow, such
-# as a fillet, the stress is another notch's; over a round it leads to another face.
+# A path ends where its face turns by more than this over the given length, rad: in a hollow, such as a
+# fillet, the stress is another notch's; over a round it leads to another face.
 _HOLLOW, _ROUND = 0.1, 0.4
 
 
 @dataclass(frozen=True)
-class Walks:
-    """Places (n, n_steps) on a surface, on n ways."""
+class SurfacePaths:
+    """Places (n, n_steps) along n paths on a surface."""
 
     #: nodes, weights: (n, n_steps, n_nodes_of_a_facet): a nodal field there is the weighted sum of its values
     nodes: Ints
     weights: Floats
-    ahead: Floats  #: (n, n_steps, 3) unit direction of the way
-    reached: Ints  #: (n,) how many steps stay on the facets
+    ahead: Floats  #: (n, n_steps, 3) unit direction of the path
+    length: Ints  #: (n,) number of steps that stay on the face
 
-    def of(self, field: Floats) -> Floats:
+    def values(self, field: Floats) -> Floats:
         """Values (n, n_steps, …) of a field (n_points, …)."""
         extra = (1,) * (field.ndim - 1)
         return np.asarray((self.weights.reshape(*self.weights.shape, *extra) * field[self.nodes]).sum(axis=2))
 
 
 @dataclass(frozen=True)
-class Ground:
-    """Facets to walk on."""
+class FacetSurface:
+    """Outward facets, grouped into smooth faces."""
 
     points: Floats  #: (n_points, 3)
     facets: Ints  #: (n_facets, 3) or (n_facets, 6), outward
-    patch: Ints  #: (n_facets,) number of the face each belongs to: a way stays on one
+    face: Ints  #: (n_facets,) number of the face each belongs to
     normals: Floats  #: (n_facets, n_nodes, 3) outward, at the nodes of each
 
-    def walk(
+    def paths(
         self, start: Floats, ahead: Floats, facet: Ints, step: Floats, *, count: int, within: Floats
-    ) -> Walks:
-        """Walk `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet.
+    ) -> SurfacePaths:
+        """Follow `count` steps (n,), mm, from places (n, 3) along unit tangents, each beginning on a facet.
 
-        A way ends where its face does, or where that turns within a length (n,), mm.
+        A path ends where its face does, or where the face turns within a length (n,), mm.
         """
-        here, patch, rows = start, self.patch[facet], np.arange(len(start))
+        here, face, rows = start, self.face[facet], np.arange(len(start))
         on = np.ones(len(start), dtype=bool)
-        nodes, weights, directions, reached = [], [], [], np.zeros(len(start), dtype=np.int64)
-        # Angle by which the way has risen so far, and how many steps ago it is compared.
+        nodes, weights, directions, length = [], [], [], np.zeros(len(start), dtype=np.int64)
+        # Angle by which each path has risen so far, and how many steps ago it is compared.
         risen, window = np.zeros((count + 1, len(start))), np.rint(within / step).astype(int)
         for number in range(count):
             aim = here + step[:, None] * ahead
-            facets, share, place = self._nearest(aim, patch)
+            facets, share, place = self._nearest(aim, face)
             on = on & (np.linalg.norm(place - aim, axis=1) < _OFF * step)
             shape = shape_functions(self.facets.shape[1], share.T)[0]
             normal = (shape[..., None] * self.normals[facets]).sum(axis=1)
@@ -77,15 +77,15 @@ class Ground:
             turned = ahead - across[:, None] * normal
             ahead = turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
             here = place
-            reached += on
+            length += on
             nodes.append(self.facets[facets])
             weights.append(shape)
             directions.append(ahead)
-        return Walks(np.stack(nodes, 1), np.stack(weights, 1), np.stack(directions, 1), reached)
+        return SurfacePaths(np.stack(nodes, 1), np.stack(weights, 1), np.stack(directions, 1), length)
 
     def depth(self, start: Floats, ahead: Floats) -> Floats:
         """Distance (n,) from places (n, 3) in the solid to the surface in a direction (n, 3) each, mm."""
-        return np.array([self._exit(a, b) for a, b in zip(start, ahead, strict=True)])
+        return np.array([self._exit(place, along) for place, along in zip(start, ahead, strict=True)])
 
     @cached_property
     def _flat(self) -> SurfaceMesh:
@@ -103,15 +103,15 @@ class Ground:
     def _tree(self) -> KDTree:
         return KDTree(self._centers)
 
-    def _nearest(self, places: Floats, patch: Ints) -> tuple[Ints, Floats, Floats]:
-        """Facet (n,) of its patch nearest to each place, where in it (n, 2), and that point (n, 3)."""
+    def _nearest(self, places: Floats, face: Ints) -> tuple[Ints, Floats, Floats]:
+        """Facet (n,) of its face nearest to each place, where in it (n, 2), and that point (n, 3)."""
         _, candidates = self._tree.query(places, k=min(_CANDIDATES, len(self.facets)))
         corners = self._flat.corners[candidates]
         share, inside = _barycentric(corners, places[:, None])
         sides = corners[..., 1:, :] - corners[..., :1, :]
         at = corners[..., 0, :] + np.einsum("...k,...kx->...x", share, sides)
         apart = np.linalg.norm(at - places[:, None], axis=2)
-        apart = np.where(self.patch[candidates] == patch[:, None], apart, np.inf)
+        apart = np.where(self.face[candidates] == face[:, None], apart, np.inf)
         best = (apart - 1e-9 * inside).argmin(axis=1)
         rows = np.arange(len(places))
         return candidates[rows, best], share[rows, best], at[rows, best]
@@ -129,10 +129,10 @@ class Ground:
 
 def _barycentric(corners: Floats, places: Floats) -> tuple[Floats, Mask]:
     """Coordinates (…, 2) in triangles (…, 3, 3), clipped, of the nearest points, and whether inside."""
-    one, other = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+    first, second = corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
     to = places - corners[..., 0, :]
-    a, b, c = (one**2).sum(-1), (one * other).sum(-1), (other**2).sum(-1)
-    d, e = (one * to).sum(-1), (other * to).sum(-1)
+    a, b, c = (first**2).sum(-1), (first * second).sum(-1), (second**2).sum(-1)
+    d, e = (first * to).sum(-1), (second * to).sum(-1)
     area = a * c - b * b
     share = np.stack([(c * d - b * e) / area, (a * e - b * d) / area], axis=-1)
     slack = 1e-6
@@ -164,7 +164,7 @@ class SharpEdges:
     size: Floats
     nodes: Ints  #: (n, 2) the vertices at the ends of that mesh edge
     opening: Floats  #: (n,) angle of the notch, outside the material, rad
-    facet: Ints  #: (n, 2) of `ground` on either side
+    facet: Ints  #: (n, 2) of `surface` on either side
     #: normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
     #: edge
     normal: Floats
@@ -173,29 +173,29 @@ class SharpEdges:
     between: tuple[tuple[str, str], ...]  #: per place, the two faces that meet there, in words
     edge: Ints  #: (n,) number of the connected edge of the rod that it is on, along which stations follow
     length: Floats  #: (n,) of that edge, mm
-    ground: Ground  #: the surface of the rod
+    surface: FacetSurface  #: of the rod
 
     @classmethod
     def of(cls, mesh: TetMesh, creases: Creases) -> "SharpEdges | None":
-        """Find them on the whole rod; None where there are none."""
+        """Find the edges of the whole rod; None where there are none."""
         body = BoundarySurface.of(mesh, list(mesh.facets))
         edges = body.edges
         ends = body.facets[edges.facet[:, :1], FACET_EDGES[edges.place[:, 0]]]
-        every = creases.find(ends)
-        kept = np.flatnonzero((every >= 0) & ~edges.convex)
-        if not kept.size:
+        crease = creases.find(ends)
+        sharp = np.flatnonzero((crease >= 0) & ~edges.convex)
+        if not sharp.size:
             return None
         names = [tuple(sorted(pair)) for pair in creases.between]
-        places = sorted({names[label] for label in creases.label[every[kept]]})
-        place = np.array([places.index(names[label]) for label in creases.label[every[kept]]])
-        number, share, edge, length = _stations(mesh.points, ends[kept], place)
-        row = kept[number]
-        fold = creases.fold[every[row]]
+        places = sorted({names[label] for label in creases.label[crease[sharp]]})
+        place = np.array([places.index(names[label]) for label in creases.label[crease[sharp]]])
+        number, share, edge, length = _stations(mesh.points, ends[sharp], place)
+        row = sharp[number]
+        fold = creases.fold[crease[row]]
         a, b = mesh.points[ends[row, 0]], mesh.points[ends[row, 1]]
         size = np.linalg.norm(b - a, axis=1)
         normal, away = _flanks(body, row, share)
-        joined = edges.facet[edges.smooth & (every < 0)]
-        patch = linked_groups(len(body.facets), *joined.T)
+        joined = edges.facet[edges.smooth & (crease < 0)]
+        face = linked_groups(len(body.facets), *joined.T)
         return cls(
             at=a + share[:, None] * (b - a),
             size=size,
@@ -205,25 +205,25 @@ class SharpEdges:
             normal=normal,
             away=away,
             place=place[number],
-            between=tuple((one, other) for one, other in places),
+            between=tuple((first, second) for first, second in places),
             edge=edge,
             length=length,
-            ground=Ground(body.points, body.facets, patch, body.normals),
+            surface=FacetSurface(body.points, body.facets, face, body.normals),
         )
 
     def thickness(self, rows: Ints) -> Floats:
         """Thickness (n, 2) of the material behind either flank of some of the edges, mm."""
-        depth, beside = np.empty((len(rows), 2)), _BESIDE * float(np.ptp(self.ground.points, axis=0).max())
+        depth, beside = np.empty((len(rows), 2)), _BESIDE * float(np.ptp(self.surface.points, axis=0).max())
         for side in (0, 1):
             inwards = -self.normal[rows, side]
             start = self.at[rows] + beside * (self.away[rows, side] + 1e-2 * inwards)
-            depth[:, side] = self.ground.depth(start, inwards)
+            depth[:, side] = self.surface.depth(start, inwards)
         return depth
 
-    def walks(self, side: int, rows: Ints, step: Floats, count: int, within: Floats) -> Walks:
-        """Walk away from some of the edges over one flank, `count` steps (n,), mm; see `Ground.walk`."""
+    def paths(self, side: int, rows: Ints, step: Floats, count: int, within: Floats) -> SurfacePaths:
+        """Follow `count` steps (n,), mm, from some stations over one flank; see `FacetSurface.paths`."""
         start, ahead, facet = self.at[rows], self.away[rows, side], self.facet[rows, side]
-        return self.ground.walk(start, ahead, facet, step, count=count, within=within)
+        return self.surface.paths(start, ahead, facet, step, count=count, within=within)
 
 
 def _flanks(body: BoundarySurface, rows: Ints, share: Floats) -> tuple[Floats, Floats]:
@@ -261,45 +261,43 @@ def _stations(points: Floats, ends: Ints, place: Ints) -> tuple[Ints, Floats, In
     """
     longest = float(np.ptp(points, axis=0).max())
     size = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
-    numbers, shares, edges, lengths = [], [], [], []
+    stations = []
     for edge, (chain, forward, closed) in enumerate(_chains(points, ends, place)):
-        reached = np.concatenate([[0.0], np.cumsum(size[chain])])
-        length = float(reached[-1])
-        far = 0.0 if closed else min(_END * length, _END_MOST * longest)
-        count = int(np.clip(np.ceil((length - 2 * far) / (_APART * longest)), _FEWEST, _MOST))
-        along = np.linspace(far, length - far, count + closed)[:count]
-        which = np.clip(np.searchsorted(reached, along, side="right") - 1, 0, len(chain) - 1)
-        share = np.clip((along - reached[which]) / size[chain[which]], 0.0, 1.0)
-        numbers.append(chain[which])
-        shares.append(np.where(forward[which], share, 1 - share))
-        edges.append(np.full(count, edge))
-        lengths.append(np.full(count, length))
-    of_edge = np.concatenate(edges), np.concatenate(lengths)
-    return np.concatenate(numbers), np.concatenate(shares), *of_edge
+        position = np.concatenate([[0.0], np.cumsum(size[chain])])
+        length = float(position[-1])
+        margin = 0.0 if closed else min(_END * length, _END_MOST * longest)
+        count = int(np.clip(np.ceil((length - 2 * margin) / (_APART * longest)), _FEWEST, _MOST))
+        along = np.linspace(margin, length - margin, count + closed)[:count]
+        which = np.clip(np.searchsorted(position, along, side="right") - 1, 0, len(chain) - 1)
+        share = np.clip((along - position[which]) / size[chain[which]], 0.0, 1.0)
+        share = np.where(forward[which], share, 1 - share)
+        stations.append((chain[which], share, np.full(count, edge), np.full(count, length)))
+    numbers, shares, edges, lengths = (np.concatenate(column) for column in zip(*stations, strict=True))
+    return numbers, shares, edges, lengths
 
 
 def _chains(points: Floats, ends: Ints, place: Ints) -> Iterator[tuple[Ints, Mask, bool]]:
     """Yield mesh edges in their order along an edge of the rod, which run forward, and whether it is closed.
 
-    A closed one begins at its outermost vertex.
+    A closed edge begins at its outermost vertex.
     """
     for number in np.unique(place):
-        at: dict[int, list[int]] = {}
+        edges_at: dict[int, list[int]] = {}  # by node
         for edge in np.flatnonzero(place == number).tolist():
             for node in ends[edge].tolist():
-                at.setdefault(node, []).append(edge)
-        left = {edge for edges in at.values() for edge in edges}
-        outermost = sorted(at, key=lambda node: tuple(points[node]), reverse=True)
-        for start in sorted(outermost, key=lambda node: len(at[node]) == 2):  # open ends first
-            while first := left.intersection(at[start]):
+                edges_at.setdefault(node, []).append(edge)
+        unused = {edge for edges in edges_at.values() for edge in edges}
+        outermost = sorted(edges_at, key=lambda node: tuple(points[node]), reverse=True)
+        for start in sorted(outermost, key=lambda node: len(edges_at[node]) == 2):  # open ends first
+            while first := unused.intersection(edges_at[start]):
                 edge, node, chain, forward = min(first), start, list[int](), list[bool]()
                 while True:
-                    left.discard(edge)
+                    unused.discard(edge)
                     chain.append(edge)
                     forward.append(bool(ends[edge, 0] == node))
                     node = int(ends[edge].sum()) - node
-                    following = left.intersection(at[node])
-                    if len(at[node]) != 2 or not following:
+                    following = unused.intersection(edges_at[node])
+                    if len(edges_at[node]) != 2 or not following:
                         break
                     edge = following.pop()
                 yield np.array(chain), np.array(forward), node == start

@@ -26,17 +26,17 @@ _SHARE = 0.25
 
 @dataclass(frozen=True)
 class RimMask:
-    """The rims of one name."""
+    """Rims with one name, and the radius within which stress is left out."""
 
     name: str  #: in words
-    nodes: Ints  #: (n,) on them
-    radius: float  #: within which stress is left out, mm
+    nodes: Ints  #: (n,) on the rims
+    radius: float  #: mm
 
 
 def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
-    """Find what is left out beside the rims of a mesh of separate bodies, within `largest`, mm."""
-    every = rims(mesh)
-    if not every:
+    """Masks of the rims of a mesh of separate bodies, with radii of at most `largest`, mm."""
+    all_rims = rims(mesh)
+    if not all_rims:
         return ()
     part = np.zeros(len(mesh.points), dtype=np.int64)
     if mesh.part is not None:
@@ -45,9 +45,9 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
     volume = np.bincount(part[mesh.tets[:, 0]], volumes)
     masks: dict[str, RimMask] = {}
-    for rim in every:
+    for rim in all_rims:
         facets = mesh.facets[rim.surface]
-        edges = np.concatenate([other.edges for other in every if other.surface is rim.surface])
+        edges = np.concatenate([other.edges for other in all_rims if other.surface is rim.surface])
         measures = []
         for number in np.unique(part[rim.nodes]):
             area = SurfaceMesh(mesh.points, facets[part[facets[:, 0]] == number][:, :3]).areas.sum()
@@ -55,9 +55,9 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
             border = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum()
             measures += [2 * area / border, volume[number] / area]
         radius = min(largest, _SHARE * float(min(measures)))
-        known = masks.get(rim.name, RimMask(rim.name, rim.nodes, radius))
-        nodes = np.union1d(known.nodes, rim.nodes)
-        masks[rim.name] = RimMask(rim.name, nodes, min(known.radius, radius))
+        same = masks.get(rim.name, RimMask(rim.name, rim.nodes, radius))
+        nodes = np.union1d(same.nodes, rim.nodes)
+        masks[rim.name] = RimMask(rim.name, nodes, min(same.radius, radius))
     return tuple(masks.values())
 
 
@@ -75,64 +75,62 @@ _CUSP = np.radians(120.0)
 RADIUS = 0.02
 
 
-def singular_nodes(mesh: TetMesh, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Ints:
-    """Nodes on sharp re-entrant edges and on the borders of clamped surfaces.
+class BoundaryEdges:
+    """Edges at which the facets of a body meet; the body continues across the mirror planes of its mesh."""
 
-    Creases are where the surface of the solid turns; without them, where the facets do. The body continues
-    across its mirror planes.
-    """
-    pairs = product(held, [surface for surface in mesh.facets if surface not in (*mesh.planes, *held)])
-    border = [np.intersect1d(mesh.facets[one], mesh.facets[other]) for one, other in pairs]
-    body, ends = _boundary(mesh)
-    edges = body.edges
-    if creases is None:
-        turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
-    else:
-        cusp = edges.cosine < np.cos(_CUSP)
-        # A facet that turns back at more than one of its edges is folded over: a flaw of the mesh, no cusp.
-        folded = np.bincount(edges.facet[cusp].ravel(), minlength=len(body.facets)) > 1
-        turns = (creases.find(ends) >= 0) | (cusp & ~folded[edges.facet].any(axis=1))
-    return np.unique(np.concatenate([ends[turns & ~edges.convex].ravel(), *border]))
+    def __init__(self, mesh: TetMesh) -> None:
+        surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
+        self._mesh, body = mesh, BoundarySurface.of(mesh, surfaces, mesh.planes)
+        self._edges, self._n_facets = body.edges, len(body.facets)
+        facet, place = self._edges.facet[:, 0], self._edges.place[:, 0]
+        self._ends = body.source[body.facets[facet[:, None], FACET_EDGES[place]]]  # (n_edges, 2) nodes
 
+    def singular_nodes(self, held: tuple[Surface, ...] = (), creases: Creases | None = None) -> Ints:
+        """Nodes on sharp re-entrant edges and on the borders of clamped surfaces.
 
-def facet_share(mesh: TetMesh) -> Floats:
-    """How far flat facets in place of a curved surface may move the stress at each node (n_nodes,), relative.
+        Creases are where the surface of the solid turns; without them, where the facets do.
+        """
+        mesh, edges = self._mesh, self._edges
+        pairs = product(held, [surface for surface in mesh.facets if surface not in (*mesh.planes, *held)])
+        border = [np.intersect1d(mesh.facets[first], mesh.facets[second]) for first, second in pairs]
+        if creases is None:
+            turns = edges.cosine < np.cos(np.radians(FLAT_DEGREES if _is_flat(mesh) else CURVED_DEGREES))
+        else:
+            cusp = edges.cosine < np.cos(_CUSP)
+            # A facet that turns back at more than one of its edges is folded over: a flaw of the mesh.
+            folded = np.bincount(edges.facet[cusp].ravel(), minlength=self._n_facets) > 1
+            turns = (creases.find(self._ends) >= 0) | (cusp & ~folded[edges.facet].any(axis=1))
+        return np.unique(np.concatenate([self._ends[turns & ~edges.convex].ravel(), *border]))
 
-    A surface whose slope changes by a small angle t at each edge of flat facets has a stress that differs
-    from that of the smooth one by (2 t / pi) ln(2 sin(pi x / l)), x from the edge of a facet of length l
-    (Gao 1991, first order of a slightly undulating surface): 0.44 t between edges, the other way round within
-    a twelfth of l, which elements as large as facets do not resolve. Returned is 0.44 times the largest t,
-    rad, of the edges of the elements at the node. Edges that turn by more than `FLAT_DEGREES` are those of
-    the solid. All are 0 where facets are curved, and of first order: the error of such elements is fitted to
-    solids with flat facets.
-    """
-    share = np.zeros(len(mesh.points))
-    if mesh.order == 1 or not _is_flat(mesh):
-        return share
-    body, ends = _boundary(mesh)
-    turn = np.arccos(np.clip(body.edges.cosine, -1.0, 1.0))
-    turn[turn > np.radians(FLAT_DEGREES)] = 0.0
-    np.maximum.at(share, ends, turn[:, None])
-    near = np.zeros_like(share)
-    np.maximum.at(near, mesh.tets, share[mesh.tets].max(axis=1, keepdims=True))
-    return np.asarray(_OF_TURN * near)
+    def facet_share(self) -> Floats:
+        """Share (n_nodes,) by which flat facets in place of a curved surface may change the stress.
 
-
-def _boundary(mesh: TetMesh) -> tuple[BoundarySurface, Ints]:
-    """The boundary with its images beyond mirror planes, and the end nodes (n_edges, 2) of its edges."""
-    surfaces = [surface for surface in mesh.facets if surface not in mesh.planes]
-    body = BoundarySurface.of(mesh, surfaces, mesh.planes)
-    facet, place = body.edges.facet[:, 0], body.edges.place[:, 0]
-    return body, body.source[body.facets[facet[:, None], FACET_EDGES[place]]]
+        A surface whose slope changes by a small angle t at each edge of flat facets has a stress that differs
+        from that of the smooth one by (2 t / pi) ln(2 sin(pi x / l)), x from the edge of a facet of length l
+        (Gao 1991, first order of a slightly undulating surface): 0.44 t between edges, of the other sign
+        within a twelfth of l, which elements as large as facets do not resolve. Returned is 0.44 times the
+        largest t, rad, of the edges of the elements at the node. Edges that turn by more than `FLAT_DEGREES`
+        are those of the solid. All are 0 where facets are curved, and of first order: the error of such
+        elements is fitted to solids with flat facets.
+        """
+        mesh, share = self._mesh, np.zeros(len(self._mesh.points))
+        if mesh.order == 1 or not _is_flat(mesh):
+            return share
+        turn = np.arccos(np.clip(self._edges.cosine, -1.0, 1.0))
+        turn[turn > np.radians(FLAT_DEGREES)] = 0.0
+        np.maximum.at(share, self._ends, turn[:, None])
+        near = np.zeros_like(share)
+        np.maximum.at(near, mesh.tets, share[mesh.tets].max(axis=1, keepdims=True))
+        return np.asarray(_OF_TURN * near)
 
 
 def _is_flat(mesh: TetMesh) -> bool:
     if mesh.order == 1:
         return True
     ends = mesh.points[mesh.tets[:, np.array(EDGES)]]
-    off = mesh.points[mesh.tets[:, 4:]] - ends.mean(axis=2)
+    sagitta = mesh.points[mesh.tets[:, 4:]] - ends.mean(axis=2)
     length = np.linalg.norm(np.ptp(ends, axis=2), axis=-1)
-    return bool((np.linalg.norm(off, axis=-1) < _STRAIGHT * length).all())
+    return bool((np.linalg.norm(sagitta, axis=-1) < _STRAIGHT * length).all())
 
 
 def masked_nodes(mesh: TetMesh, singular: Ints, rims: Sequence[RimMask] = ()) -> Mask:

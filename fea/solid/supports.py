@@ -1,26 +1,32 @@
-"""Boundary conditions: mirror planes, inertia relief, a clamped bore; and a check for free rigid motions."""
+"""Boundary conditions: mirror planes, inertia relief, clamped and pinned bores; free rigid motions.
 
+Pins constrain the mean motions of the surfaces of their bores.
+"""
+
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-import numpy.typing as npt
+from scipy.linalg import qr
 
+from fea.solid.bore import bore_facets
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
+from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.holes import place_text
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh, element_faces, face_keys
 
 # An eigenvalue below this fraction of the largest belongs to a free motion.
-FREE = 1e-8
+_FREE = 1e-8
 
 
 def bodies(mesh: TetMesh) -> Ints:
     """Number (n_elements,) of the body, joined over facets, that each element belongs to."""
     # 64 bits hold the keys of two million nodes.
-    one, other = (face // 4 for face in twins(face_keys(element_faces(mesh.tets), len(mesh.points))))
-    return linked_groups(len(mesh.tets), one, other)
+    first, second = (face // 4 for face in twins(face_keys(element_faces(mesh.tets), len(mesh.points))))
+    return linked_groups(len(mesh.tets), first, second)
 
 
 def rigid_motions(points: Floats, center: Floats) -> Floats:
@@ -67,7 +73,7 @@ def _null_shares(normal: Floats) -> Floats:
     """Share (n,) of each unknown in the null space of AᵀA, whichever vectors span it."""
     values, vectors = np.linalg.eigh(normal)
     # Each fixed degree of freedom contributes a value of order one to a mode that it stops.
-    free = vectors[:, values < FREE * max(values.max(initial=0.0), 1e-300)]
+    free = vectors[:, values < _FREE * max(values.max(initial=0.0), 1e-300)]
     return np.asarray(np.linalg.norm(free, axis=1))
 
 
@@ -103,10 +109,10 @@ def determinate_restraints(mesh: TetMesh) -> Mask:
     level = np.flatnonzero(np.abs(z) <= np.abs(z).min() + 1e-9)
     slope = (y[b] - y[a]) / (x[b] - x[a])
     slope = slope if abs(slope) > _ALONG else 0.0
-    off = np.abs(y - y[a] - slope * (x - x[a]))
-    c = level[off[level].argmax()]
-    if Surface.SYMMETRY_Z not in mesh.facets and off[c] < np.ptp(y) / 8:  # few nodes on z = 0, and near AB
-        c = off.argmax()
+    distance = np.abs(y - y[a] - slope * (x - x[a]))
+    c = level[distance[level].argmax()]
+    if Surface.SYMMETRY_Z not in mesh.facets and distance[c] < np.ptp(y) / 8:  # few nodes on z = 0, near AB
+        c = distance.argmax()
     held[a] = True
     held[b, 1:] = True
     held[c, 2] = True
@@ -134,7 +140,7 @@ def clamped(mesh: TetMesh, surface: Surface) -> Mask:
     return held
 
 
-def components(mesh: TetMesh) -> npt.NDArray[np.int64]:
+def components(mesh: TetMesh) -> Ints:
     """Number (n_nodes,) of the connected piece of the mesh that each node belongs to."""
     first = np.repeat(mesh.tets[:, 0], mesh.tets.shape[1] - 1)
     return linked_groups(len(mesh.points), first, mesh.tets[:, 1:].ravel())
@@ -181,3 +187,109 @@ def free_motions(points: Floats, fixed: Mask) -> str:
     """Names of the rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free."""
     modes = rigid_modes(points)[fixed]
     return _in_words(_null_shares(modes.T @ modes))
+
+
+SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
+BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
+# Each motion's parity about y = 0 and about z = 0.
+_MOTION_PARITY = (
+    (Parity.SYMMETRIC, Parity.SYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
+    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
+)
+
+
+@dataclass(frozen=True)
+class ConstrainedSurface:
+    """A surface and the mean motions of it that are constrained."""
+
+    surface: Surface  #: a bore, or the end of a strut
+    center: float  #: x of the centre (x, 0, 0) about which it turns, mm
+    motions: tuple[int, ...]  #: the constrained ones of `SLIDE_X` … `TURN_Z`
+
+
+def constrained_by_pins(rod_length: float) -> tuple[ConstrainedSurface, ConstrainedSurface]:
+    """Pinned in the plane of motion and built-in sideways; the small end is free to slide along the rod."""
+    return (
+        ConstrainedSurface(Surface.BIG_END_BORE, 0.0, (SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+        ConstrainedSurface(Surface.SMALL_END_BORE, rod_length, (SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y)),
+    )
+
+
+def mean_motions(mesh: TetMesh, surface: Surface, center: float) -> Floats:
+    """The rows (6, n_nodes, 3) whose product with a displacement gives the six mean motions of a surface.
+
+    A mean rotation is that of the rigid motion closest in the least-squares sense. On a cell of a symmetric
+    body only the rows with the parity of the field are meaningful.
+    """
+    about = np.array([center, 0.0, 0.0])
+
+    def row(motion: int) -> Floats:
+        weights = traction_forces(mesh, surface, lambda places, _: rigid_motions(places, about)[motion])
+        return np.asarray(weights / (weights * rigid_motions(mesh.points, about)[motion]).sum())
+
+    return np.stack([row(motion) for motion in range(6)])
+
+
+def motions_with(mesh: TetMesh, y: Parity, z: Parity = Parity.SYMMETRIC) -> list[int]:
+    """Numbers of the rigid motions of fields with parities about the planes y = 0 and z = 0 of a cell."""
+    cut_y, cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
+    return [
+        motion
+        for motion, (parity_y, parity_z) in enumerate(_MOTION_PARITY)
+        if (parity_y is y or not cut_y) and (parity_z is z or not cut_z)
+    ]
+
+
+def bore_mean(mesh: TetMesh, surface: Surface, field: Floats) -> Floats:
+    """Area mean of a nodal field (n_nodes, …) over a bore."""
+    bore = bore_facets(mesh, surface, 0.0)
+    nodal = bore.areas @ bore.shape_values
+    weights = np.bincount(bore.nodes.ravel(), nodal.ravel(), minlength=len(mesh.points))
+    return np.asarray(np.tensordot(weights / weights.sum(), field, axes=1))
+
+
+def referred_to_bores(mesh: TetMesh, displacement: Floats) -> Floats:
+    """Displacement (n_nodes, 3, n_cases), mm, minus the rigid motion of the bores.
+
+    The mean of the big-end bore is at rest, that of the small-end bore stays on the x axis, and the big-end
+    bore does not turn about the x axis: its mean turn is that of the closest rigid motion (least squares).
+    """
+    motions = np.moveaxis(rigid_motions(mesh.points, np.zeros(3)), 0, -1)
+    turning = traction_forces(
+        mesh, Surface.BIG_END_BORE, lambda places, _: rigid_motions(places, np.zeros(3))[TURN_X]
+    )
+
+    def means(field: Floats) -> Floats:
+        big, small = (bore_mean(mesh, bore, field) for bore in (Surface.BIG_END_BORE, Surface.SMALL_END_BORE))
+        return np.concatenate([big, small[1:], np.tensordot(turning, field, axes=2)[None]])
+
+    return np.asarray(displacement - motions @ np.linalg.solve(means(motions), means(displacement)))
+
+
+def isostatic_restraints(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Mask:
+    """Degrees of freedom (n,) that mirror planes fix, and one more for each rigid motion left to a piece.
+
+    The cell is of one piece or of several that are not connected; the parities are about y = 0 and z = 0.
+    """
+    planes = plane_conditions(mesh, *parities).ravel()
+    # On an interface, restraints at the same place on both sides would stop the forces between them.
+    touching = [mesh.facets[side].ravel() for sides in mesh.interfaces for side in sides]
+    held = planes | np.repeat(np.isin(np.arange(len(mesh.points)), np.concatenate([*touching, []])), 3)
+    rigid, piece = np.where(held[:, None], 0.0, rigid_with(mesh, parities)), np.repeat(components(mesh), 3)
+    for number in range(int(piece.max()) + 1):
+        of_piece = np.where((piece == number)[:, None], rigid, 0.0)
+        # Pivoting chooses degrees of freedom that are far apart.
+        scaled = of_piece / np.abs(of_piece).max(axis=0, initial=1e-300)
+        _, _, order = qr(scaled.T, mode="economic", pivoting=True)
+        planes[order[: rigid.shape[1]]] = True
+    return planes
+
+
+def rigid_with(mesh: TetMesh, parities: tuple[Parity, Parity]) -> Floats:
+    """Rigid motions (n, n_rigid) that have the parities."""
+    motions = rigid_motions(mesh.points, mesh.points.mean(axis=0) * [1.0, 0.0, 0.0])
+    return motions[motions_with(mesh, *parities)].reshape(-1, mesh.points.size).T

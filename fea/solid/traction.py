@@ -1,15 +1,12 @@
-"""Nodal forces of a traction on a surface."""
+"""Nodal forces of a traction on a surface, of a force per volume and of a temperature rise."""
 
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.solid import forms
-from fea.solid.element import VOLUME_DEGREE, jacobians, tabulate
-from fea.solid.scikit_fem import by_point, volume_forces
-from geometry.arrays import Floats
+from fea.solid.element import VOLUME_DEGREE, gauss_blocks, jacobians, tabulate, volume_points
+from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -32,7 +29,7 @@ def traction_forces(mesh: TetMesh, surface: Surface, traction: Traction) -> Floa
     return scattered(nodes, table.values.T @ pulled, len(mesh.points))
 
 
-def scattered(nodes: npt.NDArray[np.int64], forces: Floats, n_nodes: int) -> Floats:
+def scattered(nodes: Ints, forces: Floats, n_nodes: int) -> Floats:
     """Sum forces (n_elements, n_local, 3) at the nodes (n_elements, n_local) they act on: (n_nodes, 3)."""
     of_axes = (forces[..., axis].ravel() for axis in range(3))
     return np.stack([np.bincount(nodes.ravel(), each, minlength=n_nodes) for each in of_axes], axis=1)
@@ -55,5 +52,18 @@ def thermal_forces(
     mesh: TetMesh, material: Material, expansion: float, temperature: Callable[[Floats], Floats]
 ) -> Floats:
     """Nodal forces ∫ β ΔT ∇N_a dV, (n_nodes, 3), N, of a temperature rise ΔT (n,) at places (n, 3), K."""
-    form = forms.thermal_strain(material, expansion, by_point(temperature))
-    return volume_forces(mesh, form, VOLUME_DEGREE)
+    places, volumes = volume_points(mesh)
+    stress = thermal_modulus(material, expansion) * temperature(places.reshape(-1, 3)).reshape(volumes.shape)
+    blocks = gauss_blocks(mesh, VOLUME_DEGREE)
+    forces = [
+        np.einsum("ep,epax->eax", stress[part] * volumes[part], gauss.gradients) for part, gauss in blocks
+    ]
+    return scattered(mesh.tets, np.concatenate(forces), len(mesh.points))
+
+
+def body_forces(mesh: TetMesh, field: Callable[[Floats], Floats]) -> Floats:
+    """Nodal forces ∫ N_a b dV, (n_nodes, 3), N, of a force per volume b (n, 3) at places (n, 3), N/mm³."""
+    places, volumes = volume_points(mesh)
+    forces = field(places.reshape(-1, 3)).reshape(places.shape) * volumes[..., None]
+    values = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values
+    return scattered(mesh.tets, values.T @ forces, len(mesh.points))

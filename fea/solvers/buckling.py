@@ -15,14 +15,22 @@ from scipy import sparse
 
 from fea.base.choices import SolverName
 from fea.solid.assembly import GeometricStiffness
-from fea.solid.bore_motion import BENDING, TURN_Z, ConstrainedSurface, mean_motions, motions_with
+from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
-from fea.solid.supports import rigid_motions
-from fea.solvers.constrained import Constrained, constrained, stopping
-from fea.solvers.linear.choice import linear_solver
-from fea.solvers.linear.solver import Operator
+from fea.solid.supports import (
+    BENDING,
+    TURN_Z,
+    ConstrainedSurface,
+    isostatic_restraints,
+    mean_motions,
+    motions_with,
+    rigid_motions,
+    rigid_with,
+)
+from fea.solvers.choice import linear_solver
+from fea.solvers.linear_solver import Operator
 from fea.solvers.static import Model
-from geometry.arrays import Floats
+from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
@@ -129,7 +137,63 @@ def _lengths(vectors: Floats) -> Floats:
     return np.asarray(np.abs(vectors).max(axis=0))
 
 
-class ReferenceLoad:
+@dataclass(frozen=True)
+class _Constrained:
+    """The body of one parity about each mirror plane, C u = 0.
+
+    With the rigid motions R that the planes leave, u = K_c⁻¹(f − Cᵀμ) + R q, where K_c holds a few degrees
+    of freedom that stop R, Rᵀ(f − Cᵀμ) = 0 and C u = 0 (Farhat & Roux 1991).
+    """
+
+    inverse: Operator  #: K_c⁻¹ times (n, k) forces that are zero at the fixed degrees of freedom of K_c
+    fixed: Mask  #: (n,) degrees of freedom that the mirror planes or K_c hold
+    rigid: Floats  #: R (n, n_rigid)
+    rows: Floats  #: C (n_rows, n)
+    answers: Floats  #: K_c⁻¹Cᵀ (n, n_rows)
+    small: Floats  #: inverse of the matrix that gives μ and q
+
+    def solve(self, forces: Floats) -> Floats:
+        """Displacements (n, k) under forces (n, k); the constraints react forces that are not balanced."""
+        u = _solved(self.inverse, self.fixed, forces)
+        unknowns = self.small @ np.concatenate([self.rows @ u, self.rigid.T @ forces])
+        n_rows = len(self.rows)
+        return np.asarray(u - self.answers @ unknowns[:n_rows] + self.rigid @ unknowns[n_rows:])
+
+
+def _constrained(
+    mesh: TetMesh,
+    surfaces: tuple[ConstrainedSurface, ...],
+    parities: tuple[Parity, Parity],
+    fixed: Mask,
+    inverse: Operator,
+) -> _Constrained:
+    """Constrain the mean motions of surfaces of a body, for given parities about y = 0 and z = 0.
+
+    `fixed` (n,) are the `isostatic_restraints` with which `inverse` is K_c⁻¹. Raises
+    `UnderconstrainedError`: the surfaces leave a rigid motion free.
+    """
+    rigid, free = rigid_with(mesh, parities), motions_with(mesh, *parities)
+    held = [(end, motion) for end in surfaces for motion in end.motions if motion in free]
+    rows = [mean_motions(mesh, end.surface, end.center)[motion].ravel() for end, motion in held]
+    C = np.stack(rows) if rows else np.zeros((0, mesh.points.size))
+    if np.linalg.matrix_rank(C @ rigid) < rigid.shape[1]:
+        raise UnderconstrainedError(
+            "the constraints at the two ends leave a rigid motion of the body free. Constrain more motions"
+        )
+    answers = _solved(inverse, fixed, C.T)
+    small = np.block([[C @ answers, -C @ rigid], [rigid.T @ C.T, np.zeros((rigid.shape[1],) * 2)]])
+    return _Constrained(inverse, fixed, rigid, C, answers, np.linalg.inv(small))
+
+
+def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
+    if not forces.shape[1]:
+        return forces
+    u = inverse(np.where(fixed[:, None], 0.0, forces))
+    u[fixed] = 0.0
+    return u
+
+
+class _ReferenceLoad:
     """K_σ of a reference load from the `GeometricStiffness` of its parts about y = 0.
 
     The mean motions of the ends are constrained. If one may rotate about z, the direction of a pressure on it
@@ -198,7 +262,7 @@ class Buckling:
         symmetric = {}
         for side in self._sides:  # about z = 0 symmetric as well, with the model's factor
             fixed, inverse = model.restrained(side)
-            symmetric[side] = constrained(mesh, ends, (side, Parity.SYMMETRIC), fixed, inverse)
+            symmetric[side] = _constrained(mesh, ends, (side, Parity.SYMMETRIC), fixed, inverse)
         self._bodies = {Parity.SYMMETRIC: symmetric}
         if Surface.SYMMETRY_Z in mesh.facets:
             self._bodies[Parity.ANTISYMMETRIC] = self._leaving(model)
@@ -213,13 +277,13 @@ class Buckling:
         parts = {side: self._geometric(u) for side, u in displacement.items()}
         of_loads = []
         for matrices in zip(*parts.values(), strict=True):
-            load = ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
+            load = _ReferenceLoad(self._mesh, self._ends, dict(zip(parts, matrices, strict=True)))
             enough = self._enough(load, count)
             modes = [mode for parity_z in self._bodies for mode in self._modes(load, parity_z, count, enough)]
             of_loads.append(sorted(modes, key=lambda mode: mode.factor)[:count])
         return of_loads
 
-    def _modes(self, load: ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
+    def _modes(self, load: _ReferenceLoad, parity_z: Parity, count: int, enough: float) -> list[BucklingMode]:
         """Modes of one parity about z = 0 with 1/λ not below `enough`."""
         pairs = largest(
             lambda f: self._solved(parity_z, f),
@@ -237,7 +301,7 @@ class Buckling:
             for value, vector, residual in zip(pairs.values, pairs.vectors.T, pairs.residuals, strict=True)
         ]
 
-    def _enough(self, load: ReferenceLoad, count: int) -> float:
+    def _enough(self, load: _ReferenceLoad, count: int) -> float:
         """Lower bound of the `count` largest values of 1/λ: Ritz values are bounds from below."""
         values = [
             np.linalg.eigvalsh(_symmetric(each.vectors.T @ self._pushed(load, parity_z, each.vectors)))
@@ -246,20 +310,20 @@ class Buckling:
         ranked = np.sort(np.concatenate(values))[::-1]
         return max(0.0, float(ranked[:count][-1]) * (1 - _ACCURACY))
 
-    def _pushed(self, load: ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
+    def _pushed(self, load: _ReferenceLoad, parity_z: Parity, vectors: Floats) -> Floats:
         """−K_σ times vectors (n, k)."""
         parts = load.times(self._parts(vectors), parity_z)
         stacked = np.stack([parts[side] for side in self._sides])
         return -stacked.reshape(-1, stacked.shape[-1])
 
-    def _leaving(self, model: Model) -> dict[Parity, Constrained]:
+    def _leaving(self, model: Model) -> dict[Parity, _Constrained]:
         solver = linear_solver(SolverName(model.solver), self._mesh, model.material, slots=len(self._sides))
         bodies = {}
         for slot, side in enumerate(self._sides):
             parities = side, Parity.ANTISYMMETRIC
-            fixed = stopping(self._mesh, parities)
+            fixed = isostatic_restraints(self._mesh, parities)
             solver.factorise(slot, model.stiffness.constrained(fixed))
-            bodies[side] = constrained(self._mesh, self._ends, parities, fixed, partial(solver.solve, slot))
+            bodies[side] = _constrained(self._mesh, self._ends, parities, fixed, partial(solver.solve, slot))
         return bodies
 
     def _first(self, parity_z: Parity) -> Space:

@@ -20,23 +20,28 @@ from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, minres
+from scipy.sparse.linalg import minres
 
 from fea.base.choices import Assembly, SolverName, Support
 from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
 from fea.solid.assembly import SymmetricMatrix
-from fea.solid.element import gauss_blocks, gauss_places, shape_functions, stiffness_degree
+from fea.solid.element import (
+    gauss_blocks,
+    gauss_places,
+    linear_interpolation,
+    shape_functions,
+    stiffness_degree,
+)
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
-from fea.solvers.linear.amg import conjugate_gradients
-from fea.solvers.linear.multigrid import Multigrid, chebyshev
-from fea.solvers.linear.solver import Operator
+from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients, stacked
+from fea.solvers.linear_solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, Solution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.tetmesh import EDGES, TetMesh
+from mesh.tetmesh import TetMesh
 
 # Of the residual, in the norm of the preconditioner. Iterative refinement then improves the solution.
 TOLERANCE = 1e-7
@@ -108,34 +113,26 @@ def iterate_saddle(
 
 
 def _minimal_residuals(operator: Operator, precondition: Operator, right: Floats) -> Floats:
-    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns.
-
-    Its spectrum is that of each, so the steps are about as many, and operators serve all columns at once.
-    """
+    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns."""
     first = precondition(right)
     sizes = np.sqrt((right * first).sum(axis=0))
-    live = sizes > 0
-    scaled = right[:, live] / sizes[live]
+    loaded = sizes > 0
+    scaled, solution = right[:, loaded] / sizes[loaded], np.zeros_like(right)
     if not scaled.size:
-        return np.zeros_like(right)
-
-    def on_all(times: Operator) -> LinearOperator:
-        shape = (scaled.size,) * 2
-        return LinearOperator(shape, lambda v: times(v.reshape(scaled.shape)).ravel(), dtype=np.float64)
-
-    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution, of
-    # which the first step tells the size: so the tolerance is that of the residual in any units.
-    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, live] / sizes[live])
+        return solution
+    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution,
+    # whose size follows from the first step: so the tolerance is that of the residual in any units.
+    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, loaded] / sizes[loaded])
+    preconditioner = stacked(precondition, scaled.shape)
     limits = {"rtol": tolerance, "maxiter": MOST_ITERATIONS}
-    x, failed = minres(on_all(operator), scaled.ravel(), M=on_all(precondition), **limits)
+    x, failed = minres(stacked(operator, scaled.shape), scaled.ravel(), M=preconditioner, **limits)
     if failed:
         raise StagnationError(f"minimal residuals stagnated after {MOST_ITERATIONS} steps. {_REMEDY}")
-    solved = np.zeros_like(right)
-    solved[:, live] = x.reshape(scaled.shape) * sizes[live]
-    return solved
+    solution[:, loaded] = x.reshape(scaled.shape) * sizes[loaded]
+    return solution
 
 
-VERTICES = 4
+_VERTICES = 4
 
 
 @dataclass(frozen=True)
@@ -143,10 +140,10 @@ class PressureSpace:
     """The unknowns of the pressure and their matrices."""
 
     parts: tuple[int, ...]  #: numbers of the parts that have a pressure
-    tets: tuple[Ints, ...]  #: per such part (n_elements, 10) the nodes of its elements
     #: Per such part (n,) the node of the mesh that each of its unknowns belongs to; the unknowns of the parts
     #: are numbered consecutively
     vertex: tuple[Ints, ...]
+    interpolation: tuple[sparse.csr_array, ...]  #: per such part (n_points, n) nodal values of its unknowns
     divergence: sparse.csr_array  #: D (n_unknowns, 3 n_nodes): ∫ q ∇·u dV = qᵀ D u, mm²
     #: M (n_unknowns, n_unknowns): ∫ q p dV = qᵀ M p, mm³; different parts are not coupled
     mass: sparse.csr_array
@@ -158,21 +155,14 @@ class PressureSpace:
         """∫ q p / λ dV, (n_unknowns, n_cases), mm³, of pressures (n_unknowns, n_cases)."""
         return np.asarray((self.mass @ pressure) / self.lame_lambda[:, None])
 
-    def nodal(self, pressure: Floats, n_points: int) -> dict[int, Floats]:
+    def nodal(self, pressure: Floats) -> dict[int, Floats]:
         """Pressure (n_points, n_cases) of each part that has one, from unknowns (n_unknowns, n_cases), MPa.
 
         At mid-edge nodes it is the mean of the ends; at nodes outside the part it is zero.
         """
         bounds = np.cumsum([nodes.size for nodes in self.vertex])[:-1]
-        fields = {}
-        of_parts = zip(self.parts, self.tets, self.vertex, np.split(pressure, bounds), strict=True)
-        for number, tets, nodes, values in of_parts:
-            field = np.zeros((n_points, pressure.shape[1]))
-            field[nodes] = values
-            for middle, (a, b) in enumerate(EDGES, start=VERTICES):
-                field[tets[:, middle]] = (field[tets[:, a]] + field[tets[:, b]]) / 2
-            fields[number] = field
-        return fields
+        of_parts = zip(self.parts, self.interpolation, np.split(pressure, bounds), strict=True)
+        return {number: np.asarray(weights @ values) for number, weights, values in of_parts}
 
 
 def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpace:
@@ -180,17 +170,17 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
     number_of = np.zeros(len(mesh.tets), dtype=np.int64) if mesh.part is None else mesh.part
     parts = tuple(materials)
     tets = tuple(mesh.tets[number_of == number] for number in parts)
-    vertex = tuple(np.unique(of_part[:, :VERTICES]) for of_part in tets)
+    vertex, interpolation = zip(*(linear_interpolation(part, len(mesh.points)) for part in tets), strict=True)
     sizes = [nodes.size for nodes in vertex]
     of_parts = zip(np.r_[0, np.cumsum(sizes)], vertex, tets, strict=False)
-    rows = [first + np.searchsorted(nodes, part[:, :VERTICES]) for first, nodes, part in of_parts]
+    rows = [first + np.searchsorted(nodes, part[:, :_VERTICES]) for first, nodes, part in of_parts]
     unknowns = np.concatenate(rows)
     soft, size = TetMesh(mesh.points, np.concatenate(tets)), sum(sizes)
     n_elements, n_nodes = soft.tets.shape
-    values, _ = shape_functions(VERTICES, gauss_places(n_nodes).T)
+    values, _ = shape_functions(_VERTICES, gauss_places(n_nodes).T)
     squares = values[:, :, None] * values[:, None, :]
-    divergence = np.empty((n_elements, VERTICES, 3 * n_nodes))
-    mass = np.empty((n_elements, VERTICES, VERTICES))
+    divergence = np.empty((n_elements, _VERTICES, 3 * n_nodes))
+    mass = np.empty((n_elements, _VERTICES, _VERTICES))
     for block, gauss in gauss_blocks(soft, stiffness_degree(n_nodes)):
         weighted = (gauss.gradients * gauss.volumes[:, :, None, None]).reshape(-1, len(values), 3 * n_nodes)
         divergence[block] = values.T @ weighted
@@ -200,8 +190,8 @@ def pressure_space(mesh: TetMesh, materials: dict[int, Material]) -> PressureSpa
     lam, mu = np.repeat(np.array(constants), sizes, axis=0).T
     return PressureSpace(
         parts=parts,
-        tets=tets,
         vertex=vertex,
+        interpolation=interpolation,
         divergence=_summed(divergence, unknowns, columns, (size, 3 * len(mesh.points))),
         mass=_summed(mass, unknowns, unknowns, (size, size)),
         lame_lambda=lam,
@@ -252,8 +242,8 @@ class MixedSystem:
             return u, p
 
         nothing = np.zeros_like(f), np.zeros((len(self.alive), f.shape[1]))
-        (u, p), left = refined(corrected(nothing), corrected, lambda both: self._residuals(*both, f))
-        return u, p, left
+        (u, p), checked = refined(corrected(nothing), corrected, lambda both: self._residuals(*both, f))
+        return u, p, checked
 
     @cached_property
     def _constraint(self) -> Constraint:
@@ -284,14 +274,14 @@ class MixedSystem:
         widths = D.sum(axis=1).max() * most_u + np.abs(compressed).max(axis=0)
         work = (u * f).sum(axis=0)
         energy = (u * (self.stiffness @ u)).sum(axis=0) + (p * compressed).sum(axis=0)
-        left = np.abs(first[~self.fixed]).max(axis=0)
-        # C⁻¹ times what is left of D u = C p, approximately: the pressures that cause it.
+        of_forces = np.abs(first[~self.fixed]).max(axis=0)
+        # C⁻¹ times the residual of D u = C p, approximately: the pressures that cause it.
         cause = self._constraint.over_mass(second[self.alive]) / self._constraint.compliance[:, None]
         untied = self.space.divergence[self.alive].T @ cause
         unbalanced = np.abs((first + untied)[~self.fixed]).max(axis=0)
-        apart = np.abs(second[self.alive]).max(axis=0, initial=0.0)
+        of_widths = np.abs(second[self.alive]).max(axis=0, initial=0.0)
         return Residuals(
-            max(worst_ratio(left, forces), worst_ratio(apart, widths)),
+            max(worst_ratio(of_forces, forces), worst_ratio(of_widths, widths)),
             worst_ratio(np.abs(energy - work), np.abs(work)),
             0.0,
             worst_ratio(unbalanced, most_f),
@@ -341,11 +331,11 @@ class MixedModel(Model):
                 softest = np.where(fixed[:, None], 0.0, probe(self._K))
                 self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
             system = MixedSystem(self._K, self._space, fixed, self._alive(parity))
-            u, p, left = self._settled(system, slot, f)
-            pressure[parity] = self._space.nodal(p, len(self.mesh.points))
+            u, p, checked = self._settled(system, slot, f)
+            pressure[parity] = self._space.nodal(p)
             restraints = self._restraints_off_planes(parity)
             reaction = float(np.abs(system.imbalance(u, p, f)[0][restraints]).max(initial=0.0))
-            return u, replace(left, reaction=reaction)
+            return u, replace(checked, reaction=reaction)
 
         return replace(self._solution(right_hand_sides(loads), mixed), pressure=pressure)
 
@@ -355,7 +345,7 @@ class MixedModel(Model):
             try:
                 return system.iterate(partial(self._solver.precondition, slot), f)
             except StagnationError as error:
-                self._hand_over(error)
+                self._fall_back(error)
         return system.solve(partial(self._solved, slot), f)
 
     def _alive(self, parity: Parity) -> Mask:

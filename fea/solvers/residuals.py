@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.linear.solver import Operator
+from fea.solvers.linear_solver import Operator
 from geometry.arrays import Floats, Mask
 
 # The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A
@@ -49,16 +49,16 @@ def refined(
     first: Fields, correct: Callable[[Fields], Fields], check: Callable[[Fields], Residuals]
 ) -> tuple[Fields, Residuals]:
     """Improve a solution by steps of refinement as long as it is rough and that helps (Wilkinson 1963)."""
-    best, left = first, check(first)
+    best, checked = first, check(first)
     for _ in range(MOST_REFINEMENTS):
-        if left.excess <= 1:
+        if checked.excess <= 1:
             break
         further = correct(best)
         better = check(further)
-        if not better.excess < left.excess:
+        if not better.excess < checked.excess:
             break
-        best, left = further, better
-    return best, left
+        best, checked = further, better
+    return best, checked
 
 
 def residuals(
@@ -83,15 +83,15 @@ def residuals(
         load = np.full(_SUMS, np.min(load[load > 0] / scale[load > 0], initial=1.0))
         u, f, scale = u @ weights, f @ weights, np.ones(_SUMS)
     product = K @ u
-    left = np.abs(np.where(fixed[:, None], 0.0, product - f)).max(axis=0)
+    residual = np.abs(np.where(fixed[:, None], 0.0, product - f)).max(axis=0)
     work = (u * f).sum(axis=0)
     energy = (u * product).sum(axis=0)
     reaction = np.abs((product - f)[restraints]).max(initial=0.0)
     return Residuals(
-        worst_ratio(left, scale),
+        worst_ratio(residual, scale),
         worst_ratio(np.abs(energy - work), np.abs(work)),
         float(reaction),
-        worst_ratio(left, load),
+        worst_ratio(residual, load),
     )
 
 

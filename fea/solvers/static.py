@@ -15,17 +15,23 @@ from fea.solid.assembly import Pattern, SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, Split
 from fea.solid.scikit_fem import assembled_stiffness
-from fea.solid.supports import clamped, determinate_restraints, plane_conditions, require_restrained
-from fea.solvers.constrained import stopping
-from fea.solvers.linear import choice as memory
-from fea.solvers.linear.choice import direct, linear_solver
-from fea.solvers.linear.solver import LinearSolver
+from fea.solid.supports import (
+    clamped,
+    determinate_restraints,
+    isostatic_restraints,
+    plane_conditions,
+    require_restrained,
+)
+from fea.solvers import choice as memory
+from fea.solvers.choice import linear_solver
+from fea.solvers.direct import direct, factorise
+from fea.solvers.linear_solver import LinearSolver
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -43,13 +49,16 @@ class Solution:
 
     def moved(self, shifts: Sequence[Split]) -> "Solution":
         """Return the solution with a further displacement in each case, which causes no stress."""
-        moved = {p: np.stack([each.part(p) for each in shifts], axis=-1) for p in self.displacement}
-        return replace(self, displacement={p: u + moved[p] for p, u in self.displacement.items()})
+        moved = {
+            parity: u + np.stack([shift.part(parity) for shift in shifts], axis=-1)
+            for parity, u in self.displacement.items()
+        }
+        return replace(self, displacement=moved)
 
 
 @dataclass(frozen=True)
 class Symbolic:
-    """What the stiffnesses of meshes with the same elements share: see `Model.handed_on`."""
+    """Data common to the stiffnesses of meshes with the same elements: see `Model.handed_on`."""
 
     tets: Ints  #: (n_elements, n_nodes) of the meshes
     layout: Pattern  #: where the elements' blocks lie in the matrix
@@ -80,18 +89,18 @@ class Model:
         if symbolic is not None and not np.array_equal(symbolic.tets, mesh.tets):
             symbolic = None
         self._slots = len(Parity) if Surface.SYMMETRY_Y in mesh.facets else 1
-        self._begun = partial(linear_solver, solver, mesh, material, self._slots)
-        self._solver = self._begun() if symbolic is None else symbolic.solver
-        self._factorised: list[Parity] = []
+        self._new_solver = partial(linear_solver, solver, mesh, material, self._slots)
+        self._solver = self._new_solver() if symbolic is None else symbolic.solver
+        self._factorised: list[Parity] = []  # by the slot of the factor
         self._condition: dict[Parity, float] = {}
         self._condensed: dict[Parity, sparse.csc_array] = {}
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._layout = pattern(mesh.tets, len(mesh.points)) if symbolic is None else symbolic.layout
-            batched = assembly is Assembly.BATCHED
-            self._K = (
-                stiffness(mesh, material, self._layout) if batched else assembled_stiffness(mesh, material)
-            )
+            if assembly is Assembly.BATCHED:
+                self._K = stiffness(mesh, material, self._layout)
+            else:
+                self._K = assembled_stiffness(mesh, material)
 
     @property
     def solved_dofs(self) -> int:
@@ -103,12 +112,16 @@ class Model:
         """Name of the solver used."""
         return self._solver.name
 
+    @property
+    def _iterative(self) -> bool:
+        return self._solver.name == SolverName.AMG
+
     def handed_on(self) -> Symbolic | None:
         """Return what a model of the moved mesh can reuse; None with an iterative solver."""
-        if self._solver.name == SolverName.AMG:
+        if self._iterative:
             return None
         symbolic = Symbolic(self.mesh.tets, self._layout, self._solver)
-        self._solver, self._factorised = self._begun(), []
+        self._solver, self._factorised = self._new_solver(), []
         return symbolic
 
     @property
@@ -134,17 +147,18 @@ class Model:
         free = np.where(self._fixed(parity), 0.0, forces.reshape(len(forces), -1)).T
         slot = self._slot(parity)
         with self._clock("solve"):
-            return self._done(lambda solver: solver.work(slot, free))
+            return self._with_fallback(lambda solver: solver.work(slot, free))
 
-    def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Made], parity: Parity) -> Made:
-        fixed, known = self._fixed(parity), parity in self._factorised
+    def _factorised_by(self, factorise: Callable[[int, SymmetricMatrix], Result], parity: Parity) -> Result:
+        fixed = self._fixed(parity)
         require_restrained(self.mesh, fixed.reshape(-1, 3))
-        slot = self._factorised.index(parity) if known else len(self._factorised)
+        new = parity not in self._factorised
+        slot = len(self._factorised) if new else self._factorised.index(parity)
         with self._clock("factor"):
-            made = factorise(slot, self._K.constrained(fixed))
-        if not known:
+            result = factorise(slot, self._K.constrained(fixed))
+        if new:
             self._factorised.append(parity)
-        return made
+        return result
 
     def _fixed(self, parity: Parity) -> Mask:
         return plane_conditions(self.mesh, parity).ravel() | self._restraints[parity]
@@ -168,16 +182,16 @@ class Model:
 
     def displaced(self, forces: Mapping[Parity, Floats]) -> dict[Parity, Floats]:
         """Displacements (n_nodes, 3, k) of the cell under nodal forces (k, n_nodes, 3) of each parity."""
-        sides = {parity: own.reshape(len(own), -1).T for parity, own in forces.items()}
+        sides = {parity: part.reshape(len(part), -1).T for parity, part in forces.items()}
         return self._solution(sides, self._refined).displacement
 
     def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
         """Displacements under sums of the forces of `compliance`, by columns of weights (k, n)."""
 
-        def summed(parity: Parity, slot: int, own: Floats) -> tuple[Floats, Residuals]:
+        def summed(parity: Parity, slot: int, weights: Floats) -> tuple[Floats, Residuals]:
             forces = self._condensed[parity]
-            u = self._solver.solve_sums(slot, unheld(forces, self._fixed(parity)), own)
-            return self._refined(parity, slot, forces @ own, u)
+            u = self._solver.solve_sums(slot, unheld(forces, self._fixed(parity)), weights)
+            return self._refined(parity, slot, forces @ weights, u)
 
         return self._solution(columns, summed)
 
@@ -186,31 +200,30 @@ class Model:
         sides: Mapping[Parity, Floats],
         solved: Callable[[Parity, int, Floats], tuple[Floats, Residuals]],
     ) -> Solution:
-        displacement, left = {}, {}
+        displacement, checked = {}, {}
         for parity, side in sides.items():
             slot = self._slot(parity)
             with self._clock("solve"):
-                u, left[parity] = solved(parity, slot, side)
+                u, checked[parity] = solved(parity, slot, side)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, left, condition=dict(self._condition))
+        return Solution(displacement, checked, condition=dict(self._condition))
 
     def _refined(
         self, parity: Parity, slot: int, f: Floats, u: Floats | None = None
     ) -> tuple[Floats, Residuals]:
         """Solve for (n, k) forces, and refine an inaccurate solution `u` as long as that helps."""
-        fixed = self._fixed(parity)
-        restraints = self._restraints_off_planes(parity)
+        fixed, restraints = self._fixed(parity), self._restraints_off_planes(parity)
+        held = fixed[:, None]
         if u is None:
-            u = self._probed(parity, slot, np.where(fixed[:, None], 0.0, f))
+            u = self._probed(parity, slot, np.where(held, 0.0, f))
         u[fixed] = 0.0
 
         def corrected(u: Floats) -> Floats:
-            left = np.where(fixed[:, None], 0.0, f - self._K @ u)
-            return np.asarray(u + np.where(fixed[:, None], 0.0, self._solved(slot, left)))
+            residual = np.where(held, 0.0, f - self._K @ u)
+            return np.asarray(u + np.where(held, 0.0, self._solved(slot, residual)))
 
         def checked(u: Floats) -> Residuals:
-            singly = self._solver.name == SolverName.AMG
-            return residuals(self._K, u, f, fixed=fixed, restraints=restraints, singly=singly)
+            return residuals(self._K, u, f, fixed=fixed, restraints=restraints, singly=self._iterative)
 
         return refined(u, corrected, checked)
 
@@ -218,7 +231,7 @@ class Model:
         """Solve; the first time together with the probe for the condition number, unless iteratively."""
         if parity in self._condition:
             return self._solved(slot, f)
-        if self._solver.name == SolverName.AMG:
+        if self._iterative:
             u = self._solved(slot, f)
             self._condition[parity] = condition_of(self._K, u, f)
             return u
@@ -228,17 +241,17 @@ class Model:
         return u[:, :-1]
 
     def _solved(self, slot: int, f: Floats) -> Floats:
-        return self._done(lambda solver: solver.solve(slot, f))
+        return self._with_fallback(lambda solver: solver.solve(slot, f))
 
-    def _done(self, what: Callable[[LinearSolver], Floats]) -> Floats:
+    def _with_fallback(self, solve: Callable[[LinearSolver], Floats]) -> Floats:
         """Solve; if the iterative solver stagnates, directly if that fits."""
         try:
-            return what(self._solver)
+            return solve(self._solver)
         except StagnationError as error:
-            self._hand_over(error)
-            return what(self._solver)
+            self._fall_back(error)
+            return solve(self._solver)
 
-    def _hand_over(self, error: StagnationError) -> None:
+    def _fall_back(self, error: StagnationError) -> None:
         """Continue with the direct solver, or raise the iterative one's error if memory does not allow it."""
         need = memory.direct_bytes(self.mesh.points.size, self._slots)
         if need > memory.SHARE * memory.available_bytes():
@@ -254,7 +267,7 @@ def _restraints(mesh: TetMesh, support: Support) -> dict[Parity, Mask]:
     if support is Support.CLAMPED:
         return dict.fromkeys(Parity, clamped(mesh, Surface.BIG_END_BORE).ravel())
     if mesh.interfaces:  # each part by itself, as contact holds them together
-        return {parity: stopping(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
+        return {parity: isostatic_restraints(mesh, (parity, Parity.SYMMETRIC)) for parity in Parity}
     return dict.fromkeys(Parity, determinate_restraints(mesh).ravel())
 
 
@@ -278,3 +291,21 @@ def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
         if np.abs(antisymmetric).max() > 1e-12 * np.abs(sides[Parity.SYMMETRIC]).max():
             sides[Parity.ANTISYMMETRIC] = antisymmetric
     return sides
+
+
+def displacement(
+    mesh: TetMesh, material: Material, forces: Floats, fixed: Mask, moved: Floats | None = None
+) -> Floats:
+    """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
+
+    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default. Raises
+    `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the factorisation
+    broke down.
+    """
+    require_restrained(mesh, fixed)
+    K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
+    held = fixed.ravel()
+    u = np.zeros(held.size) if moved is None else np.where(held, moved.ravel(), 0.0)
+    right = np.where(held, 0.0, forces.ravel() - K @ u)
+    u += np.where(held, 0.0, factorise(K.constrained(held))(right[:, None])[:, 0])
+    return np.asarray(u.reshape(-1, 3, 1))

@@ -14,7 +14,7 @@ from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.inertia import mass_matrix
 from fea.solid.supports import rigid_modes
-from fea.solvers.linear.choice import factorise
+from fea.solvers.direct import factorise
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 

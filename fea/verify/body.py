@@ -12,8 +12,7 @@ from fea.base.choices import Support
 from fea.base.material import Material
 from fea.solid.parity import Parity, Split
 from fea.solid.recovery import Recovery
-from fea.solvers.constrained import displacement
-from fea.solvers.static import Model
+from fea.solvers.static import Model, displacement
 from geometry.arrays import Floats, Ints, Mask
 from geometry.bodies import Revolution, Side, polygon
 from geometry.segments import Arc, Line

@@ -12,10 +12,9 @@ from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.choices import Support, Symmetry
 from fea.output.statements import buckling as buckling_lines
 from fea.solid.assembly import GeometricStiffness
-from fea.solid.bore_motion import SLIDE_X, TURN_Z, ConstrainedSurface, mean_motions
 from fea.solid.errors import UnderconstrainedError
 from fea.solid.parity import Parity
-from fea.solid.supports import rigid_motions
+from fea.solid.supports import SLIDE_X, TURN_Z, ConstrainedSurface, mean_motions, rigid_motions
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model
 from fea.study.flags import Flags

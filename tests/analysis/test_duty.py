@@ -11,8 +11,7 @@ from fea.analysis.life import COUNTED
 from fea.analysis.life import life_of as life_of_loads
 from fea.analysis.pipeline import prepare, solve_speed, with_cycle
 from fea.base.choices import CycleAccuracy, Fatigue, Finish
-from fea.judge.fatigue import reversed_amplitude
-from fea.judge.life_line import LifeLine
+from fea.judge.fatigue import LifeLine, reversed_amplitude
 from fea.machine.clock import Clock
 from fea.rod.loading import DutyLoads
 from fea.study.material_table import MaterialTable

@@ -9,8 +9,7 @@ from fea.analysis.meshing import mesh_study
 from fea.analysis.pipeline import refined_rod, solve_speed
 from fea.analysis.refinement import amplitude, edge_length, predicted_elements, size_ratio, wanted_sizes
 from fea.base.choices import Element
-from fea.judge.case_result import FILE_SHARE, LEAST_OF_FILE, REFINED_SHARE, bore_ends
-from fea.judge.governing import Governing
+from fea.judge.case_result import FILE_SHARE, LEAST_OF_FILE, REFINED_SHARE, Governing, bore_ends
 from fea.machine.clock import Clock
 from fea.study.option_tables import AnalysisTable, MeshTable
 from fea.study.study import load_study

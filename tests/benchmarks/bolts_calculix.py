@@ -31,7 +31,7 @@ from fea.solid.element import gauss_places, shape_functions
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.study.assembly_table import AssemblyTable
 from fea.verify.body import held
 from geometry.bodies import Revolution, polygon

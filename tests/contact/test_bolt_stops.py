@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from bolts import bolt
 
 from fea.contact.assembly_state import BoltBeam
 from fea.contact.interfaces import BoltStop, MatingFaces
 from fea.contact.multipliers import uniform
-from fea.judge.vdi2230 import BoltBody
 from fea.pins.assembly_states import AssemblyStates
 from fea.solid.traction import traction_forces
 from fea.study.assembly_table import parse_thread
@@ -69,8 +69,7 @@ def test_a_bolt_bears_what_friction_does_not(play, way):
 def test_a_bolt_across_the_joint_is_a_beam_of_its_diameter():
     # Timoshenko: s = F d³/(12 E I) + F d/(κ G A), κ = 0.886 of a circle of ν = 0.3 (Cowper 1966).
     thread, E = parse_thread("thread", "M10x1"), 2.1e5
-    given = {"grip": 40.0, "free_thread": 10.0, "modulus": E, "counter_modulus": E, "nut": True}
-    beam = BoltBody(thread=thread, shank=9.0, **given).beam(play=0.25)
+    beam = bolt(thread=thread, shank_diameter=9.0, free_thread=10.0, hole=10.5, modulus=E).beam
     area, inertia = np.pi / 4 * 81, np.pi / 64 * 9.0**4
     give = 1000 / (12 * E * inertia) + 10 / (0.886 * E / 2.6 * area)
     assert 1 / beam.lateral == pytest.approx(give, rel=1e-3)
@@ -82,10 +81,7 @@ def test_shear_of_every_bolt_is_summed_up():
     state = body.step([1.5 * FRICTION * PRELOAD])
 
     class Straight:
-        beam = BoltBody(
-            thread=parse_thread("thread", "M10x1"),
-            grip=40.0, free_thread=10.0, shank=9.0, modulus=2.1e5, counter_modulus=2.1e5, nut=True,
-        ).beam()  # fmt: skip
+        beam = bolt(thread=parse_thread("thread", "M10x1"), free_thread=10.0).beam
 
         def moments(self, _state):
             return np.zeros((1, 2, 2))

@@ -136,7 +136,7 @@ sys.exit(call(sys.argv[1:]))
 
 GMSH = {"module": "mesh.generate", "name": "gmsh", "owner": "gmsh.model.mesh", "method": "generate"}
 PARDISO = {
-    "module": "fea.solvers.linear.pardiso",
+    "module": "fea.solvers.direct",
     "name": "Pardiso",
     "owner": "Pardiso",
     "method": "condense",

@@ -4,24 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from bolts import bolt
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fea.base.choices import BoltGrade, ThreadRolled
-from fea.judge.bolt import Bolt, BoltResult
-from fea.judge.vdi2230 import (
-    HEAD_TURN,
-    USUAL_EMBEDDING,
-    BoltBody,
-    ClampedParts,
-    Lever,
-    allowed_preload,
-    embedding_loss,
-    endurance_after,
-    endurance_before,
-    tightening_stress,
-)
+from fea.judge.bolt import HEAD_TURN, USUAL_EMBEDDING, BoltResult, ClampedParts, TightenedBolt, Tightening
 from fea.study.assembly_table import BoltStrength, Thread, bolt_strength, parse_thread, thread_in_hole
 from geometry.errors import InvalidValue
 
@@ -43,33 +32,15 @@ FRICTIONS = st.floats(0.02, 0.4)
 FORCES = st.floats(10.0, 1e6)
 
 
-def bolt(**changes):
-    thread = parse_thread("key", "M9x1")
-    usual = {
-        "thread": thread,
-        "preload": 35e3,
-        "stiffness": 2.2e5,
-        "head_diameter": 13.0,
-        "nut_diameter": 12.5,
-        "engaged": 0.0,
-        "grip": 40.0,
-        "hole": 9.0,
-        "shank_diameter": 9.0,
-        "free_thread": 12.0,
-        "strength": BoltStrength(830.0, 940.0, 1040.0),
-        "thread_friction": 0.12,
-        "rolled": ThreadRolled.BEFORE,
-        "assembly_preload": 35e3,
-    }
-    return Bolt(**{**usual, **changes})
+def tightened(own, *, turned=True):
+    return TightenedBolt(own, Tightening(35e3, "", turned=turned), embedding_loss=0.0, parts_compliance=1e-6)
 
 
 def judged(own, forces, bending=0.0, shear=0.0, *, turned=True):
     """The bolt under forces (k,) and bending stress (k,) of its thread in one plane."""
     bent = np.stack([np.broadcast_to(bending, forces.shape), np.zeros_like(forces)], axis=1)
-    return BoltResult.of(
-        own, forces, forces / own.least_area + np.abs(bent[:, 0]), bent, shear, turned=turned
-    )
+    fibre = forces / own.least_area + np.abs(bent[:, 0])
+    return BoltResult.of(tightened(own, turned=turned), forces, fibre, bent, shear)
 
 
 @pytest.mark.parametrize(
@@ -145,39 +116,44 @@ def test_the_thread_of_a_hole_is_the_largest_that_goes_through():
 @pytest.mark.parametrize(("case", "published"), TABLE.items())
 def test_preload_and_torque_are_those_of_the_guideline(case, published):
     (name, friction), thread = case, parse_thread("key", case[0])
-    lever = Lever(thread, sum(SEATS[int(thread.diameter)]) / 2, friction, friction)
+    head, hole = SEATS[int(thread.diameter)]
     for grade, force, torque in zip(GRADES, *published, strict=True):
-        strength = bolt_strength(grade, thread.diameter)
-        allowed = allowed_preload(thread, thread.stress_diameter, friction, strength.yield_strength)
+        own = of_thread(thread, friction, bolt_strength(grade, thread.diameter), head, hole)
         # Printed to two or three digits; seats and areas of the tables are rounded, too.
-        assert allowed == pytest.approx(force * 1e3, rel=4e-3), name
-        assert lever.torque(allowed) == pytest.approx(torque * 1e3, rel=7e-3), name
+        assert own.allowed_preload == pytest.approx(force * 1e3, rel=4e-3), name
+        assert own.allowed_preload * own.lever == pytest.approx(torque * 1e3, rel=7e-3), name
 
 
-@given(THREADS, FRICTIONS, FRICTIONS, FORCES)
-def test_torque_and_preload_are_inverse_and_grow_together(thread, turning, under, force):
-    lever = Lever(thread, 1.4 * thread.diameter, turning, under)
-    assert lever.preload(lever.torque(force)) == pytest.approx(force, rel=1e-12)
-    assert lever.torque(force) < lever.torque(1.01 * force)
-    assert Lever(thread, 1.4 * thread.diameter, 1.01 * turning, under).torque(force) > lever.torque(force)
+def of_thread(thread, friction, strength, head=None, hole=None):
+    d = thread.diameter
+    return bolt(
+        thread=thread,
+        shank_diameter=d,
+        head_diameter=head or 1.6 * d,
+        hole=hole or 1.2 * d,
+        strength=strength,
+        thread_friction=friction,
+        head_friction=friction,
+    )
 
 
 @given(THREADS, FRICTIONS, st.floats(300, 1500))
 def test_the_allowed_preload_uses_its_share_of_the_yield_strength(thread, friction, strength):
-    diameter = thread.stress_diameter
-    force = allowed_preload(thread, diameter, friction, strength)
-    assert tightening_stress(force, thread, diameter, friction) == pytest.approx(0.9 * strength, rel=1e-12)
-    assert allowed_preload(thread, diameter, 1.01 * friction, strength) < force
+    limits = BoltStrength(0.8 * strength, strength, 1.1 * strength)
+    own, rougher = of_thread(thread, friction, limits), of_thread(thread, 1.01 * friction, limits)
+    assert own.tightening_stress(own.allowed_preload) == pytest.approx(0.9 * strength, rel=1e-12)
+    assert rougher.allowed_preload < own.allowed_preload
+    assert rougher.lever > own.lever
 
 
 def test_a_shank_of_the_core_only_is_a_chain_of_cylinders():
     thread, E = parse_thread("key", "M10"), 205e3
-    shank = {"grip": 50.0, "free_thread": 20.0, "shank": math.sqrt(160.0 / math.pi)}
-    found = BoltBody(thread=thread, **shank, modulus=E, counter_modulus=70e3, nut=False).compliance
+    shank = {"grip": 50.0, "free_thread": 20.0, "shank_diameter": math.sqrt(160.0 / math.pi)}
+    own = bolt(thread=thread, **shank, engaged=15.0, modulus=E, counter_modulus=70e3)
     area, root = math.pi / 4 * 10.0**2, thread.root_area
     parts = (5 / area, 30 / 40.0, 20 / root, 5 / root, 3.3 / area * E / 70e3)
-    assert found.total * E == pytest.approx(sum(parts), rel=1e-12)
-    assert found.between_ends * E == pytest.approx(sum(parts[:4]), rel=1e-12)
+    assert own.compliance * E == pytest.approx(sum(parts), rel=1e-12)
+    assert own.stretch_compliance * E == pytest.approx(sum(parts[:4]), rel=1e-12)
 
 
 @pytest.mark.parametrize("nut", [True, False])
@@ -207,16 +183,20 @@ def test_the_cone_of_a_worked_proportion():
 def test_embedding_costs_preload():
     # Thread, two seats, one joint at R_z up to 40 µm: 3 + 2·3 + 2 µm (VDI 2230, table 5).
     assert pytest.approx(11e-3) == USUAL_EMBEDDING
-    assert embedding_loss(0.011, 4e-6, 1e-6) == pytest.approx(2200.0)
+    own = TightenedBolt(bolt(), Tightening(35e3, ""), embedding_loss=2200.0, parts_compliance=1e-6)
+    assert own.preload == pytest.approx(32.8e3)
 
 
 def test_endurance_of_threads():
     # VDI 2230: 48.9 MPa for M12 and 54.2 for M8, printed to a tenth.
-    assert endurance_before(12.0) == pytest.approx(48.9, abs=0.05)
-    assert endurance_before(8.0) == pytest.approx(54.2, abs=0.05)
-    assert endurance_after(8.0, 0.7, 1.0) == pytest.approx(1.3 * endurance_before(8.0))
-    assert endurance_after(8.0, 0.1, 1.0) == pytest.approx(1.7 * endurance_before(8.0))
-    assert endurance_after(8.0, 2.0, 1.0) == endurance_before(8.0)
+    small, large = (parse_thread("key", name) for name in ("M8", "M12"))
+    assert bolt(thread=large).endurance(0.0) == pytest.approx(48.9, abs=0.05)
+    before = bolt(thread=small).endurance(0.0)
+    assert before == pytest.approx(54.2, abs=0.05)
+    after = bolt(thread=small, rolled=ThreadRolled.AFTER)
+    at_yield = after.strength.yield_strength * small.stress_area
+    for share, factor in ((0.7, 1.3), (0.1, 1.7), (2.0, 1.0)):
+        assert after.endurance(share * at_yield) == pytest.approx(factor * before)
 
 
 def test_a_bolt_over_a_cycle():
@@ -276,15 +256,15 @@ def test_a_seat_lifts_where_linear_pressure_vanishes_at_its_edge(force, wide, ho
 def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
     d, grip, modulus = thread.diameter, 5 * thread.diameter, 2e5
     free, shank = threaded * grip, waist * d
-    beam = BoltBody(
+    beam = bolt(
         thread=thread,
         grip=grip,
         free_thread=free,
-        shank=shank,
+        shank_diameter=shank,
+        engaged=0.0 if nut else d,
         modulus=modulus,
         counter_modulus=1e5,
-        nut=nut,
-    ).beam()
+    ).beam
 
     def section(diameter):
         return modulus * math.pi / 64 * diameter**4, 0.886 / 2.6 * modulus * math.pi / 4 * diameter**2
@@ -309,9 +289,10 @@ def test_a_bolt_bends_as_its_sections_in_series(thread, threaded, waist, nut):
 
 @given(FORCES, FORCES)
 def test_working_stress_grows_with_the_force(force, more):
-    assert bolt().working_stress(force) < bolt().working_stress(force + more)
-    assert bolt().working_stress(force, torsion=False) < bolt().working_stress(force)
-    assert bolt().working_stress(force, 30.0, torsion=False) == pytest.approx(math.hypot(force, 3**0.5 * 30))
+    turned, stretched = tightened(bolt()), tightened(bolt(), turned=False)
+    assert turned.working_stress(force) < turned.working_stress(force + more)
+    assert stretched.working_stress(force) < turned.working_stress(force)
+    assert stretched.working_stress(force, 30.0) == pytest.approx(math.hypot(force, 3**0.5 * 30))
 
 
 def test_what_a_bolt_bears_in_its_hole_counts_against_yielding():

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.judge.press_fit import PressFit, Ring, judge_fit, judge_seat, warmed
+from fea.judge.press_fit import ROD, Expansions, PressFit, Ring, judge_fit, judge_seat
 from fea.study.material_table import LIBRARY, MaterialTable, thermal_expansion
 from geometry.errors import InvalidValue
 
@@ -73,8 +73,9 @@ def test_the_rings_meet_at_one_radius(a, wall, around, nu_i, nu_o):
 
 def test_warming_changes_a_fit():
     # Bronze in steel, 25 mm, 100 K: (18 − 11.5)e-6 · 25 · 100.
-    assert warmed(0.04, 25.0, 18e-6, 11.5e-6, 100.0) == pytest.approx(0.05625)
-    assert warmed(0.04, 25.0, 11.5e-6, 11.5e-6, 100.0) == 0.04
+    for expansion, interference in ((18e-6, 0.05625), (11.5e-6, 0.04)):
+        expansions = Expansions({ROD: 11.5e-6, "bushing": expansion}, 100.0, ())
+        assert expansions.interference("bushing", 0.04, 25.0) == pytest.approx(interference)
 
 
 @pytest.mark.parametrize(

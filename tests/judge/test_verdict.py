@@ -11,10 +11,10 @@ from fea.judge.case_result import CaseFields, case_result
 from fea.judge.verdict import CAP, Verdict, peak, widened
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import Recovery
-from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.singular import BoundaryEdges, masked_nodes
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.study.study import load_study
 from fea.verify.body import STEEL, held
 from geometry.bodies import Prism, Side, polygon
@@ -121,7 +121,7 @@ def judged(fillet: float, order: int, size: float = 2.5):
     u = displacement(mesh, STEEL, forces, held(mesh, {Surface.CLAMPED: (0, 1, 2)}))
     stress = Recovery(mesh, mesh.planes, (Surface.FREE,)).nodal_stress(u, STEEL)
     error = ErrorEstimator(mesh, (STEEL,))(u, [stress]).stress[0][:, 0]
-    masked = masked_nodes(mesh, singular_nodes(mesh, (Surface.CLAMPED,)))
+    masked = masked_nodes(mesh, BoundaryEdges(mesh).singular_nodes((Surface.CLAMPED,)))
     return mesh, peak(von_mises(stress[..., 0]), error, masked)
 
 
@@ -136,15 +136,15 @@ def test_a_rounded_corner_does_not(order):
     mesh, found = judged(4.0, order)
     assert found.verdict(1e6) is Verdict.CONVERGED
     assert not found.diverges
-    assert not singular_nodes(mesh).size
+    assert not BoundaryEdges(mesh).singular_nodes().size
 
 
 def test_the_singular_places_are_the_corner_and_the_clamps_border():
     mesh, _ = judged(0.0, 2)
-    x, y, _ = mesh.points[singular_nodes(mesh)].T
+    x, y, _ = mesh.points[BoundaryEdges(mesh).singular_nodes()].T
     assert x.size
     assert (x, y) == (pytest.approx(10), pytest.approx(10))
-    on_border = mesh.points[singular_nodes(mesh, (Surface.CLAMPED,))]
+    on_border = mesh.points[BoundaryEdges(mesh).singular_nodes((Surface.CLAMPED,))]
     clamped = on_border[on_border[:, 1] > 29]
     assert len(clamped)
     assert clamped[:, 1] == pytest.approx(30)
@@ -154,10 +154,10 @@ def test_the_singular_places_are_the_corner_and_the_clamps_border():
 
 def test_the_rod_is_smooth_and_its_clamp_is_not():
     mesh = mesh_study(load_study()).cell
-    assert not singular_nodes(mesh).size
-    border = mesh.points[singular_nodes(mesh, (Surface.BIG_END_BORE,))]
+    assert not BoundaryEdges(mesh).singular_nodes().size
+    border = mesh.points[BoundaryEdges(mesh).singular_nodes((Surface.BIG_END_BORE,))]
     assert len(border)
     assert border[:, 2] == pytest.approx(border[:, 2].max())
-    assert not masked_nodes(mesh, singular_nodes(mesh)).any()
-    masked = mesh.points[masked_nodes(mesh, singular_nodes(mesh, (Surface.BIG_END_BORE,)))]
+    assert not masked_nodes(mesh, BoundaryEdges(mesh).singular_nodes()).any()
+    masked = mesh.points[masked_nodes(mesh, BoundaryEdges(mesh).singular_nodes((Surface.BIG_END_BORE,)))]
     assert np.linalg.norm(masked[:, :2], axis=1).max() < 1.5 * np.linalg.norm(border[:, :2], axis=1).max()

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from assemblies import SCREWS, SIMPLE
-from fea.rod.places import place_name
 
 from fea.base.choices import Symmetry
 from fea.machine.clock import Clock
 from fea.rod.discretise import MeshRequest, discretise
-from fea.solid.singular import mask_radius, masked_nodes, rim_masks, singular_nodes
+from fea.rod.places import place_name
+from fea.solid.singular import BoundaryEdges, mask_radius, masked_nodes, rim_masks
 from fea.solid.supports import components
 from fea.study.study import load_study
 from geometry.assembly import Assembly
@@ -141,14 +141,16 @@ def test_rims_are_left_out_of_peaks_but_no_thin_part_with_them(rod):
     assert found["rim of the bushing's seat"].radius < 0.3 * 1.5
     assert found["rim of the shells' seat"].radius < 0.3 * 1.5
     assert max(mask.radius for mask in found.values()) <= mask_radius(cell)
-    masked = masked_nodes(cell, singular_nodes(cell, (), rod.cell_creases), tuple(found.values()))
+    masked = masked_nodes(
+        cell, BoundaryEdges(cell).singular_nodes((), rod.cell_creases), tuple(found.values())
+    )
     for rim in rims(cell):
         assert masked[rim.nodes].all()
     for number in range(len(rod.parts)):
         own = np.unique(cell.tets[cell.part == number])
         assert 0.5 < (~masked[own]).mean() < 1
     of_whole = masked_nodes(
-        rod.whole, singular_nodes(rod.whole), rim_masks(rod.whole, mask_radius(rod.whole))
+        rod.whole, BoundaryEdges(rod.whole).singular_nodes(), rim_masks(rod.whole, mask_radius(rod.whole))
     )
     assert of_whole.mean() == pytest.approx(masked.mean(), rel=0.2)
 

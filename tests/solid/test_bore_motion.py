@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fea import prepare
-from fea.solid.bore_motion import bore_mean, referred_to_bores
-from fea.solid.supports import rigid_motions
+from fea.solid.supports import bore_mean, referred_to_bores, rigid_motions
 from fea.solid.traction import traction_forces
 from geometry.surfaces import Surface
 

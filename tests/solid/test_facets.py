@@ -4,7 +4,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from fea.solid.singular import facet_share
+from fea.solid.singular import BoundaryEdges
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh, boundary_facets, raised
@@ -34,7 +34,7 @@ def bored_plate(around):
 def test_the_share_of_flat_facets_is_that_of_gao_1991_between_their_edges(around):
     """2 t ln 2 / pi on the hole, where t is the angle between its facets; none on the plane sides."""
     mesh = raised(bored_plate(around))
-    share = facet_share(mesh)
+    share = BoundaryEdges(mesh).facet_share()
     on_hole = np.isclose(np.hypot(*mesh.points[:, :2].T), 3)
     assert share[on_hole] == pytest.approx(2 * np.log(2) / np.pi * 2 * np.pi / around, rel=1e-6)
     corner = np.isclose(np.abs(mesh.points[:, 0]), 9) & np.isclose(np.abs(mesh.points[:, 1]), 9)
@@ -43,9 +43,9 @@ def test_the_share_of_flat_facets_is_that_of_gao_1991_between_their_edges(around
 
 def test_neither_curved_facets_nor_elements_of_first_order_have_a_share():
     first = bored_plate(16)
-    assert not facet_share(first).any()
+    assert not BoundaryEdges(first).facet_share().any()
     curved = raised(first)
     radius = np.hypot(*curved.points[:, :2].T)
     inside = radius < 3 - 1e-9  # the middles of chords
     curved.points[inside, :2] *= 3 / radius[inside, None]
-    assert not facet_share(curved).any()
+    assert not BoundaryEdges(curved).facet_share().any()

@@ -4,10 +4,9 @@ import pytest
 from fea.base.material import Material
 from fea.solid.element import stress_from_gradient
 from fea.solid.errors import UnderconstrainedError
-from fea.solid.inertia import body_forces
 from fea.solid.recovery import Recovery
-from fea.solid.traction import nodal_traction, thermal_forces, thermal_modulus, traction_forces
-from fea.solvers.constrained import displacement
+from fea.solid.traction import body_forces, nodal_traction, thermal_forces, thermal_modulus, traction_forces
+from fea.solvers.static import displacement
 from geometry.bodies import Prism, polygon
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body

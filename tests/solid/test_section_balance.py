@@ -11,7 +11,7 @@ from fea import run
 from fea.analysis import prepared_rod as prepared
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.base.checks import LIMITS
-from fea.solid.section_balance import SectionBalance
+from fea.solid.inertia import SectionBalance
 from fea.study.study import load_study
 from geometry.bodies import block
 from geometry.session import session

@@ -11,10 +11,10 @@ from fea.analysis.summary import case_figures
 from fea.judge.verdict import peak
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import Recovery
-from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.singular import BoundaryEdges, masked_nodes
 from fea.solid.stress import von_mises
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.study.option_tables import MeshTable
 from fea.study.rod_table import RodTable
 from fea.study.study import Study, load_study
@@ -36,15 +36,15 @@ def drawn_rods():
 @pytest.mark.parametrize("name", ["leon-2001", "columba-2022", "molina-2024"])
 def test_no_shipped_rod_can_diverge_at_its_default_size(name):
     cell = mesh_study(load_study(name)).cell
-    assert not masked_nodes(cell, singular_nodes(cell)).any()
-    assert masked_nodes(cell, singular_nodes(cell, (Surface.BIG_END_BORE,))).any()
+    assert not masked_nodes(cell, BoundaryEdges(cell).singular_nodes()).any()
+    assert masked_nodes(cell, BoundaryEdges(cell).singular_nodes((Surface.BIG_END_BORE,))).any()
 
 
 @pytest.mark.parametrize("seed", drawn_rods())
 def test_no_rod_drawn_at_random_can(seed):
     rod = random_rod(seed)
     cell = mesh_study(Study("drawn", RodTable(rod, None, None, rod.length))).cell
-    assert not masked_nodes(cell, singular_nodes(cell)).any()
+    assert not masked_nodes(cell, BoundaryEdges(cell).singular_nodes()).any()
 
 
 def test_the_clamped_rods_edge_is_told_as_diverging_while_the_peak_elsewhere_is_judged():
@@ -73,7 +73,9 @@ def test_a_clamped_bar_diverges(order):
     stress = Recovery(mesh, (), (Surface.FREE,)).nodal_stress(u, STEEL)
     error = ErrorEstimator(mesh, (STEEL,))(u, [stress]).stress[0][:, 0]
     found = peak(
-        von_mises(stress[..., 0]), error, masked_nodes(mesh, singular_nodes(mesh, (Surface.CLAMPED,)))
+        von_mises(stress[..., 0]),
+        error,
+        masked_nodes(mesh, BoundaryEdges(mesh).singular_nodes((Surface.CLAMPED,))),
     )
     assert found.diverges
     assert found.value == pytest.approx(100.0, rel=0.1)

@@ -9,8 +9,8 @@ from fea.base.material import Material
 from fea.solid.assembly import linear_stiffness, pattern, stiffness
 from fea.solid.parity import Parity
 from fea.solid.supports import clamped, plane_conditions
-from fea.solvers.linear import multigrid
-from fea.solvers.linear.choice import linear_solver
+from fea.solvers import iterative
+from fea.solvers.choice import linear_solver
 from geometry.surfaces import Surface
 from mesh.tetmesh import EDGES
 
@@ -41,13 +41,13 @@ def test_the_coarse_matrix_is_the_restriction_of_the_fine_one():
 
 def test_iterations_do_not_grow_with_the_mesh(monkeypatch):
     counts = []
-    smooth = multigrid._Levels.precondition
+    smooth = iterative._TwoLevels.precondition
 
     def counted(levels, residual):
         counts[-1] += 1
         return smooth(levels, residual)
 
-    monkeypatch.setattr(multigrid._Levels, "precondition", counted)
+    monkeypatch.setattr(iterative._TwoLevels, "precondition", counted)
     for size in (10.0, 5.0, 3.0):
         mesh = strap(size=size)
         matrix = held_stiffness(mesh)

@@ -12,7 +12,7 @@ from fea.solid.errors import StagnationError, UnderconstrainedError
 from fea.solid.parity import Parity, Split
 from fea.solid.supports import require_restrained
 from fea.solvers import static as solve
-from fea.solvers.linear.choice import factorise
+from fea.solvers.direct import factorise
 from fea.solvers.residuals import REFINE_ABOVE, condition_estimate, condition_of, probe
 from geometry.bodies import block
 from geometry.surfaces import Surface

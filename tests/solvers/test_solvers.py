@@ -13,8 +13,8 @@ from fea.solid.assembly import SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import SingularMatrixError, StagnationError
 from fea.solid.parity import Parity
 from fea.solid.supports import clamped, plane_conditions
-from fea.solvers.linear.choice import chosen, direct, linear_solver
-from fea.solvers.linear.cholmod import node_order
+from fea.solvers.choice import chosen, linear_solver
+from fea.solvers.direct import direct, node_order
 from geometry.surfaces import Surface
 
 STEEL = Material(207e3, 0.28, 7.7e-9, 620.4)
@@ -109,7 +109,7 @@ def test_the_node_order_is_a_permutation_that_keeps_nodes_together(matrices):
 
 
 def test_stagnation_is_never_returned(matrices, monkeypatch):
-    monkeypatch.setattr("fea.solvers.linear.amg.MOST_ITERATIONS", 2)
+    monkeypatch.setattr("fea.solvers.iterative.MOST_ITERATIONS", 2)
     solver = linear_solver(SolverName.AMG, MESH, STEEL, slots=1)
     solver.factorise(0, matrices[0])
     with pytest.raises(StagnationError, match="stagnated at a relative residual"):
@@ -118,7 +118,7 @@ def test_stagnation_is_never_returned(matrices, monkeypatch):
 
 @pytest.mark.parametrize(("free_gib", "solver"), [(24, SolverName.PARDISO), (4, SolverName.AMG), (0.5, None)])
 def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
-    monkeypatch.setattr("fea.solvers.linear.choice.available_bytes", lambda: free_gib * 2**30)
+    monkeypatch.setattr("fea.solvers.choice.available_bytes", lambda: free_gib * 2**30)
     if solver is None:
         with pytest.raises(MemoryError, match=r"degrees of freedom need about .* MiB.*times as large"):
             chosen(SolverName.AUTO, 500_000, slots=2)
@@ -130,7 +130,7 @@ def test_auto_chooses_by_predicted_memory(free_gib, solver, monkeypatch):
 def test_memory_under_a_limit_is_seen():
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30)); "
-        "from fea.solvers.linear.choice import available_bytes; print(available_bytes())"
+        "from fea.solvers.choice import available_bytes; print(available_bytes())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert 0 < float(done.stdout) < 4 * 2**30

@@ -115,7 +115,7 @@ def test_what_is_left_out_is_assumed_and_said():
     assert (found.bolt.thread.name, found.bolt.rolled) == ("M9x1", ThreadRolled.BEFORE)
     assert found.bolt.grip == SEATS.length
     # 90 % of the yield strength of class 10.9, by hand: 0.9 · 940 · 51.04 / √(1 + 3 · 0.2746²).
-    assert found.bolt.preload == pytest.approx(39.0e3, rel=1e-3)
+    assert found.preload == pytest.approx(39.0e3, rel=1e-3)
     assumed = [note for note in found.notes if note.kind is NoteKind.ASSUMPTION]
     said = " ".join(map(str, assumed))
     for key in ("thread", "grip_mm", "head_mm", "nut_mm", "shank_mm", "grade", "preload_kN", "thread_rolled"):
@@ -129,10 +129,10 @@ def test_what_is_left_out_is_assumed_and_said():
 
 def test_torque_stretch_and_preload_agree():
     by_force = bolt("bolt_preload_kN = 30.0")
-    by_torque = bolt(f"bolt_torque_Nm = {by_force.torque / 1e3!r}")
-    by_stretch = bolt(f"bolt_stretch_mm = {30e3 * by_force.compliance.between_ends!r}")
-    assert by_torque.bolt.preload == pytest.approx(30e3, rel=1e-12)
-    assert by_stretch.bolt.preload == pytest.approx(30e3, rel=1e-12)
+    by_torque = bolt(f"bolt_torque_Nm = {by_force.bolt.lever * 30.0!r}")
+    by_stretch = bolt(f"bolt_stretch_mm = {30e3 * by_force.bolt.stretch_compliance!r}")
+    assert by_torque.preload == pytest.approx(30e3, rel=1e-12)
+    assert by_stretch.preload == pytest.approx(30e3, rel=1e-12)
     assert "by a stretch of" in " ".join(map(str, by_stretch.notes))
 
 
@@ -149,9 +149,9 @@ def test_strengths_are_those_of_the_material_or_of_the_grade():
 
 def test_embedding_that_is_given_is_taken_from_the_preload():
     plain, embedded = bolt("bolt_preload_kN = 30.0"), bolt("bolt_preload_kN = 30.0\nbolt_embedding_um = 11.0")
-    compliance = plain.compliance.total + plain.parts_compliance
-    assert plain.bolt.preload - embedded.bolt.preload == pytest.approx(0.011 / compliance)
-    assert embedded.bolt.assembly_preload == 30e3
+    compliance = plain.bolt.compliance + plain.parts_compliance
+    assert plain.preload - embedded.preload == pytest.approx(0.011 / compliance)
+    assert embedded.tightening.preload == 30e3
     with pytest.raises(InvalidValue, match="all of the preload"):
         bolt("bolt_preload_kN = 1.0\nbolt_embedding_um = 500.0")
 
@@ -169,20 +169,20 @@ def test_a_maker_s_stretch_and_torque_agree_within_their_scatter():
     Both are meant for 75 % of the yield strength (ARP's table of torques); a torque scatters by 23 % or more.
     """
     found = {
-        key: [bolt(f"{ROD_BOLT}{key} = {unit * value}\n", ROD_SEATS).bolt for value in values]
+        key: [bolt(f"{ROD_BOLT}{key} = {unit * value}\n", ROD_SEATS) for value in values]
         for key, unit, values in (
             ("bolt_stretch_mm", 25.4, (0.0055, 0.0060)),
             ("bolt_torque_Nm", 1.355818, (45.0, 50.0)),
         )
     }
     share = {
-        key: [one.assembly_preload / (1240.0 * one.thread.stress_area) for one in bolts]
+        key: [one.tightening.preload / (1240.0 * one.bolt.thread.stress_area) for one in bolts]
         for key, bolts in found.items()
     }
     assert share["bolt_stretch_mm"] == pytest.approx([0.66, 0.72], abs=0.005)
     assert share["bolt_torque_Nm"] == pytest.approx([0.75, 0.84], abs=0.005)
     # ARP's own preload of 3/8-24 by 39 lbf ft of its moly lubricant: 10 512 lbf.
-    by_table = bolt(f"{ROD_BOLT}bolt_torque_Nm = {39 * 1.355818}\n", ROD_SEATS).bolt.assembly_preload
+    by_table = bolt(f"{ROD_BOLT}bolt_torque_Nm = {39 * 1.355818}\n", ROD_SEATS).tightening.preload
     assert by_table == pytest.approx(10_512 * 4.448222, rel=0.03)
 
 
@@ -192,17 +192,17 @@ def test_a_bolt_of_one_section_stretches_by_hooke():
     d, root = 9.525, found.bolt.thread.root_diameter
     # F = E ΔL/Σ(l/A): head and shank of the nominal section, half a diameter of engaged thread of the core.
     lengths = (0.5 * d + 31.115) / (math.pi / 4 * d**2) + 0.5 * d / (math.pi / 4 * root**2)
-    assert found.bolt.assembly_preload == pytest.approx(210e3 * 0.15 / lengths, rel=1e-9)
+    assert found.tightening.preload == pytest.approx(210e3 * 0.15 / lengths, rel=1e-9)
 
 
 def test_an_angle_adds_what_bolt_and_parts_take_up_until_the_bolt_yields():
     snug = bolt(ROD_BOLT + "bolt_torque_Nm = 20.0\n", ROD_SEATS)
     turned = bolt(ROD_BOLT + "bolt_torque_Nm = 20.0\nbolt_angle_deg = 30.0\n", ROD_SEATS)
     travel = 30 / 360 * 25.4 / 24
-    added = travel / (snug.compliance.total + snug.parts_compliance)
-    assert turned.bolt.assembly_preload - snug.bolt.assembly_preload == pytest.approx(added, rel=1e-9)
+    added = travel / (snug.bolt.compliance + snug.parts_compliance)
+    assert turned.tightening.preload - snug.tightening.preload == pytest.approx(added, rel=1e-9)
     beyond = bolt(ROD_BOLT + "bolt_torque_Nm = 20.0\nbolt_angle_deg = 120.0\n", ROD_SEATS)
-    assert beyond.bolt.tightening_stress(turned=True) == pytest.approx(1240.0, rel=1e-9)
+    assert beyond.tightening_stress == pytest.approx(1240.0, rel=1e-9)
     assert any("turns them beyond yield" in str(note) for note in beyond.notes)
     assert not any("beyond yield" in str(note) for note in turned.notes)
 
@@ -237,7 +237,7 @@ def test_a_given_friction_counts_beside_a_lubricant():
     dry = bolt(ROD_BOLT.replace("moly", "dry") + "thread_friction = 0.1\n", ROD_SEATS)
     assert dry.bolt.thread_friction == 0.1
     moly = bolt(ROD_BOLT + "thread_friction = 0.1\n", ROD_SEATS)
-    assert dry.torque / dry.bolt.assembly_preload > 1.3 * moly.torque / moly.bolt.assembly_preload
+    assert dry.bolt.lever > 1.3 * moly.bolt.lever
 
 
 def test_tightening_is_judged():
@@ -313,8 +313,8 @@ def test_fits_and_temperature_are_judged_and_said():
     fits = "bushing_interference_mm = 0.04\nshell_thickness_mm = 1.5\nshell_interference_mm = 0.03\n"
     cold, warm = assembling("[assembly]\n" + fits), assembling("[assembly]\ntemperature_C = 120.0\n" + fits)
     # Bronze in steel, 27 mm, 100 K: 6.5e-6 · 27 · 100; the shells are steel, as the rod.
-    assert warm.fits["bushing"].interference == pytest.approx(0.04 + 0.01755)
-    assert warm.fits["shell"].interference == cold.fits["shell"].interference == 0.03
+    assert warm.expansions.interference("bushing", 0.04, 27.0) == pytest.approx(0.04 + 0.01755)
+    assert warm.expansions.interference("shell", 0.03, 51.0) == 0.03
     said = " ".join(map(str, warm.notes(read("[assembly]\n"), ("rod", "bushing"))))
     assert "+100 K from 20 °C" in said
     assert "copper alloy for the bushing" in said

@@ -14,7 +14,7 @@ import numpy as np
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.element import jacobians, stress_from_gradient, tabulate
 from fea.solid.recovery import Recovery
-from fea.solvers.linear.choice import factorise
+from fea.solvers.direct import factorise
 from fea.verify.body import STEEL
 from fea.verify.cases.elasticity import TENSION, goodier_displacement
 from geometry.surfaces import Surface

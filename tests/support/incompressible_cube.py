@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, shape_functions, tabulate
-from fea.solid.inertia import body_forces
+from fea.solid.traction import body_forces
 from fea.verify.body import LoadedBody
 from fea.verify.stability.outcome import solved_by
 from geometry.surfaces import Surface

@@ -9,7 +9,7 @@ from direct_contact import DirectContact, Screw, Touching
 
 from fea.solid.recovery import ElementStress
 from fea.solid.traction import traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.verify.assembled_body import AssembledBody, bars, parted, pulled
 from fea.verify.assembled_body import along_x as measure
 from fea.verify.body import STEEL, held

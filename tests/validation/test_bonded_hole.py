@@ -14,7 +14,7 @@ from exact_bodies import HEIGHT, INNER, MATERIAL, PLANES, PROBLEMS, tetrahedrali
 from fea.pins.bonded import BondedBore
 from fea.solid.bore import bore_facets
 from fea.solid.recovery import Recovery
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from geometry.surfaces import Surface
 
 FORCE = 8 * np.pi  # N on the thickness 2 HEIGHT, so that q = 2 MPa

@@ -65,14 +65,9 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
     )
 
 
-def case_factor(case: CaseResult) -> SafetyFactor:
-    """Return the smallest safety factor of a load case, with its error bar."""
-    return SafetyFactor.of_stress(case.min_safety_factor, case.error_percent, instant=case.load.name)
-
-
 def _of_peaks(cases: Sequence[CaseResult]) -> float | None:
     """Return the bar, percent, of the smallest factor of load cases: down to the least that any can be."""
-    every = [case_factor(case) for case in cases]
+    every = [case.min_safety_factor for case in cases]
     least, lowest = min(every), min(factor.low for factor in every)
     return 100 * (least / lowest - 1)
 

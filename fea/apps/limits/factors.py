@@ -19,9 +19,8 @@ from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.material import Material
-from fea.judge.fatigue import criterion_strength, reversed_amplitude
+from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.judge.history import signed_equivalent
-from fea.judge.life_line import LifeLine, rainflow
 from geometry.arrays import Floats
 from loads.crank_cycle import CrankCycle
 

@@ -237,7 +237,7 @@ def _of_stress(
                 found.append(DesignConstraint(f"{mode}, {place}", least, bar, required[mode]))
     edges = [
         DesignConstraint(
-            f"{YIELDING}, sharp edge", edge.safety_factor, edge.error_percent, required[YIELDING]
+            f"{YIELDING}, sharp edge", float(edge.safety_factor), edge.error_percent, required[YIELDING]
         )
         for case in result.cases.values()
         for edge in case.sharp_mattering

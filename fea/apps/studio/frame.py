@@ -19,8 +19,7 @@ from fea.apps.studio.operation import Operation
 from fea.base.checks import Check
 from fea.base.note import NoteKind
 from fea.base.units import KG
-from fea.judge.case_result import CaseResult
-from fea.judge.governing import Governing
+from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.report.surface import NumberedSurface
 from fea.rod.places import place_name

@@ -11,10 +11,10 @@ from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.film import FilmResult
 from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import AssemblyState, bolt_forces
-from fea.judge.bore_shape import bore_shape
 from fea.judge.case_result import CaseResult
 from fea.output.plots.figure import label_axes, new_figure, save
 from fea.output.units import heading, quantity, scale, unit
+from fea.solid.bore import bore_shape
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.instants import ASSEMBLY

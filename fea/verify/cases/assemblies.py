@@ -15,7 +15,7 @@ from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import BoltPull, MatingFaces
 from fea.contact.multipliers import radial
 from fea.solid.traction import Traction, traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, furthest, half_ring, held, hoop_stress, nodes_of, uniform

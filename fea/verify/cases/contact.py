@@ -18,9 +18,8 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.parity import Parity
 from fea.solid.stress import principal
-from fea.solvers.constrained import displacement
-from fea.solvers.linear.choice import direct_solver
-from fea.solvers.static import unheld
+from fea.solvers.direct import direct_solver
+from fea.solvers.static import displacement, unheld
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,

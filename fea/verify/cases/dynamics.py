@@ -6,9 +6,9 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.solid.bore_motion import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, ConstrainedSurface
 from fea.solid.inertia import inertia
 from fea.solid.parity import Parity, Split
+from fea.solid.supports import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, ConstrainedSurface
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.buckling import Buckling
 from fea.solvers.static import Model

@@ -7,11 +7,10 @@ import numpy.typing as npt
 
 from fea.base.material import Material
 from fea.solid.element import gauss_blocks, stress_from_gradient, tabulate
-from fea.solid.inertia import body_forces
 from fea.solid.parity import Parity
 from fea.solid.stress import matrices
-from fea.solid.traction import nodal_traction, traction_forces
-from fea.solvers.constrained import displacement
+from fea.solid.traction import body_forces, nodal_traction, traction_forces
+from fea.solvers.static import displacement
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import (
     STEEL,

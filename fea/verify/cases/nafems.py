@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fea.solid.traction import nodal_traction, thermal_forces, thermal_modulus, traction_forces
-from fea.solvers.constrained import displacement
+from fea.solvers.static import displacement
 from fea.verify.benchmark import Quantities, Quantity, benchmark
 from fea.verify.body import STEEL, LoadedBody, SolvedBody, held, pressure, uniform
 from geometry.arrays import Floats

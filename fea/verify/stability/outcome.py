@@ -15,7 +15,7 @@ from fea.solid.assembly import pattern, stiffness
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.stress import von_mises
 from fea.solid.supports import require_restrained
-from fea.solvers.linear.choice import factorise
+from fea.solvers.direct import factorise
 from fea.solvers.mixed import MixedSystem, PressureSpace, pressure_space
 from fea.solvers.residuals import condition_estimate, residuals
 from fea.verify.body import LoadedBody, SolvedBody
@@ -142,7 +142,7 @@ def solved(
     else:
         system = MixedSystem(K, space, held, np.ones(space.lame_lambda.size, dtype=bool))
         u, p, quality = system.solve(factor, f)
-        pressure = space.nodal(p, len(mesh.points))[0]
+        pressure = space.nodal(p)[0]
     values = {
         "backward_error": quality.backward_error,
         "energy_balance": quality.energy,

@@ -14,7 +14,7 @@ from worker import Run
 from fea.base.choices import Support
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.parity import Parity
-from fea.solvers.linear.pardiso import _BY_NODES, _FACTORISE, _POSITIVE_DEFINITE, _SOLVE, _Handle
+from fea.solvers.direct import _BY_NODES, _FACTORISE, _POSITIVE_DEFINITE, _SOLVE, _Handle
 from fea.solvers.static import Model
 from fea.study.study import load_study
 

@@ -1,7 +1,11 @@
-"""Factors by MKL Pardiso (Schenk & Gärtner 2004), loaded through pypardiso."""
+"""Direct solvers: MKL Pardiso through pypardiso, and CHOLMOD through cvxopt on a METIS order of the nodes.
+
+Schenk & Gärtner 2004; Chen, Davis, Hager & Rajamanickam 2008; Karypis & Kumar 1998.
+"""
 
 import ctypes
 import importlib.metadata
+import importlib.util
 import os
 import sys
 from functools import partial
@@ -12,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import sparse
 
+from fea.base.choices import SolverName
 from fea.solid.assembly import SymmetricMatrix
-from fea.solid.errors import SingularMatrixError
-from fea.solvers.linear.solver import NOT_POSITIVE_DEFINITE, LinearSolver, Operator
-from geometry.arrays import Floats
+from fea.solid.errors import SingularMatrixError, SolverUnavailableError
+from fea.solvers.linear_solver import NOT_POSITIVE_DEFINITE, LinearSolver, Operator
+from geometry.arrays import Floats, Ints
 
 _BLOCK = 3
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
@@ -113,7 +118,7 @@ def _integer(value: int) -> Any:
 
 
 class Pardiso(LinearSolver):
-    """Factors of `slots` matrices with the same sparsity, which is analysed only once."""
+    """Pardiso's factors of `slots` matrices with the same sparsity, which is analysed only once."""
 
     name = "pardiso"
 
@@ -200,16 +205,16 @@ def _solved_within(
     solution = np.empty((n, count), order="F")
     both = np.zeros((2, min(count, _AT_ONCE), len(handle))).swapaxes(1, 2)
     for start in range(0, count, _AT_ONCE):
-        some = columns[:, start : start + _AT_ONCE]
-        found, known = both[..., : some.shape[1]]
+        block = columns[:, start : start + _AT_ONCE]
+        result, sides = both[..., : block.shape[1]]
         if summed:
-            known[n:] = -some
+            sides[n:] = -block
         else:
-            found[:n], found[n:] = some, 0.0
-            handle(_FORWARD, slot, values, found, known)
-            known[n:] = 0.0
-        handle(_BACKWARD, slot, values, known, found)
-        solution[:, start : start + _AT_ONCE] = found[:n]
+            result[:n], result[n:] = block, 0.0
+            handle(_FORWARD, slot, values, result, sides)
+            sides[n:] = 0.0
+        handle(_BACKWARD, slot, values, sides, result)
+        solution[:, start : start + _AT_ONCE] = result[:n]
     return solution
 
 
@@ -217,10 +222,10 @@ def _work_within(handle: _Handle, slot: int, values: Floats, n: int, forces: Flo
     """FᵀA⁻¹F (k, k) of F (n, k), A = L Lᵀ, by forward substitution L⁻¹F."""
     halves = np.empty((forces.shape[1], n))
     for start in range(0, len(halves), _AT_ONCE):
-        some = np.pad(forces[:, start : start + _AT_ONCE].T, [(0, 0), (0, len(handle) - n)]).T
-        found = np.empty_like(some)
-        handle(_FORWARD, slot, values, some, found)
-        halves[start : start + _AT_ONCE] = found[:n].T
+        block = np.pad(forces[:, start : start + _AT_ONCE].T, [(0, 0), (0, len(handle) - n)]).T
+        result = np.empty_like(block)
+        handle(_FORWARD, slot, values, block, result)
+        halves[start : start + _AT_ONCE] = result[:n].T
     return np.asarray(halves @ halves.T)
 
 
@@ -243,3 +248,98 @@ def _point_at_mkl() -> None:
         if file.name.startswith(("libmkl_rt.so", "mkl_rt")) and Path(str(file.locate())).exists():
             os.environ["PYPARDISO_MKL_RT"] = str(Path(str(file.locate())).resolve())
             return
+
+
+_SUPERNODAL = 2
+
+
+class Cholmod(LinearSolver):
+    """CHOLMOD's factors of matrices of one sparsity. Raises `ImportError`: cvxopt or pymetis is missing."""
+
+    name = "cholmod"
+
+    def __init__(self) -> None:
+        import cvxopt.cholmod  # noqa: PLC0415 - optional
+
+        self._cvxopt = cvxopt
+        cvxopt.cholmod.options["supernodal"] = _SUPERNODAL
+        self._order: Any = None
+        self._factors: dict[int, Any] = {}
+
+    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
+        """Factorise `matrix` into a slot. Raises `SingularMatrixError`: it is not positive definite."""
+        dense = self._cvxopt.matrix
+        if self._order is None:
+            self._order = dense(node_order(matrix))
+        upper = matrix.scalar_upper()
+        # The upper triangle by rows is the lower one by columns.
+        columns = np.repeat(np.arange(matrix.size), np.diff(upper.indptr))
+        parts = upper.data, upper.indices.astype(np.int64), columns
+        lower = self._cvxopt.spmatrix(*map(dense, parts), upper.shape)
+        factor = self._cvxopt.cholmod.symbolic(lower, p=self._order, uplo="L")
+        try:
+            self._cvxopt.cholmod.numeric(lower, factor)
+        except ArithmeticError as error:
+            raise SingularMatrixError(NOT_POSITIVE_DEFINITE) from error
+        self._factors[slot] = factor
+
+    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides with the factor in a slot."""
+        solution = self._cvxopt.matrix(np.asfortranarray(right_hand_sides))
+        self._cvxopt.cholmod.solve(self._factors[slot], solution)
+        return np.array(solution)
+
+
+def node_order(matrix: SymmetricMatrix) -> Ints:
+    """Nested-dissection order (n_dofs,) of a matrix, from METIS.
+
+    Ordering nodes instead of degrees of freedom works on a graph with a ninth of the edges.
+    """
+    from pymetis import CSRAdjacency, nested_dissection  # noqa: PLC0415 - optional
+
+    upper = matrix.upper
+    n_nodes = matrix.size // 3
+    ones = np.ones(upper.indices.size, dtype=np.int8)
+    blocks = sparse.csr_array((ones, upper.indices, upper.indptr), shape=(n_nodes, n_nodes))
+    graph = sparse.csr_array(blocks + blocks.T)
+    graph.setdiag(0)
+    graph.eliminate_zeros()
+    order, _ = nested_dissection(CSRAdjacency(graph.indptr.astype(np.int32), graph.indices.astype(np.int32)))
+    return (3 * np.asarray(order)[:, None] + np.arange(3)).ravel().astype(np.int64)
+
+
+_PACKAGES = {
+    SolverName.PARDISO: ("pypardiso",),
+    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
+    SolverName.AMG: ("pyamg",),
+}
+
+
+def direct() -> SolverName:
+    """Return the name of the direct solver available on this machine."""
+    return SolverName.PARDISO if importlib.util.find_spec("pypardiso") else SolverName.CHOLMOD
+
+
+def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
+    """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
+    choice = choice if choice in {SolverName.PARDISO, SolverName.CHOLMOD} else direct()
+    require_packages(choice)
+    return Pardiso(slots) if choice is SolverName.PARDISO else Cholmod()
+
+
+def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
+    """Factorise by `direct_solver` for (n, k) sides; `SingularMatrixError`: not positive definite."""
+    solver = direct_solver(1, choice)
+    solver.factorise(0, matrix)
+    return partial(solver.solve, 0)
+
+
+def require_packages(choice: SolverName) -> None:
+    """Raise `SolverUnavailableError` if a package of a solver is not installed."""
+    for package in _PACKAGES[choice]:
+        if importlib.util.find_spec(package) is None:
+            message = (
+                f"solver {choice} is not available, because the package {package} is not installed. "
+                f"Install it (pip install {package}) or choose another --solver"
+            )
+            raise SolverUnavailableError(message)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.solid.notch import NotchField, VNotch, fitted
+from fea.judge.sharp_places import NotchField, VNotch, fitted_notch
 
 # λ₁ and λ₂ by the opening angle, degrees (Williams 1952; figures of Lazzarin & Tovo 1998 to four digits).
 EXPONENTS = {
@@ -33,7 +33,7 @@ def test_a_blunt_crack_is_that_of_creager_and_paris():
 def test_a_field_of_the_notch_is_found_again(opening, a, c):
     notch, r = VNotch(opening), np.linspace(1.0, 5.0, 8)
     mean, half = a * r ** (notch.opens - 1), c * r ** (notch.slides - 1)
-    field = fitted(notch, r, mean + half, mean - half)
+    field = fitted_notch(notch, r, mean + half, mean - half)
     assert (field.opening, field.sliding) == pytest.approx((a, c), rel=1e-6, abs=1e-6)
 
 
@@ -48,4 +48,4 @@ def test_the_radius_for_a_stress_has_that_peak_and_a_larger_one_less(opening, a,
 
 def test_a_narrow_notch_is_not_judged_by_its_flanks():
     r = np.linspace(1.0, 5.0, 8)
-    assert fitted(VNotch(math.radians(30.0)), r, 1 / r, 1 / r) is None
+    assert fitted_notch(VNotch(math.radians(30.0)), r, 1 / r, 1 / r) is None

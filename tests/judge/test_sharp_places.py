@@ -16,13 +16,13 @@ from scipy.spatial import KDTree
 from fea.analysis.meshing import mesh_study
 from fea.analysis.summary import _bar_notes
 from fea.apps.result import analyse
-from fea.judge.governing import Governing
+from fea.judge.case_result import Governing
 from fea.judge.sharp_places import SharpPlaces
 from fea.output.json_file import as_dict
 from fea.output.pictures.shown import described_by
 from fea.output.terminal.run import print_runs
 from fea.solid.sharp_edges import SharpEdges
-from fea.solid.singular import masked_nodes, singular_nodes
+from fea.solid.singular import BoundaryEdges, masked_nodes
 from fea.study.option_tables import MeshTable
 from geometry.bodies import Prism, Side, block, polygon
 from geometry.bodies import draw as draw_body
@@ -76,7 +76,7 @@ def test_the_same_edges_are_sharp_however_the_solids_are_joined_and_meshed(studi
     found = []
     for name, size in (("fused", 8.0), ("touching", 8.0), ("fused", 14.0)):
         mesh = mesh_study(dataclasses.replace(studies[name], mesh=MeshTable(size_mm=size)))
-        on = singular_nodes(mesh.cell, (), mesh.cell_creases)
+        on = BoundaryEdges(mesh.cell).singular_nodes((), mesh.cell_creases)
         x, y, z = mesh.cell.points[on].T
         ring = np.minimum(abs(np.hypot(x, y) - 38), abs(np.hypot(x - LENGTH, y) - 20))
         assert ring.max() < 1e-6
@@ -100,9 +100,9 @@ def test_a_facet_that_was_straightened_makes_no_sharp_edge():
         faces = draw_body(Prism(sides, (0.0, 4.0)))
         mesh, _ = tetrahedralise(faces, [], Sizing(5.0))
         sharp = creases(faces, mesh)
-    assert singular_nodes(mesh, (), sharp).size == singular_nodes(mesh).size > 0
+    assert BoundaryEdges(mesh).singular_nodes((), sharp).size == BoundaryEdges(mesh).singular_nodes().size > 0
     smooth = dataclasses.replace(sharp, nodes=sharp.nodes[:0], fold=sharp.fold[:0], label=sharp.label[:0])
-    assert not masked_nodes(mesh, singular_nodes(mesh, (), smooth)).any()
+    assert not masked_nodes(mesh, BoundaryEdges(mesh).singular_nodes((), smooth)).any()
 
 
 def test_a_facet_that_is_folded_over_is_no_cusp():
@@ -119,8 +119,8 @@ def test_a_facet_that_is_folded_over_is_no_cusp():
     points = flat.points.copy()
     points[top[middle, 2]] = c + 1.2 * ((a + b) / 2 - c)  # beyond the opposite edge
     folded = dataclasses.replace(flat, points=points)
-    assert singular_nodes(folded).size > 0
-    assert singular_nodes(folded, (), sharp).size == 0
+    assert BoundaryEdges(folded).singular_nodes().size > 0
+    assert BoundaryEdges(folded).singular_nodes((), sharp).size == 0
 
 
 def test_edges_are_read_at_places_and_in_directions_of_the_drawing(studies):
@@ -150,7 +150,7 @@ def test_a_way_ends_where_a_fillet_begins():
     rows, step, within = np.arange(len(edges.at)), np.full(len(edges.at), 0.25), np.ones(len(edges.at))
     floor = np.abs(edges.away[:, :, 0] - 1) < 1e-6
     for side in (0, 1):
-        reached = edges.walks(side, rows, step, 40, within).reached * 0.25
+        reached = edges.paths(side, rows, step, 40, within).length * 0.25
         assert reached[floor[:, side]] == pytest.approx(4.0, abs=0.3)
         assert reached[~floor[:, side]] == pytest.approx(10.0, abs=0.3)
 

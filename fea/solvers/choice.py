@@ -1,23 +1,14 @@
-"""The choice among the linear solvers."""
+"""The choice of a linear solver by the memory that it needs."""
 
-import importlib.util
-from functools import partial
 from pathlib import Path
 
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
-from fea.solid.assembly import SymmetricMatrix
-from fea.solid.errors import SolverUnavailableError
-from fea.solvers.linear import pardiso
-from fea.solvers.linear.amg import SmoothedAggregation
-from fea.solvers.linear.cholmod import CholmodCholesky
-from fea.solvers.linear.multigrid import Multigrid
-from fea.solvers.linear.solver import LinearSolver, Operator
+from fea.solvers.direct import direct, direct_solver, require_packages
+from fea.solvers.iterative import Multigrid
+from fea.solvers.linear_solver import LinearSolver
 from geometry.system import free_memory, free_under_limit
 from mesh.tetmesh import TetMesh
-
-_PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
-_PACKAGES[SolverName.AMG] = ("pyamg",)
 
 
 def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
@@ -40,11 +31,6 @@ def chosen(choice: SolverName, n_dofs: int, slots: int) -> SolverName:
     raise MemoryError(message)
 
 
-def direct() -> SolverName:
-    """Return the name of the direct solver available on this machine."""
-    return SolverName.PARDISO if importlib.util.find_spec("pypardiso") else SolverName.CHOLMOD
-
-
 def linear_solver(
     choice: SolverName, mesh: TetMesh, material: Material | Materials, slots: int
 ) -> LinearSolver:
@@ -52,34 +38,9 @@ def linear_solver(
     choice = chosen(choice, mesh.points.size, slots)
     if choice is not SolverName.AMG:
         return direct_solver(slots, choice)
-    if mesh.order == 2:
-        return Multigrid(mesh, material, factorise)
-    _require_packages(choice)
-    return SmoothedAggregation(mesh.points)
-
-
-def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
-    """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
-    choice = choice if choice in {SolverName.PARDISO, SolverName.CHOLMOD} else direct()
-    _require_packages(choice)
-    return pardiso.Pardiso(slots) if choice is SolverName.PARDISO else CholmodCholesky()
-
-
-def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> Operator:
-    """Factorise by `direct_solver` for (n, k) sides; `SingularMatrixError`: not positive definite."""
-    solver = direct_solver(1, choice)
-    solver.factorise(0, matrix)
-    return partial(solver.solve, 0)
-
-
-def _require_packages(choice: SolverName) -> None:
-    for package in _PACKAGES[choice]:
-        if importlib.util.find_spec(package) is None:
-            message = (
-                f"solver {choice} is not available, because the package {package} is not installed. "
-                f"Install it (pip install {package}) or choose another --solver"
-            )
-            raise SolverUnavailableError(message)
+    if mesh.order == 1:
+        require_packages(choice)
+    return Multigrid(mesh, material)
 
 
 MIB = 2**20

@@ -1,1 +1,0 @@
-"""Linear solvers with a common interface."""
