@@ -55,13 +55,13 @@ from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, Verdict, peak, safety_factor
+from fea.machine.system import peak_memory
 from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
 from fea.rod.place_names import place_name
 from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface
-from geometry.system import peak_memory
 from loads.instants import Instants
 from mesh.quality import Quality
 from mesh.repair import Repair

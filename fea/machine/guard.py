@@ -14,7 +14,8 @@ from typing import IO
 
 from fea.machine.exit_codes import MACHINE
 from fea.machine.streams import outlet
-from geometry.system import CAN_FORK, ENDS, memory_limit
+from fea.machine.system import CAN_FORK, memory_limit
+from geometry.signals import ENDS
 
 _MIB = 2**20
 # Below this limit some libraries neither load nor fail, but wait for memory forever.

@@ -12,9 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.note import Note
+from fea.machine.system import replaced
 from fea.output.target import reported
 from geometry.arrays import Floats
-from geometry.system import replaced
 
 
 @contextmanager

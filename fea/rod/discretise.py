@@ -13,6 +13,7 @@ from fea.base.choices import Symmetry
 from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
 from fea.machine.isolated import IsolatedProcess, allow, begun, say
+from fea.machine.system import memory_limit
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, mass_error, put_together
 from fea.rod.reading import SECONDS, reading_errors
 from fea.study.rod_table import RodTable
@@ -21,7 +22,6 @@ from geometry.errors import require
 from geometry.session import GmshLog, session
 from geometry.solid import Solid
 from geometry.surfaces import Mirror
-from geometry.system import memory_limit
 from mesh.creases import creases
 from mesh.generate import tetrahedralise
 from mesh.quality import Quality, scaled_jacobian, shape

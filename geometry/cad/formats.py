@@ -26,7 +26,6 @@ from geometry.imports import CAD_FORMATS, DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from geometry.system import replaced
 
 # Bytes of the description and of all shapes, unpacked: far more than any rod takes.
 MOST_DESCRIPTION = 64 * 2**20
@@ -412,15 +411,17 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
     return named, kinds
 
 
-def export_step(rod: Rod, path: Path) -> None:
-    """Write the rod as STEP, mm, in an open session. Raises `GeometryError`: by the kernel; `OSError`."""
+def step_file(rod: Rod) -> bytes:
+    """Draw a rod in an open session, and return it as a STEP file in mm.
+
+    Raises `GeometryError`: the kernel failed; `OSError`: the disk of temporary files is full.
+    """
     build(rod, Mirror.NONE)
     with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending
         written = Path(folder) / "rod.step"
-        with kernel.attempt(f"write {path}"), quiet():
+        with kernel.attempt("write the rod as STEP"), quiet():
             gmsh.write(str(written))
         content = written.read_bytes()
     if not content.rstrip().endswith(b"END-ISO-10303-21;"):  # the kernel does not notice a full disk
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    with replaced(path) as place:
-        place.write_bytes(content)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)
+    return content

@@ -36,9 +36,9 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.analysis.prepare import prepare
     from fea.analysis.speed import solve_speed, with_cycle
     from fea.machine.clock import Clock
+    from fea.machine.system import peak_memory
     from fea.pins.assembly import AssemblyPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable
-    from geometry.system import peak_memory
     from mesh.sizing import default_size
 
     asked = study()

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from fea.apps.sweep.base import digest, files_of
 from fea.base.version import __version__
+from fea.machine.system import saying
 from fea.output.folder import ANOTHER_OUT, owned
 from fea.output.json_file import JsonObject, json_lines
 from fea.output.target import near, reported
 from fea.study.study import Study
 from geometry.arrays import Floats
-from geometry.system import saying
 
 SUFFIX = ".unfinished"
 

@@ -14,8 +14,8 @@ from typing import Any
 from fea.apps.sweep.journal import Done, Journal
 from fea.apps.sweep.work import Task, VersionError, own_processes, work
 from fea.base.version import __version__
+from fea.machine.system import usable_processors
 from geometry.errors import InvalidValue, require
-from geometry.system import usable_processors
 
 _CONNECT_SECONDS = 10
 

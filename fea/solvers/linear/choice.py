@@ -6,6 +6,7 @@ from pathlib import Path
 
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
+from fea.machine.system import free_memory, free_under_limit
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SolverUnavailableError
 from fea.solvers.linear import pardiso
@@ -13,7 +14,6 @@ from fea.solvers.linear.amg import SmoothedAggregation
 from fea.solvers.linear.cholmod import CholmodCholesky
 from fea.solvers.linear.multigrid import Multigrid
 from fea.solvers.linear.solver import LinearSolver, Operator
-from geometry.system import free_memory, free_under_limit
 from mesh.tetmesh import TetMesh
 
 _PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
