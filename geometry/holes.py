@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -145,32 +145,18 @@ def basis_across(direction: Floats) -> Floats:
 _OFF_LINE = 0.2
 
 
-class Balance(NamedTuple):
-    """Where a centre of gravity lies relative to the line between two bores, mm."""
-
-    distance: float  #: of the bores
-    aside: float  #: of the centre of gravity from the line
-    beyond: float  #: of the centre of gravity from the line's ends along it; 0 where it is between
-
-    @classmethod
-    def of(cls, bores: tuple[RoundHole, RoundHole], middle: Floats) -> "Balance":
-        """Balance of a centre of gravity (3,)."""
-        big, small = bores
-        frame, distance = rod_frame(big.direction, small.center - big.center)
-        along, aside, _ = (frame @ (middle - big.center)).tolist()
-        return cls(distance, abs(aside), max(-along, along - distance, 0.0))
-
-    @property
-    def is_that_of_a_rod(self) -> bool:
-        """Whether these may be the bores of a rod, rather than holes for bolts or of other parts."""
-        return max(self.aside, self.beyond) <= _OFF_LINE * self.distance
-
-    def text(self) -> str:
-        """Describe it in words."""
-        return (
-            f"the centre of gravity lies {self.aside:.4g} mm beside and {self.beyond:.4g} mm beyond the line "
-            f"between them, which is {self.distance:.4g} mm long"
-        )
+def off_the_rod(bores: tuple[RoundHole, RoundHole], middle: Floats) -> str:
+    """Say why a centre of gravity (3,) shows that holes are no bores of a rod; empty if they may be."""
+    big, small = bores
+    frame, distance = rod_frame(big.direction, small.center - big.center)
+    along, aside, _ = (frame @ (middle - big.center)).tolist()
+    beyond = max(-along, along - distance, 0.0)
+    if max(abs(aside), beyond) <= _OFF_LINE * distance:
+        return ""
+    return (
+        f"the centre of gravity lies {abs(aside):.4g} mm beside and {beyond:.4g} mm beyond the line "
+        f"between them, which is {distance:.4g} mm long"
+    )
 
 
 # Holes for the pins of other rods: their radius over that of the small end's bore at least, the length of

@@ -9,6 +9,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
+from geometry.arrays import linked_groups
 from geometry.assembly import Assembly, BoltAxis
 from geometry.errors import GeometryError
 from geometry.faces import Face, Feature, FeatureKind, edge_points
@@ -155,15 +156,15 @@ def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[Interface]) -> list
         return []
     separate = {frozenset(interface.parts) for interface in apart}
     faces = [boundary(part) for part in volumes]
-    groups: list[set[int]] = []
-    for number, around in enumerate(faces):
-        joined = [
-            group
-            for group in groups
-            if any(around & faces[other] and frozenset((number, other)) not in separate for other in group)
-        ]
-        groups = [group for group in groups if group not in joined] + [{number}.union(*joined)]
-    return [[tag for number in sorted(group) for tag in volumes[number]] for group in groups]
+    joined = [
+        pair
+        for pair in combinations(range(len(volumes)), 2)
+        if faces[pair[0]] & faces[pair[1]] and frozenset(pair) not in separate
+    ]
+    body = linked_groups(len(volumes), *np.reshape(joined, (-1, 2)).astype(np.int64).T)
+    members = [np.flatnonzero(body == number) for number in range(body.max() + 1)]
+    members.sort(key=lambda parts: int(parts.max()))
+    return [[tag for number in parts for tag in volumes[number]] for parts in members]
 
 
 # Of the hole's radius: planes and cylinders of CAD programs are not exact.

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import gmsh
 import numpy as np
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS, Surface
@@ -85,7 +86,7 @@ def creases(
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
-    nodes = _numbers(np.concatenate(rows), mesh)
+    _, nodes = KDTree(mesh.points).query(np.concatenate(rows))
     return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
 
 
@@ -116,19 +117,6 @@ def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[i
         plane = next(axis_of[face] for face in faces if axis_of[face] >= 0)
         other = other * np.where(np.arange(3) == plane, -1.0, 1.0)
     return np.asarray(np.arccos(np.clip(np.abs((one * other).sum(axis=1)), 0.0, 1.0)))
-
-
-def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
-    """Nodes (n, 2) of a mesh at places (n, 2, 3), the nearest where none is exactly there."""
-    count, places = len(mesh.points), ends.reshape(-1, 3)
-    together = np.concatenate([mesh.points, places]) + 0.0  # no negative zeros
-    _, place = np.unique(together, axis=0, return_inverse=True)
-    node_at = np.full(len(together), -1)
-    node_at[place[:count]] = np.arange(count)
-    nodes = node_at[place[count:]]
-    for row in np.flatnonzero(nodes < 0):
-        nodes[row] = np.linalg.norm(mesh.points - places[row], axis=1).argmin()
-    return np.asarray(nodes, dtype=np.int64).reshape(-1, 2)
 
 
 def _in_words(face: int, cut: set[int]) -> str:

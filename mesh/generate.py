@@ -55,7 +55,9 @@ def tetrahedralise(
         raise MeshError(f"{failed}: {error}. {remedy}") from error
     if complaint:
         raise of_crossing(f"{failed}: {complaint}. {remedy}")
-    mesh, straightened = mended(snapped(outward(_arrays(surfaces, sizing.order, parts))), keep_bow=keep_bow)
+    mesh, straightened = mended(
+        snapped(outward(mesh_of_model(surfaces, sizing.order, parts))), keep_bow=keep_bow
+    )
     quality = measure(mesh, straightened)
     if not quality.least_scaled_jacobian > 0:
         inverted = mesh.points[mesh.tets[scaled_jacobian(mesh) <= 0, :4]]
@@ -68,7 +70,10 @@ def tetrahedralise(
     return numbered(mesh)[0], quality
 
 
-def _arrays(surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]]) -> TetMesh:
+def mesh_of_model(
+    surfaces: Mapping[Surface, Sequence[int]], order: int, parts: Sequence[Sequence[int]] = ()
+) -> TetMesh:
+    """Return the mesh of the open model; facets may point inwards. Raises `MeshError`: no tetrahedra."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     part: Ints | None = None
     if len(parts) < 2:

@@ -7,7 +7,7 @@ import gmsh
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, Mask
 from mesh.generate import snapped
@@ -46,7 +46,7 @@ class Anchors:
 def anchors(mesh: TetMesh) -> Anchors:
     """Return where the nodes of a mesh lie on the open model, from which it was made."""
     dim, tag = np.full(len(mesh.points), 3), np.zeros(len(mesh.points), dtype=np.int64)
-    share, tree = np.zeros(len(mesh.points)), cKDTree(mesh.points)
+    share, tree = np.zeros(len(mesh.points)), KDTree(mesh.points)
     near = _SAME * float(np.ptp(mesh.points, axis=0).max())
     for kind in (2, 1, 0):
         for _, entity in gmsh.model.getEntities(kind):

@@ -12,6 +12,7 @@ from itertools import count
 
 import gmsh
 import numpy as np
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, vector
 from geometry.session import GmshLog
@@ -108,8 +109,6 @@ def of_elements(corners: Floats, what: str) -> Repair:
         Spot(vector(center), float(length) / 2, float(length) / 3)
         for center, length in zip(centers, longest, strict=True)
     )
-    from scipy.spatial import KDTree  # noqa: PLC0415 - only a mesh that is repaired needs it
-
     faces = set()  # those that have an edge of an element
     for _, tag in gmsh.model.getEntities(_SURFACE):
         _, places, _ = gmsh.model.mesh.getNodes(_SURFACE, tag, includeBoundary=True)

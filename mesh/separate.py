@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.arrays import Ints, linked_groups
+from geometry.arrays import Ints, linked_groups, twins
 from geometry.surfaces import Surface
-from mesh.tetmesh import FACE_NODES, FACET_TURN, TetMesh, element_faces, faces_behind
+from mesh.tetmesh import FACE_NODES, FACET_TURN, TetMesh, face_counts, faces_behind
 
 # Numbers of two parts that touch; the surfaces that their sides of the interface become.
 Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
@@ -23,10 +23,7 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")
-    faces = np.sort(element_faces(mesh.tets), axis=1)
-    order = np.lexsort(faces.T)
-    same = (faces[order[1:]] == faces[order[:-1]]).all(axis=1)
-    behind = np.stack([order[:-1][same], order[1:][same]])  # 4 · element + face, on both sides
+    behind = np.stack(twins(face_counts(mesh.tets)[0].ravel()))  # 4 · element + face, on both sides
     behind = behind[:, mesh.part[behind[0] // 4] != mesh.part[behind[1] // 4]]
     first, second = behind // 4
     sides = mesh.part[first], mesh.part[second]

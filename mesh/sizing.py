@@ -6,6 +6,7 @@ from math import sqrt
 
 import gmsh
 import numpy as np
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.faces import Feature, FeatureKind
@@ -56,8 +57,6 @@ class SizeField:
             return self
         # An exact limit would need an advancing front; the nearest seeds give practically the same bound.
         seeds, sizes = places[small], wanted[small]
-        from scipy.spatial import KDTree  # noqa: PLC0415 - only a refined mesh needs it
-
         distance, nearest = KDTree(seeds).query(places, k=min(_NEIGHBOURS, small.size))
         distance, nearest = distance.reshape(len(places), -1), nearest.reshape(len(places), -1)
         bound = np.minimum(wanted, (sizes[nearest] + growth * distance).min(axis=1))

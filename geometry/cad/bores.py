@@ -8,7 +8,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces
+from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces, wall_area
 from geometry.errors import GeometryError
 from geometry.faces import Face, edge_points, loop_points
 from geometry.holes import (
@@ -17,15 +17,14 @@ from geometry.holes import (
     PARALLEL,
     UNKNOWN,
     Axis,
-    Balance,
     Diameters,
     RoundHole,
     bore_pairs,
     heavier_first,
+    off_the_rod,
     pin_wall,
     place_text,
 )
-from geometry.measure import wall_area
 from geometry.segments import fitted_circle
 
 # Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
@@ -270,11 +269,10 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
                 f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
                 "rod.small_end_bore_mm"
             )
-        balance = Balance.of(ordered, middle)
-        if not balance.is_that_of_a_rod:
+        if why := off_the_rod(ordered, middle):
             raise GeometryError(
                 f"the two largest parallel holes ({_list(ordered)}) are not the bores of a rod: "
-                f"{balance.text()}. {NAME_BORES}, or keep only the rod with rod.solids"
+                f"{why}. {NAME_BORES}, or keep only the rod with rod.solids"
             )
     return ordered
 

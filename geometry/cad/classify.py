@@ -14,12 +14,11 @@ from geometry.assembly import Assembly
 from geometry.cad.bores import SAME_DIAMETER, CadHole, Pair, Walls, walls_of
 from geometry.cad.formats import NamedSolid
 from geometry.cad.pieces import contacts, fused, one_rod
-from geometry.cad.shapes import has_mismeasured, recognised_faces
+from geometry.cad.shapes import has_mismeasured, recognised_faces, triangulated_mass
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, solid_points
-from geometry.holes import CLOSED, UNKNOWN, Balance, Diameters, rod_frame
+from geometry.holes import CLOSED, UNKNOWN, Diameters, off_the_rod, rod_frame
 from geometry.imports import CadSolid, Role
-from geometry.measure import triangulated_mass
 from geometry.parts import BUSHING, CAP, LOWER_SHELL, NAMES, ROD, UPPER_SHELL, divided
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
@@ -195,7 +194,7 @@ def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:
         distance >= _REACH * length
         and width <= _WIDTH * distance
         and breadth <= _BREADTH * length
-        and Balance.of((big, small), middle).is_that_of_a_rod
+        and not off_the_rod((big, small), middle)
     )
 
 

@@ -15,12 +15,12 @@ from geometry.holes import (
     CLOSED,
     NAME_BORES,
     UNKNOWN,
-    Balance,
     Diameters,
     RoundHole,
     basis_across,
     bore_pairs,
     heavier_first,
+    off_the_rod,
     pin_wall,
     place_text,
 )
@@ -296,10 +296,9 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
             raise MeshError(f"more than one hole{known} could be a bore. {_listed(every)}. {NAME_BORES}")
     if not any(diameters):
         _require_largest(best, every)
-        balance = Balance.of(best, surface.center)
-        if not balance.is_that_of_a_rod:
+        if why := off_the_rod(best, surface.center):
             raise MeshError(
-                f"the two largest through-holes cannot be the bores, because {balance.text()}. "
+                f"the two largest through-holes cannot be the bores, because {why}. "
                 f"{_listed(best)}. {NAME_BORES}"
             )
     alike = best[0].same_radius(best[1].radius, _SAME) and not any(diameters)
