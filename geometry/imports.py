@@ -1,5 +1,6 @@
 """What was made of a CAD file: which of its solids are analysed, where the bores are, what was assumed."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -8,7 +9,6 @@ from pathlib import Path
 from geometry.arrays import Vector
 from geometry.errors import InvalidValue, require
 from geometry.holes import Diameters
-from geometry.shipped import tables_beside
 
 CAP_ASSUMED = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
 
@@ -110,7 +110,7 @@ class CadFormat(StrEnum):
 
 
 # The tables of `cad_formats.toml`, and the formats that are read by their endings.
-CAD_FORMATS = tables_beside(__file__, "cad_formats.toml")
+CAD_FORMATS = tomllib.loads(Path(__file__).with_name("cad_formats.toml").read_text(encoding="utf-8"))
 FORMATS = {ending: kind for kind in CadFormat for ending in CAD_FORMATS["read"][kind]["endings"]}
 
 

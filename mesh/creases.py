@@ -169,7 +169,7 @@ class Rim:
 
 
 def rims(mesh: TetMesh) -> tuple[Rim, ...]:
-    """Find the rims on a mesh of separate bodies (`mesh.separate`); none lies across a mirror plane."""
+    """Find the rims on a mesh of separate bodies (`mesh.tetmesh`); none lies across a mirror plane."""
     cut = [_sides(mesh.facets[plane])[0] for plane in mesh.planes]
     bore = _sides(mesh.facets.get(Surface.BIG_END_BORE, np.zeros((0, 3), dtype=np.int64)))[0]
     every_rim = []

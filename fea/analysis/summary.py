@@ -63,8 +63,8 @@ from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface
 from loads.instants import Instants
+from mesh.generate import Repair
 from mesh.quality import Quality
-from mesh.repair import Repair
 
 
 def endurance_figures(parts: Iterable[str], materials: Sequence[Material]) -> dict[str, EnduranceFigures]:

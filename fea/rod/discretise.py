@@ -23,9 +23,8 @@ from geometry.session import GmshLog, session
 from geometry.solid import Solid
 from geometry.surfaces import Mirror
 from mesh.creases import creases
-from mesh.generate import tetrahedralise
+from mesh.generate import NOTHING, Repair, of_elements, of_folds, repaired, tetrahedralise
 from mesh.quality import Quality, scaled_jacobian, shape
-from mesh.repair import NOTHING, Repair, of_elements, of_folds, repaired
 from mesh.sizing import PER_BORE, PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 

@@ -23,9 +23,9 @@ from geometry.imports import ImportReport, RodFile, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
 from mesh.files.given import GivenMesh, given_mesh, mean_edge
+from mesh.generate import NOTHING
 from mesh.mirror import unmirrored
 from mesh.quality import measure
-from mesh.repair import NOTHING
 from mesh.tetmesh import MeshError, TetMesh
 
 PART = "rod"

@@ -21,8 +21,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, SideBySide
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
-from mesh.separate import Interfaces, separated
-from mesh.tetmesh import TetMesh, numbered
+from mesh.tetmesh import Interfaces, TetMesh, numbered, separated
 
 # From places (…, 3) to a measure (…,) that grows from part to part.
 Measure = Callable[[Floats], Floats]
@@ -62,7 +61,7 @@ def apart(
 ) -> TetMesh:
     """Mesh a body by `mesh_body` and take it apart where the measure reaches the `splits`, as `parted`.
 
-    Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.separate.separated`.
+    Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.tetmesh.separated`.
     """
     mesh = parted(mesh_body(body, size, order=order, fine=fine), splits, measure)
     return numbered(separated(mesh, interfaces)[0])[0]

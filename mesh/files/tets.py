@@ -1,5 +1,6 @@
 """Tetrahedra as a file of another program holds them, before they are checked."""
 
+import tomllib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +12,13 @@ import numpy.typing as npt
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from geometry.errors import InvalidValue
 from geometry.holes import place_text
-from geometry.shipped import tables_beside
 from mesh.quality import shape
 from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_counts, folded
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
 # Those of `formats.toml`.
-_TABLES = tables_beside(__file__, "formats.toml")
+_TABLES = tomllib.loads(Path(__file__).with_name("formats.toml").read_text(encoding="utf-8"))
 _KINDS: dict[str, dict[str, Any]] = _TABLES["kinds"]
 FORMATS: dict[str, str] = _TABLES["formats"]
 OF_ABAQUS = {told["abaqus"]: kind for kind, told in _KINDS.items() if "abaqus" in told}
