@@ -37,6 +37,10 @@ class CadSolid:
     volume: float  #: mm³
     size: Vector  #: extents (3,) along the axes of the file, mm
 
+    def text(self) -> str:
+        """Name it, with its role."""
+        return self.name if self.name == self.role else f"{self.name} ({self.role})"
+
 
 @dataclass(frozen=True)
 class BoreLocation:

@@ -9,7 +9,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import linked_groups
+from geometry.arrays import Ints, linked_groups
 from geometry.assembly import Assembly, BoltAxis
 from geometry.errors import GeometryError
 from geometry.faces import Face, Feature, FeatureKind, edge_points
@@ -106,7 +106,7 @@ def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
 
 
 @dataclass(frozen=True)
-class Interface:
+class PartInterface:
     """Where two parts, given by their numbers, touch without being joined."""
 
     parts: tuple[int, int]
@@ -116,7 +116,7 @@ class Interface:
 
 def interfaces(
     names: Sequence[str], volumes: Sequence[Sequence[int]], assembly: Assembly
-) -> tuple[Interface, ...]:
+) -> tuple[PartInterface, ...]:
     """Find them from the names and volumes of the parts; a bonded bushing has none."""
     bonded = set() if assembly.bushing else {BUSHING}
     owner = {volume: number for number, part in enumerate(volumes) for volume in part}
@@ -129,7 +129,7 @@ def interfaces(
     order = sorted(range(len(names)), key=lambda part: rank.get(names[part], len(rank)))
     touching = ((pair, _sides(*(names[part] for part in pair))) for pair in combinations(order, 2))
     return tuple(
-        Interface(pair, sides, tuple(shared[frozenset(pair)]))
+        PartInterface(pair, sides, tuple(shared[frozenset(pair)]))
         for pair, sides in touching
         if sides is not None and frozenset(pair) in shared
     )
@@ -150,10 +150,8 @@ def boundary(volumes: Iterable[int]) -> set[int]:
     return {tag for _, tag in gmsh.model.getBoundary(entities, combined=False, oriented=False)}
 
 
-def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[Interface]) -> list[list[int]]:
-    """Volumes of joined parts; empty if all are. Those that share faces are joined, but for interfaces."""
-    if not apart:
-        return []
+def joined_groups(volumes: Sequence[Sequence[int]], apart: Sequence[PartInterface] = ()) -> Ints:
+    """Number (n_parts,) of the group of each part that shares faces with the others, but for interfaces."""
     separate = {frozenset(interface.parts) for interface in apart}
     faces = [boundary(part) for part in volumes]
     joined = [
@@ -161,9 +159,16 @@ def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[Interface]) -> list
         for pair in combinations(range(len(volumes)), 2)
         if faces[pair[0]] & faces[pair[1]] and frozenset(pair) not in separate
     ]
-    body = linked_groups(len(volumes), *np.reshape(joined, (-1, 2)).astype(np.int64).T)
-    members = [np.flatnonzero(body == number) for number in range(body.max() + 1)]
-    members.sort(key=lambda parts: int(parts.max()))
+    return linked_groups(len(volumes), *np.reshape(joined, (-1, 2)).astype(np.int64).T)
+
+
+def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[PartInterface]) -> list[list[int]]:
+    """Volumes of joined parts; empty if all are. Those that share faces are joined, but for interfaces."""
+    if not apart:
+        return []
+    body = joined_groups(volumes, apart)
+    members = [np.flatnonzero(body == number).tolist() for number in range(body.max() + 1)]
+    members.sort(key=max)
     return [[tag for number in parts for tag in volumes[number]] for parts in members]
 
 
@@ -209,7 +214,7 @@ def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
 
 
 def contact_features(
-    touching: Sequence[Interface],
+    touching: Sequence[PartInterface],
     named: Mapping[Surface, tuple[int, ...]],
     bolts: Sequence[BoltAxis],
     thickness: Mapping[Surface, float],

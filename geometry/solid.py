@@ -20,7 +20,7 @@ from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, su
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline, Pocket, space_beside, web_pocket
-from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
+from geometry.parts import PartInterface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc, Line, Segment
@@ -141,7 +141,7 @@ def check_contacts(
     rod: Rod,
     assembly: Assembly,
     mirror: Mirror,
-    interfaces: Sequence[Interface],
+    interfaces: Sequence[PartInterface],
     named: Mapping[Surface, tuple[int, ...]],
 ) -> None:
     """Compare areas of contact faces with the dimensions. Raises `GeometryError`: above `AREA_TOLERANCE`."""
@@ -212,7 +212,7 @@ class Solid:
     imported: ImportReport | None = None
     #: Of the whole rod, also when a cell was drawn; empty for a rod without an assembly
     bolts: tuple[BoltAxis, ...] = ()
-    interfaces: tuple[Interface, ...] = ()  #: where parts touch without being joined
+    interfaces: tuple[PartInterface, ...] = ()  #: where parts touch without being joined
 
     @property
     def bodies(self) -> list[list[int]]:
@@ -292,7 +292,7 @@ def _beside(rod: Rod, mirror: Mirror, outline: Outline) -> list[int]:
 
 
 def with_contacts(
-    solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]]
+    solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[PartInterface]], Mapping[Surface, float]]
 ) -> Solid:
     """Add the interfaces, and the faces there and under bolts as features.
 

@@ -1,10 +1,9 @@
 """Mesh the solid in the open gmsh session, and mesh it again with other settings where that fails.
 
 If gmsh fails or makes elements that the mesh checks reject, settings at the faulty places are changed. On a
-curved face one or two elements wide, the frontal surface mesher of gmsh may leave triangles that span half the
-face and cut through the solid and through each other. MeshAdapt, which splits and swaps edges (Geuzaine &
-Remacle 2009), avoids them, though its triangles are worse elsewhere. Smaller elements help too, because shorter
-edges are less curved.
+curved face one or two elements wide, gmsh's frontal surface mesher may leave triangles that span half of it
+and cut through the solid and through each other. MeshAdapt, which splits and swaps edges (Geuzaine & Remacle
+2009), avoids them, though its triangles are worse elsewhere. Smaller elements help too.
 """
 
 from collections.abc import Callable, Mapping, Sequence

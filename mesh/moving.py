@@ -22,7 +22,7 @@ Topology = dict[tuple[int, int], tuple[int, ...]]
 
 
 @dataclass(frozen=True)
-class Anchors:
+class MeshClassification:
     """Where the nodes of a mesh lie on the solid."""
 
     #: dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
@@ -43,7 +43,7 @@ class Anchors:
         return closures
 
 
-def anchors(mesh: TetMesh) -> Anchors:
+def anchors(mesh: TetMesh) -> MeshClassification:
     """Return where the nodes of a mesh lie on the open model, from which it was made."""
     dim, tag = np.full(len(mesh.points), 3), np.zeros(len(mesh.points), dtype=np.int64)
     share, tree = np.zeros(len(mesh.points)), KDTree(mesh.points)
@@ -59,7 +59,7 @@ def anchors(mesh: TetMesh) -> Anchors:
             if kind == 1:
                 share[node] = _shares(entity, mesh.points[node])
     curves = [entity for _, entity in gmsh.model.getEntities(1)]
-    return Anchors(dim, tag, share, {curve: start_of(curve) for curve in curves}, topology())
+    return MeshClassification(dim, tag, share, {curve: start_of(curve) for curve in curves}, topology())
 
 
 def topology() -> Topology:
@@ -102,7 +102,7 @@ class MovableMesh:
     """
 
     mesh: TetMesh  #: as it was made
-    anchors: Anchors  #: where its nodes lie on its solid
+    anchors: MeshClassification  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
         """Return the mesh on the open solid, with its quality; None for other faces, or bad elements."""

@@ -10,7 +10,7 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces, wall_area
 from geometry.errors import GeometryError
-from geometry.faces import Face, edge_points, loop_points
+from geometry.faces import Face, edge_points, face_middle, loop_points
 from geometry.holes import (
     CLOSED,
     NAME_BORES,
@@ -153,13 +153,11 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:
     """Whether there is material outside the largest face of a wall, and none before it."""
-    low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
-    middle = list((low + high) / 2)
-    point = np.array(gmsh.model.getValue(2, wall.faces[0], middle))
+    point, normal = face_middle(wall.faces[0])
     out = point - wall.center
     out -= (out @ wall.direction) * wall.direction
     if gmsh.model.getAdjacencies(2, wall.faces[0])[0].size == 1:  # its normal points out of its only volume
-        if out @ np.array(gmsh.model.getNormal(wall.faces[0], middle)) > 0:
+        if out @ normal > 0:
             return False
         if len(interior.volumes) == 1:
             return True
@@ -167,7 +165,7 @@ def _is_hollow(wall: CadHole, interior: Interior) -> bool:
 
 
 @dataclass(frozen=True)
-class Walls:
+class CylindricalFaces:
     """Cylindrical walls of a solid, the largest radius first: of a thousand faces, all take long."""
 
     interior: Interior
@@ -192,11 +190,11 @@ class Walls:
                 yield from () if wall is None else (wall,)
 
 
-def walls_of(volume: int) -> Walls:
+def cylindrical_faces(volume: int) -> CylindricalFaces:
     """Return the walls of a volume of the open model."""
     groups = wall_groups(recognised_faces((volume,)))
     groups.sort(key=lambda group: -max(wall.radius for wall in group))
-    return Walls(Interior((volume,)), tuple(groups))
+    return CylindricalFaces(Interior((volume,)), tuple(groups))
 
 
 # Largest deviation from a circle, relative to the radius, with which an opening is meant to be round: that of

@@ -13,7 +13,7 @@ from geometry import kernel
 from geometry.arrays import vector
 from geometry.assembly import Assembly, BoltAxis
 from geometry.cad.bolts import Fastener, bolts_in, removed
-from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores, through_holes
+from geometry.cad.bores import SAME_DIAMETER, CadHole, HalfOpenError, Pair, find_bores, through_holes
 from geometry.cad.classify import cad_solid, in_one_piece, named_parts
 from geometry.cad.formats import declared_unit, linked_files, read_solids
 from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_faced
@@ -50,7 +50,7 @@ from geometry.imports import (
 )
 from geometry.kernel import SOLID
 from geometry.mass import MassProperties, joined
-from geometry.parts import CAP, ROD, Interface, boundary, remove_all, seat_disks, with_seats
+from geometry.parts import CAP, ROD, PartInterface, joined_groups, remove_all, seat_disks, with_seats
 from geometry.solid import Part, Solid, reflected, whole_mass, with_contacts
 from geometry.surfaces import Mirror, Surface
 
@@ -123,22 +123,18 @@ def sharing(
             )
         remove_all({piece for made in pieces[len(every) :] for piece in made})
     gmsh.model.occ.synchronize()
-    faces = [boundary(cell) for cell in volumes]
-    joined, loose = [0], list(range(1, len(volumes)))
-    while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
-        joined += touching
-        loose = [one for one in loose if one not in touching]
-    if loose:
-        gap, one, other = min(
-            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], one, other)
-            for one in loose
-            for other in joined
-            for a in volumes[one]
-            for b in volumes[other]
+    group = joined_groups(volumes)
+    if group.any():
+        gap, loose, joined = min(
+            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], loose, joined)
+            for loose in np.flatnonzero(group).tolist()
+            for joined in np.flatnonzero(group == 0).tolist()
+            for a in volumes[loose]
+            for b in volumes[joined]
         )
         raise GeometryError(
-            f"the solids {names[one]} and {names[other]} do not touch (gap {gap:.3g} mm), so they cannot be "
-            "bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
+            f"the solids {names[loose]} and {names[joined]} do not touch (gap {gap:.3g} mm), so they cannot "
+            "be bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
             "rod.solids"
         )
     return volumes
@@ -165,41 +161,43 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    apart = assembly is not None
-    read = _read(file, unit, tell, apart=apart)
-    solids, holes = read.solids, read.bores
-    if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
-        unit = better
-        read = _read(file, unit, tell, apart=apart)
-        solids, holes = read.solids, read.bores
-    if why := not_a_length(holes[0].apart(holes[1]), unit):
+    read = _read(file, unit, tell, apart=assembly is not None)
+    if file.unit is None and (better := plausible_unit(read.length, unit)) != unit:
+        unit, read = better, _read(file, better, tell, apart=assembly is not None)
+    if why := not_a_length(read.length, unit):
         raise GeometryError(f"{file.path.name}: {why}")
-    if file.swap_ends:
-        holes = holes[::-1]
-    big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
-    capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
-    tags = [one.tag for one in solids if one.kept]
-    told = capped or file.swap_ends or file.big_end_bore or not holes[0].same_radius(holes[1].radius, 1e-3)
-    assumed = [*read.said, *([] if told else [EQUAL_BORES])]
-    assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
+    solids, holes = read.solids, read.bores[::-1] if file.swap_ends else read.bores
+    locations = [BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes]
+    capped = any(solid.role in (Role.CAP, Role.ASSUMED_CAP) and solid.kept for solid in solids)
+    identified = capped or file.swap_ends or file.big_end_bore
+    equal = not identified and holes[0].same_radius(holes[1].radius, SAME_DIAMETER)
+    notes = [*read.notes, *([EQUAL_BORES] if equal else [])]
+    notes += _assumed(file, declared, unit, read, bonded=assembly is None)
+    tags = [solid.tag for solid in solids if solid.kept]
     carried = carried_rods(holes, through_holes(Interior(tags), recognised_faces(tags)))
     listing: tuple[str, ...] = ()
     if assembly is None:
-        solid = _bonded(solids, holes, tell)
+        drawn = _bonded(solids, holes, tell)
     else:
-        solid, listing, more = _assembled(solids, holes, assembly, tell)
-        assumed += more
-    report = ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing, read.doubts, carried)
-    return replace(solid, imported=report)
+        drawn, listing, more = _assembled(solids, holes, assembly, tell)
+        notes += more
+    bores = locations[0], locations[1]
+    report = ImportReport(unit, tuple(solids), bores, tuple(notes), listing, read.doubts, carried)
+    return replace(drawn, imported=report)
 
 
 class _Read(NamedTuple):
-    """Solids of a file in the open model, the bores, and what was found of the solids, in words."""
+    """Solids of a file in the open model, their bores, and notes on the solids."""
 
     solids: list[CadSolid]
     bores: Pair
     doubts: tuple[str, ...] = ()
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """Distance of the bores, mm."""
+        return self.bores[0].apart(self.bores[1])
 
 
 def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool) -> _Read:
@@ -211,7 +209,7 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
         tell(f"looking for the rod among {len(named)} solids")
     named, copies = without_copies(named)
     solids, pieces = in_one_piece(named, file.solids, file.diameters, apart=apart)
-    tags = [one.tag for one in solids if one.kept]
+    tags = [solid.tag for solid in solids if solid.kept]
     tell("looking for the bores")
     try:
         bores = find_bores(tags, recognised_faces(tags), file.diameters)
@@ -228,17 +226,17 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
                 f"({', '.join(linked)}): read the file of the rod, or export the assembly as STEP"
             ) from error
         raise
-    caps = [one.tag for one in solids if one.role is Role.CAP and one.kept]
+    caps = [solid.tag for solid in solids if solid.role is Role.CAP and solid.kept]
     if caps and not any(file.diameters):
         middle = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in caps], axis=0)
         big, small = (np.linalg.norm(middle - bore.center) for bore in bores)
         bores = bores[::-1] if small < big else bores
-    said = []
+    notes = []
     if copies:
-        said.append(f"{copies} of the solids of {file.path.name} are drawn twice at one place: counted once")
+        notes.append(f"{copies} of the solids of {file.path.name} are drawn twice at one place: counted once")
     if pieces:
-        said.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
-    return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(said))
+        notes.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
+    return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(notes))
 
 
 def _cap_unit(cap: Path, file: RodFile, unit: str) -> str:
@@ -275,17 +273,16 @@ def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -
                     "clear whether both belong to the rod. Join them in the CAD program (Boolean union), "
                     "or name those to keep in rod.solids"
                 )
-        touching += [f"{left.name} ({left.role})"] if near else []
+        touching += [left.text()] if near else []
     if touching:
         more = f" and {len(touching) - _LISTED} more" if len(touching) > _LISTED else ""
         listed = ", ".join(touching[:_LISTED])
         yield f"{listed}{more}: left out, though touching the rod; what belongs to it goes in rod.solids"
 
 
-def _assumed(
-    file: RodFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
-) -> list[str]:
-    notes = []
+def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bool) -> list[str]:
+    """Notes on the unit of length, and on the solids that are bonded, assumed or left out."""
+    notes, length = [], read.length
     if file.unit not in (None, declared):
         meant = length / UNITS[unit] * DECLARED[declared]
         notes.append(
@@ -304,23 +301,23 @@ def _assumed(
             f'rod.unit = "{other}" they would be {number * UNITS[other]:.4g} mm apart'
             for other in list(usual_units(number))[:1]
         ]
-    if any(one.role is Role.ASSUMED_CAP for one in solids):
+    if any(solid.role is Role.ASSUMED_CAP for solid in read.solids):
         notes.append(CAP_ASSUMED)
-    kept = [f"{one.name} ({one.role})" if one.name != one.role else one.name for one in solids if one.kept]
+    kept = [solid.text() for solid in read.solids if solid.kept]
     if len(kept) > 1 and bonded:
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
-    left = [one for one in solids if not one.kept and (bonded or one.role is not Role.BOLT)]
+    left = [each for each in read.solids if not each.kept and (bonded or each.role is not Role.BOLT)]
     if left and not file.solids:
-        listed = ", ".join(f"{one.name} ({one.role})" for one in left[:_LISTED])
+        listed = ", ".join(solid.text() for solid in left[:_LISTED])
         more = f" and {len(left) - _LISTED} more solids" if len(left) > _LISTED else ""
         notes.append(f"left out of {file.path.name}: {listed}{more} (rod.solids)")
     return notes
 
 
 def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]) -> Solid:
-    kept = [one for one in solids if one.kept]
-    _remove([one.tag for one in solids if not one.kept])
-    tags, names = [one.tag for one in kept], [one.name for one in kept] if len(kept) > 1 else ["rod"]
+    kept = [solid for solid in solids if solid.kept]
+    _remove([solid.tag for solid in solids if not solid.kept])
+    tags, names = [solid.tag for solid in kept], [solid.name for solid in kept] if len(kept) > 1 else [ROD]
     tell("looking for mirror planes")
     bores = placed(tags, *holes)
     mirror = smallest_cell(tags, bores[1].x)
@@ -331,12 +328,12 @@ def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]
 def _assembled(
     solids: Sequence[CadSolid], holes: Pair, assembly: Assembly, tell: Callable[[str], None]
 ) -> tuple[Solid, tuple[str, ...], list[str]]:
-    kept = [one for one in solids if one.kept]
-    small = [one for one in solids if not one.kept and one.role in (Role.BOLT, Role.OTHER)]
-    small = [one for one in small if max(one.size) < _NEAR * holes[0].radius]
-    _remove([one.tag for one in solids if not one.kept and one not in small])
-    bores = placed([one.tag for one in (*kept, *small)], *holes)
-    fasteners = removed([one.tag for one in small])
+    kept = [solid for solid in solids if solid.kept]
+    loose = [solid for solid in solids if not solid.kept and solid.role in (Role.BOLT, Role.OTHER)]
+    loose = [solid for solid in loose if max(solid.size) < _NEAR * holes[0].radius]
+    _remove([solid.tag for solid in solids if not solid.kept and solid not in loose])
+    bores = placed([solid.tag for solid in (*kept, *loose)], *holes)
+    fasteners = removed([solid.tag for solid in loose])
     tell("dividing the assembly into its parts")
     volumes = named_parts(kept, bores, assembly)
     names = list(volumes)
@@ -352,23 +349,28 @@ def _assembled(
     solid = with_contacts(
         _solid(mirror, bores, parts, bolts), assembly, lambda touching: _walls(joint, touching, bores)
     )
-    listing = [] if joint is None else [joint.text()]
-    for one in solid.interfaces:
-        first, second = (solid.parts[number].name for number in one.parts)
-        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
-        listing.append(f"{first} and {second} touch over {area:.4g} mm²")
+    return solid, tuple(_listing(solid, joint)), assumed
+
+
+def _listing(solid: Solid, joint: Joint | None) -> Iterator[str]:
+    """Describe the joint, interfaces and bolts of an assembly."""
+    if joint is not None:
+        yield joint.text()
+    for interface in solid.interfaces:
+        first, second = (solid.parts[number].name for number in interface.parts)
+        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in interface.faces)
+        yield f"{first} and {second} touch over {area:.4g} mm²"
     for bolt in solid.bolts:
         end = (
             f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
             if bolt.engaged
             else f"nut on {2 * bolt.nut_radius:.4g} mm"
         )
-        listing.append(
+        yield (
             f"bolt through the joint at {place_text(np.array(bolt.point))} mm from the crank pin: hole of "
             f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
             f"grip {bolt.grip:.4g} mm, {end}"
         )
-    return solid, tuple(listing), assumed
 
 
 def _remove(volumes: Sequence[int]) -> None:
@@ -419,7 +421,7 @@ def _bolts(
 
 
 def _walls(
-    joint: Joint | None, touching: Sequence[Interface], bores: tuple[Bore, Bore]
+    joint: Joint | None, touching: Sequence[PartInterface], bores: tuple[Bore, Bore]
 ) -> dict[Surface, float]:
     """Thickness of the ring at the joint, and of bushing and shells by their seats, mm."""
     walls = {}

@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 from geometry.cad.bores import CadHole, hollow_wall, wall_groups
 from geometry.cad.shapes import Interior, recognised_faces
 from geometry.errors import GeometryError
-from geometry.faces import Face, edge_points, loop_points, parameter_grid, solid_points
+from geometry.faces import Face, edge_points, face_middle, loop_points, parameter_grid, solid_points
 from geometry.holes import Axis, basis_across, place_text
 from geometry.kernel import SOLID
 from geometry.parts import boundary
@@ -230,9 +230,7 @@ def _seat_at(
 
 
 def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
-    low, high = gmsh.model.getParametrizationBounds(2, face.tag)
-    normal = np.array(gmsh.model.getNormal(face.tag, [(a + b) / 2 for a, b in zip(low, high, strict=True)]))
-    if abs(normal @ direction) < _SQUARE:
+    if abs(face_middle(face.tag)[1] @ direction) < _SQUARE:
         return None
     _, loops = gmsh.model.occ.getCurveLoops(face.tag)
     if len(loops) < 2:
@@ -243,7 +241,7 @@ def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
     reach = [(float(one.min()), float(one.max())) for one in apart]
     inner = min(range(len(loops)), key=lambda number: reach[number][1])
     away = loop_points(loops[inner]) - center
-    across = np.linalg.svd(direction[None])[2][1:]
+    across = basis_across(direction)
     angle = np.sort(np.arctan2(away @ across[1], away @ across[0]))
     gaps = np.diff(np.append(angle, angle[0] + 2 * np.pi))
     if gaps.max() >= np.pi:  # the axis is not inside of it

@@ -14,7 +14,7 @@ from geometry.cad.bores import Pair
 from geometry.cad.formats import NamedSolid
 from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError
-from geometry.faces import Face, parameter_grid, solid_points
+from geometry.faces import face_middle, solid_points
 from geometry.kernel import SOLID
 
 # Coincident solids differ by less, relatively: two translators round differently.
@@ -59,19 +59,19 @@ def _measure(tag: int) -> Floats:
     return np.concatenate([places, [np.log(size)], inertia, [occ.getMass(SOLID, tag) / size**3]])
 
 
-class _Flats:
+class _PlaneFaces:
     """The plane faces of a solid: tags, unit normals (n, 3), middles, areas, and corners of their boxes."""
 
     def __init__(self, solid: int) -> None:
         flat = [face for face in recognised_faces((solid,)) if face.shape == "Plane"]
         self.tags = [face.tag for face in flat]
-        self.normals = np.reshape([_normal(face) for face in flat], (-1, 3))
+        self.normals = np.reshape([face_middle(tag)[1] for tag in self.tags], (-1, 3))
         self.areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in self.tags])
         self.middles = np.reshape([gmsh.model.occ.getCenterOfMass(2, tag) for tag in self.tags], (-1, 3))
         self.low = np.reshape([face.low for face in flat], (-1, 3))
         self.high = np.reshape([face.high for face in flat], (-1, 3))
 
-    def on(self, other: "_Flats", slack: float) -> Ints:
+    def on(self, other: "_PlaneFaces", slack: float) -> Ints:
         """Places (n, 2) of faces of two solids that face each other in one plane, or lie apart in it."""
         apart = np.einsum("ijk,ik->ij", other.middles - self.middles[:, None], self.normals)
         near = (self.low[:, None] < other.high + slack) & (other.low < self.high[:, None] + slack)
@@ -80,7 +80,7 @@ class _Flats:
 
 
 @dataclass(frozen=True)
-class Contact:
+class Cut:
     """Where a cut runs between two solids: plane faces that lie on each other and cover each other."""
 
     pair: tuple[int, int]
@@ -88,13 +88,13 @@ class Contact:
     shift: Vector = (0.0, 0.0, 0.0)  #: that brings the second solid onto the first, mm
 
 
-def contacts(tags: Sequence[int]) -> list[Contact]:
+def cuts_between(tags: Sequence[int]) -> list[Cut]:
     """Find the cuts between solids of the open model.
 
     A part that only lies against another one, as a crank's web against a rod, covers no whole face, or is not
     covered itself.
     """
-    flats = {tag: _Flats(tag) for tag in tags}
+    flats = {tag: _PlaneFaces(tag) for tag in tags}
     slack = TOUCHING * max(float(np.ptp(solid_points(tag), axis=0).max()) for tag in tags)
     shared: dict[tuple[int, int], list[tuple[int, int, Vector]]] = defaultdict(list)
     covered: dict[tuple[int, int], float] = defaultdict(float)  # of the faces of a solid
@@ -115,17 +115,11 @@ def contacts(tags: Sequence[int]) -> list[Contact]:
         ]
         if whole:
             shift = max((shift for _, shift in whole), key=np.linalg.norm)
-            found.append(Contact(pair, tuple(tag for tag, _ in whole), shift))
+            found.append(Cut(pair, tuple(tag for tag, _ in whole), shift))
     return found
 
 
-def _normal(face: Face) -> Floats:
-    places = parameter_grid(face.tag, np.array([0.5])).ravel()
-    normal = np.array(gmsh.model.getNormal(face.tag, places)[:3])
-    return np.asarray(normal / np.linalg.norm(normal))
-
-
-def _common(flats: _Flats, i: int, others: _Flats, j: int) -> tuple[float, float]:
+def _common(flats: _PlaneFaces, i: int, others: _PlaneFaces, j: int) -> tuple[float, float]:
     """Area that two faces in one plane share, mm², and how far the second lies before the first, mm."""
     one, other = flats.tags[i], others.tags[j]
     away = float((others.middles[j] - flats.middles[i]) @ flats.normals[i])
@@ -143,7 +137,7 @@ def _common(flats: _Flats, i: int, others: _Flats, j: int) -> tuple[float, float
     return float(area), away
 
 
-def one_rod(found: Sequence[Contact], rods: Mapping[int, Pair]) -> list[Contact]:
+def one_rod(found: Sequence[Cut], rods: Mapping[int, Pair]) -> list[Cut]:
     """Pairs of solids that each have both bores and are one rod: layers, halves, or overlapping copies."""
     cuts = {contact.pair: contact for contact in found}
     joined = []
@@ -154,7 +148,7 @@ def one_rod(found: Sequence[Contact], rods: Mapping[int, Pair]) -> list[Contact]
         if cut is not None and any(_reaches(face, rods[one]) for face in cut.faces):
             joined.append(cut)
         elif cut is None and overlap(one, other) > 0:
-            joined.append(Contact((one, other), ()))
+            joined.append(Cut((one, other), ()))
     return joined
 
 
@@ -198,7 +192,7 @@ def touch(one: int, other: int, slack: float) -> bool:
     return bool(gmsh.model.occ.getDistance(SOLID, one, SOLID, other)[0] < slack)
 
 
-def fused(solids: Sequence[NamedSolid], joins: Collection[Contact]) -> list[NamedSolid]:
+def fused(solids: Sequence[NamedSolid], joins: Collection[Cut]) -> list[NamedSolid]:
     """Join solids of the open model at cuts. Raises `GeometryError`: they do not become one solid."""
     place = {solid.tag: at for at, solid in enumerate(solids)}
     ends = np.array([[place[tag] for tag in join.pair] for join in joins], dtype=np.int64)
@@ -213,7 +207,7 @@ def fused(solids: Sequence[NamedSolid], joins: Collection[Contact]) -> list[Name
     return result
 
 
-def _close(pieces: Sequence[NamedSolid], joins: Sequence[Contact]) -> None:
+def _close(pieces: Sequence[NamedSolid], joins: Sequence[Cut]) -> None:
     """Move pieces onto each other, beginning at the first one."""
     at, left = {pieces[0].tag: np.zeros(3)}, list(joins)
     while left:
@@ -226,7 +220,7 @@ def _close(pieces: Sequence[NamedSolid], joins: Sequence[Contact]) -> None:
                     gmsh.model.occ.translate([(SOLID, new)], *at[new])
 
 
-def _union(pieces: Sequence[NamedSolid], joins: Sequence[Contact]) -> NamedSolid:
+def _union(pieces: Sequence[NamedSolid], joins: Sequence[Cut]) -> NamedSolid:
     _close(pieces, joins)
     overlapping = any(not join.faces for join in joins)
     volume = sum(gmsh.model.occ.getMass(SOLID, piece.tag) for piece in pieces)

@@ -10,7 +10,16 @@ import numpy as np
 
 from geometry import kernel
 from geometry.arrays import Floats, vector
-from geometry.faces import Face, Feature, FeatureKind, edge_points, faces_of, parameter_grid, solid_points
+from geometry.faces import (
+    Face,
+    Feature,
+    FeatureKind,
+    edge_points,
+    face_middle,
+    faces_of,
+    parameter_grid,
+    solid_points,
+)
 from geometry.holes import basis_across
 from geometry.mass import MassProperties
 from geometry.segments import fitted_circle
@@ -276,9 +285,7 @@ def _round(face: Face) -> tuple[float, float] | None:
     if face.shape not in ("Cylinder", "Torus") or face.fitted:
         return _tightest(face)
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
-    middle = [(u0 + u1) / 2, (v0 + v1) / 2]
-    point = np.array(gmsh.model.getValue(2, face.tag, middle))
-    normal = np.array(gmsh.model.getNormal(face.tag, middle))
+    point, normal = face_middle(face.tag)
     center, axis = np.array(face.values[:3]), np.array(face.values[3:6])
     from_axis = point - center - ((point - center) @ axis) * axis
     if face.shape == "Torus":

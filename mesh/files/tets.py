@@ -21,8 +21,8 @@ MOST_TETS = 10_000_000
 _TABLES = tomllib.loads(Path(__file__).with_name("formats.toml").read_text(encoding="utf-8"))
 _KINDS: dict[str, dict[str, Any]] = _TABLES["kinds"]
 FORMATS: dict[str, str] = _TABLES["formats"]
-OF_ABAQUS = {told["abaqus"]: kind for kind, told in _KINDS.items() if "abaqus" in told}
-OF_GMSH = {told["gmsh"]: kind for kind, told in _KINDS.items() if "gmsh" in told}
+OF_ABAQUS = {names["abaqus"]: kind for kind, names in _KINDS.items() if "abaqus" in names}
+OF_GMSH = {names["gmsh"]: kind for kind, names in _KINDS.items() if "gmsh" in names}
 # How meshio's names of solid elements begin.
 _SOLIDS: tuple[str, ...] = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
 _SOLIDS += ("VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
