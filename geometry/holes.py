@@ -100,9 +100,9 @@ def pin_wall(walls: Sequence[Hole]) -> Hole:
 def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Iterator[tuple[Hole, Hole]]:
     """Pairs of parallel holes that may be the bores, big end first; given diameters must be met."""
     radii = [None if diameter is None else diameter / 2 for diameter in diameters]
-    for one, other in combinations(holes, 2):
-        if one.parallel(other) and one.apart(other) > max(one.radius, other.radius):
-            for pair in ((one, other), (other, one)):
+    for first, second in combinations(holes, 2):
+        if first.parallel(second) and first.apart(second) > max(first.radius, second.radius):
+            for pair in ((first, second), (second, first)):
                 if all(hole.same_radius(radius, slack) for hole, radius in zip(pair, radii, strict=True)):
                     yield pair
                     break
@@ -110,10 +110,10 @@ def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Ite
 
 def heavier_first(bores: tuple[Hole, Hole], middle: Floats) -> tuple[Hole, Hole]:
     """Of two equal bores, take the one nearer to the centre of gravity (3,) for the big end's."""
-    one, other = bores
-    along = (other.center - one.center) / np.linalg.norm(other.center - one.center)
-    nearer_other = (middle - (one.center + other.center) / 2) @ along > 1e-6 * one.apart(other)
-    return (other, one) if nearer_other else bores
+    first, second = bores
+    along = (second.center - first.center) / np.linalg.norm(second.center - first.center)
+    nearer_other = (middle - (first.center + second.center) / 2) @ along > 1e-6 * first.apart(second)
+    return (second, first) if nearer_other else bores
 
 
 def place_text(place: Floats) -> str:

@@ -1,4 +1,4 @@
-"""What was made of a CAD file: which of its solids are analysed, where the bores are, what was assumed."""
+"""Rods from CAD files: units, formats, roles of solids, and the report of an import."""
 
 import tomllib
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ CAP_ASSUMED = "the cap is missing: a ring of the section at the joint is assumed
 
 
 class Role(StrEnum):
-    """What a solid of a file is."""
+    """Role of a solid of a file."""
 
     ROD = "rod"
     OTHER_ROD = "another rod"
@@ -53,7 +53,7 @@ class BoreLocation:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What was made of a file."""
+    """Report of an import: solids that are analysed, bores, assumptions."""
 
     unit: str  #: of the lengths in the file, of `geometry.imports.UNITS`
     solids: tuple[CadSolid, ...]  #: its solids, in the order of the file
@@ -136,7 +136,7 @@ def require_readable(name: str, path: Path) -> None:
 
 
 class MissingCap(StrEnum):
-    """What to do about a rod without its cap."""
+    """Treatment of a rod without its cap."""
 
     REFUSED = "refused"
     ASSUMED = "assumed"

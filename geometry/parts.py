@@ -107,7 +107,7 @@ def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class PartInterface:
-    """Where two parts, given by their numbers, touch without being joined."""
+    """Faces at which two parts, given by their numbers, touch without being joined."""
 
     parts: tuple[int, int]
     sides: tuple[Surface, Surface]  #: the surfaces that the first's side and the second's are
@@ -135,12 +135,12 @@ def interfaces(
     )
 
 
-def _sides(one: str, other: str) -> tuple[Surface, Surface] | None:
-    if other == BUSHING:
+def _sides(first: str, second: str) -> tuple[Surface, Surface] | None:
+    if second == BUSHING:
         return Surface.BUSHING_SEAT, Surface.BUSHING_BACK
-    if other in _SHELLS and one not in _SHELLS:
+    if second in _SHELLS and first not in _SHELLS:
         return Surface.SHELL_SEAT, Surface.SHELL_BACK
-    joint = (one in _ABOVE) != (other in _ABOVE)
+    joint = (first in _ABOVE) != (second in _ABOVE)
     return (Surface.JOINT, Surface.JOINT_CAP) if joint else None
 
 

@@ -33,23 +33,16 @@ VOLUME_TOLERANCE, AREA_TOLERANCE = 1e-4, 0.01
 _ANGLES = 60  # places of a rule that is exact for periodic functions
 
 
-@dataclass(frozen=True)
-class _FeatureShape:
-    """Faces of a feature as the dimensions give them; measures as in `Feature`."""
-
-    kind: FeatureKind
-    matches: Callable[..., bool]  #: of a face, with the ``slack`` of lengths, mm
-    radius: float = math.inf
-    sweep: float = 0.0
-    thickness: float = math.inf
+# A feature as the dimensions give it, and whether a face, with the ``slack`` of lengths in mm, belongs to it.
+_Expected = tuple[Feature, Callable[..., bool]]
 
 
-def _cylinder(kind: FeatureKind, arc: Arc, sweep: float, wall: float = math.inf) -> _FeatureShape:
+def _cylinder(kind: FeatureKind, arc: Arc, sweep: float, wall: float = math.inf) -> _Expected:
     matches = partial(Face.about, x=arc.center[0], y=arc.center[1], radius=arc.radius)
-    return _FeatureShape(kind, matches, arc.radius, sweep, wall)
+    return Feature(kind, (), arc.radius, sweep, wall), matches
 
 
-def _feature_shapes(rod: Rod, turn: float) -> Iterator[_FeatureShape]:
+def _expected(rod: Rod, turn: float) -> Iterator[_Expected]:
     outline, full = Outline(rod), 2 * math.pi
     walls = rod.big_end_ring, rod.bushing or rod.small_end_ring
     for bore, wall in zip(outline.bores, walls, strict=True):
@@ -60,28 +53,28 @@ def _feature_shapes(rod: Rod, turn: float) -> Iterator[_FeatureShape]:
     for diameter, angle in holes:
         if diameter:
             matches = partial(Face.lengthwise, radius=diameter / 2, turn=angle)
-            yield _FeatureShape(FeatureKind.HOLE, matches, diameter / 2, full)
+            yield Feature(FeatureKind.HOLE, (), diameter / 2, full), matches
     arcs = [] if outline.bosses is None else list(outline.bosses.fillets())
-    turned = [one.turned(turn) for arc in arcs for one in (arc, arc.mirrored())]
+    turned = [each.turned(turn) for arc in arcs for each in (arc, arc.mirrored())]
     for arc in turned if turn else arcs:
         yield _cylinder(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep))
-    yield from _step_shapes(rod, outline.rib)
+    yield from _expected_steps(rod, outline.rib)
     if rod.has_pockets:
-        yield from _pocket_shapes(web_pocket(rod, outline.edge), rod.web_thickness)
+        yield from _expected_in_pocket(web_pocket(rod, outline.edge), rod.web_thickness)
 
 
-def _step_shapes(rod: Rod, rib: Rib | None) -> Iterator[_FeatureShape]:
+def _expected_steps(rod: Rod, rib: Rib | None) -> Iterator[_Expected]:
     """Concave arcs at the feet of ring steps, and beside and between ribs."""
     for step in ring_steps(rod):
         if step.height:
             matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
-            yield _FeatureShape(FeatureKind.RING_STEP, matches, step.radius, step.sweep)
+            yield Feature(FeatureKind.RING_STEP, (), step.radius, step.sweep), matches
     if rib is not None and (rib.side.height or rib.groove):
         matches = partial(Face.is_torus, x=0.0, major=rib.rings[1], minor=rib.side.radius)
-        yield _FeatureShape(FeatureKind.RING_STEP, matches, rib.side.radius, math.pi / 2)
+        yield Feature(FeatureKind.RING_STEP, (), rib.side.radius, math.pi / 2), matches
 
 
-def _pocket_shapes(pocket: Pocket, web: float) -> Iterator[_FeatureShape]:
+def _expected_in_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
     """Corners, floor edges and web floors of the two pockets."""
     r = pocket.floor_radius
 
@@ -93,7 +86,7 @@ def _pocket_shapes(pocket: Pocket, web: float) -> Iterator[_FeatureShape]:
         def is_corner(face: Face, slack: float, arc: Arc = arc) -> bool:
             return seen(face).about(*arc.center, arc.radius, slack)
 
-        yield _FeatureShape(FeatureKind.POCKET_CORNER, is_corner, arc.radius, abs(arc.sweep))
+        yield Feature(FeatureKind.POCKET_CORNER, (), arc.radius, abs(arc.sweep)), is_corner
 
     def rounds_floor(face: Face, slack: float) -> bool:
         face = seen(face)
@@ -105,8 +98,8 @@ def _pocket_shapes(pocket: Pocket, web: float) -> Iterator[_FeatureShape]:
     def is_floor(face: Face, slack: float) -> bool:
         return seen(face).lies_at(2, pocket.floor, slack)
 
-    yield _FeatureShape(FeatureKind.POCKET_FLOOR, rounds_floor, r, math.pi / 2)
-    yield _FeatureShape(FeatureKind.WEB, is_floor, thickness=web)
+    yield Feature(FeatureKind.POCKET_FLOOR, (), r, math.pi / 2), rounds_floor
+    yield Feature(FeatureKind.WEB, (), thickness=web), is_floor
 
 
 def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
@@ -116,14 +109,14 @@ def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[
     the shape of a feature.
     """
     slack, features = SLACK * rod.length, []
-    for shape in _feature_shapes(rod, turn):
-        tags = tuple(face.tag for face in faces if shape.matches(face, slack=slack))
+    for feature, matches in _expected(rod, turn):
+        tags = tuple(face.tag for face in faces if matches(face, slack=slack))
         if not tags:
             raise GeometryError(
-                f"the CAD kernel drew no {shape.kind.replace('_', ' ')} faces, but the dimensions give some. "
-                "Change the dimensions of this feature slightly"
+                f"the CAD kernel drew no {feature.kind.replace('_', ' ')} faces, but the dimensions give "
+                "some. Change the dimensions of this feature slightly"
             )
-        features.append(Feature(shape.kind, tags, shape.radius, shape.sweep, shape.thickness))
+        features.append(replace(feature, faces=tags))
     return tuple(features)
 
 
@@ -198,7 +191,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Solid:
-    """What `build` has drawn in the open session."""
+    """A rod that is drawn in the open session."""
 
     mirror: Mirror  #: the cell that was drawn
     bores: tuple[Bore, Bore]  #: of the big and the small end; the distance of their centres is `bores[1].x`

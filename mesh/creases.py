@@ -47,11 +47,11 @@ class Creases:
             return np.full(len(ends), -1)
         ends = ends if self.source is None else self.source[ends]
         most = int(max(self.nodes.max(), ends.max(initial=0))) + 1
-        known = self.nodes.min(axis=1) * most + self.nodes.max(axis=1)
-        asked = ends.min(axis=1) * most + ends.max(axis=1)
-        order = np.argsort(known)
-        at = np.minimum(np.searchsorted(known[order], asked), len(known) - 1)
-        return np.where(known[order][at] == asked, order[at], -1)
+        keys = self.nodes.min(axis=1) * most + self.nodes.max(axis=1)
+        wanted = ends.min(axis=1) * most + ends.max(axis=1)
+        order = np.argsort(keys)
+        at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+        return np.where(keys[order][at] == wanted, order[at], -1)
 
 
 def creases(

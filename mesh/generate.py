@@ -130,9 +130,9 @@ def of_folds() -> Repair | None:
     number, folded = np.zeros(int(tags.max()) + 1, dtype=np.int64), set[int]()
     number[tags] = np.arange(len(tags))
     for _, face in gmsh.model.getEntities(_SURFACE):
-        for own, nodes in zip(*gmsh.model.mesh.getElements(_SURFACE, face)[1:], strict=True):
-            surface = SurfaceMesh(places.reshape(-1, 3), number[nodes.reshape(len(own), -1)[:, :3]])
-            if (surface.hinges(np.arange(len(own)))[2] < np.cos(_FOLD)).any():
+        for elements, nodes in zip(*gmsh.model.mesh.getElements(_SURFACE, face)[1:], strict=True):
+            surface = SurfaceMesh(places.reshape(-1, 3), number[nodes.reshape(len(elements), -1)[:, :3]])
+            if (surface.hinges(np.arange(len(elements)))[2] < np.cos(_FOLD)).any():
                 folded.add(face)
     cause = "triangles of the surface mesh were folded over each other"
     return Repair(causes=(cause,), folded=frozenset(folded)) if folded else None

@@ -23,7 +23,7 @@ Topology = dict[tuple[int, int], tuple[int, ...]]
 
 @dataclass(frozen=True)
 class MeshClassification:
-    """Where the nodes of a mesh lie on the solid."""
+    """Classification of the nodes of a mesh on the vertices, curves and faces of its solid."""
 
     #: dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
     dim: Ints
@@ -44,7 +44,7 @@ class MeshClassification:
 
 
 def anchors(mesh: TetMesh) -> MeshClassification:
-    """Return where the nodes of a mesh lie on the open model, from which it was made."""
+    """Classify the nodes of a mesh on the open model, from which it was made."""
     dim, tag = np.full(len(mesh.points), 3), np.zeros(len(mesh.points), dtype=np.int64)
     share, tree = np.zeros(len(mesh.points)), KDTree(mesh.points)
     near = _SAME * float(np.ptp(mesh.points, axis=0).max())

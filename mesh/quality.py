@@ -29,7 +29,7 @@ class Quality:
 
     @property
     def straightened(self) -> int:
-        """How many elements had their edges straightened."""
+        """Number of elements whose edges were straightened."""
         return len(self.mended)
 
 

@@ -45,7 +45,7 @@ class TetMesh:
 
     @property
     def interfaces(self) -> tuple[tuple[Surface, Surface], ...]:
-        """Where separate parts touch: the surfaces of both sides."""
+        """Surfaces of both sides where separate parts touch."""
         return tuple(sides for sides in INTERFACES if sides[0] in self.facets)
 
     @property

@@ -49,7 +49,7 @@ class CadHole(RoundHole):
         return self.area / (2 * math.pi * self.radius)
 
     def taper(self, direction: Floats) -> float:
-        """How much longer than its mean a wall with slanted ends is on the side of a unit vector, mm."""
+        """Length of a wall with slanted ends on the side of a unit vector, over its mean length, mm."""
         return float(self.moment @ direction) / (math.pi * self.radius**2)
 
     def text(self) -> str:
@@ -343,7 +343,7 @@ def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> 
 
 def _list(holes: Sequence[CadHole | _Opening]) -> str:
     more = [f"{len(holes) - _LISTED} smaller ones"] if len(holes) > _LISTED else []
-    return "; ".join([*(one.text() for one in holes[:_LISTED]), *more]) or "none"
+    return "; ".join([*(hole.text() for hole in holes[:_LISTED]), *more]) or "none"
 
 
 def _not_round(odd: Sequence[_Opening]) -> str:

@@ -224,10 +224,10 @@ def named_parts(
 ) -> dict[str, list[int]]:
     """Volumes by the names of the parts; a rod in one piece is split, and shells are cut out of its ring."""
     volumes: dict[str, list[int]] = {}
-    for one in kept:
-        volumes.setdefault(_name(one, bores), []).append(one.tag)
+    for solid in kept:
+        volumes.setdefault(_name(solid, bores), []).append(solid.tag)
     if ROD not in volumes:
-        listed = ", ".join(f"{one.name} ({one.role})" for one in kept)
+        listed = ", ".join(f"{solid.name} ({solid.role})" for solid in kept)
         raise GeometryError(f"no solid of the file is a rod: {listed}. Name rod and cap in rod.solids")
     shells = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
     if shells:
@@ -257,13 +257,13 @@ def named_parts(
     return {name: [tag] for name, tag in bodies.items()}
 
 
-def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
-    if one.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
-        return ROD if one.role is Role.ROD else CAP
-    x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, one.tag)
-    if one.role is Role.BUSHING:
+def _name(solid: CadSolid, bores: tuple[Bore, Bore]) -> str:
+    if solid.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
+        return ROD if solid.role is Role.ROD else CAP
+    x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, solid.tag)
+    if solid.role is Role.BUSHING:
         return BUSHING if abs(x - bores[1].x) < bores[1].x / 2 else UPPER_SHELL if x > 0 else LOWER_SHELL
     raise GeometryError(
-        f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Say it in "
+        f"it is not clear what {solid.name} is in the assembly (taken for: {solid.role}). Say it in "
         'rod.solids, as "cap: NAME" (rod, cap, bushing, shell, bolt or nut), or keep other solids'
     )

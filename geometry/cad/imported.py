@@ -75,7 +75,7 @@ def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, 
 
 
 def _slack(hole: CadHole) -> float:
-    """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
+    """Largest distance of the faces of a bore from its cylinder, mm; 0 where all are the same cylinder."""
     exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
     return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
 
@@ -258,15 +258,15 @@ def _unclosed(file: RodFile, missing: HalfOpenError) -> GeometryError:
 
 def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -> Iterator[str]:
     """Solids left out though they touch what is analysed. Raises `GeometryError`: one overlaps it."""
-    kept = [one for one in solids if one.kept]
-    slack = TOUCHING * max(float(np.max(one.size)) for one in kept)
+    kept = [solid for solid in solids if solid.kept]
+    slack = TOUCHING * max(float(np.max(solid.size)) for solid in kept)
     touching = []
     for left in solids:
         if left.kept or not (bonded or left.role is not Role.BOLT):
             continue
-        near = [one for one in kept if touch(one.tag, left.tag, slack)]
+        near = [solid for solid in kept if touch(solid.tag, left.tag, slack)]
         if left.role in (Role.OTHER, Role.OTHER_ROD) and not file.solids:
-            within = next((one for one in near if overlap(one.tag, left.tag)), None)
+            within = next((solid for solid in near if overlap(solid.tag, left.tag)), None)
             if within is not None:
                 raise GeometryError(
                     f"the solids {within.name} and {left.name} of {file.path.name} overlap, and it is not "
@@ -428,7 +428,7 @@ def _walls(
     if joint is not None:
         walls[Surface.JOINT] = min(joint.area / (2 * bores[0].width), _RING * bores[0].radius)
     for surface, bore in ((Surface.SHELL_SEAT, bores[0]), (Surface.BUSHING_SEAT, bores[1])):
-        faces = [face for one in touching if one.sides[0] is surface for face in one.faces]
+        faces = [face for interface in touching if interface.sides[0] is surface for face in interface.faces]
         shapes = [recognised(face_of(face)) for face in faces]
         radii = [face.values[6] for face in shapes if face.shape == "Cylinder"]
         if faces:

@@ -238,7 +238,7 @@ def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
     level = float((loop_points(loops[0])[0] - point) @ direction)
     center = point + level * direction
     apart = [np.linalg.norm(loop_points(loop, _PLACES) - center, axis=1) for loop in loops]
-    reach = [(float(one.min()), float(one.max())) for one in apart]
+    reach = [(float(distances.min()), float(distances.max())) for distances in apart]
     inner = min(range(len(loops)), key=lambda number: reach[number][1])
     away = loop_points(loops[inner]) - center
     across = basis_across(direction)

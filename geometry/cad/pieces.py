@@ -81,7 +81,7 @@ class _PlaneFaces:
 
 @dataclass(frozen=True)
 class Cut:
-    """Where a cut runs between two solids: plane faces that lie on each other and cover each other."""
+    """A cut between two solids: plane faces that lie on each other and cover each other."""
 
     pair: tuple[int, int]
     faces: tuple[int, ...]  #: of the first solid
@@ -99,13 +99,13 @@ def cuts_between(tags: Sequence[int]) -> list[Cut]:
     shared: dict[tuple[int, int], list[tuple[int, int, Vector]]] = defaultdict(list)
     covered: dict[tuple[int, int], float] = defaultdict(float)  # of the faces of a solid
     for pair in combinations(tags, 2):
-        one, other = (flats[tag] for tag in pair)
-        for i, j in one.on(other, slack).tolist():
-            area, away = _common(one, i, other, j)
+        first, second = (flats[tag] for tag in pair)
+        for i, j in first.on(second, slack).tolist():
+            area, away = _common(first, i, second, j)
             if area > 0:
-                shared[pair].append((i, j, vector(-away * one.normals[i])))
-                covered[pair[0], i] += area / one.areas[i]
-                covered[pair[1], j] += area / other.areas[j]
+                shared[pair].append((i, j, vector(-away * first.normals[i])))
+                covered[pair[0], i] += area / first.areas[i]
+                covered[pair[1], j] += area / second.areas[j]
     found = []
     for pair, faces in shared.items():
         whole = [
@@ -121,14 +121,14 @@ def cuts_between(tags: Sequence[int]) -> list[Cut]:
 
 def _common(flats: _PlaneFaces, i: int, others: _PlaneFaces, j: int) -> tuple[float, float]:
     """Area that two faces in one plane share, mm², and how far the second lies before the first, mm."""
-    one, other = flats.tags[i], others.tags[j]
+    first, second = flats.tags[i], others.tags[j]
     away = float((others.middles[j] - flats.middles[i]) @ flats.normals[i])
     least, most = sorted((flats.areas[i], others.areas[j]))
     aside = np.abs(others.middles[j] - flats.middles[i] - away * flats.normals[i]).max()
-    if one == other or (most - least < _COINCIDENT * most and aside < _COINCIDENT * np.sqrt(most)):
+    if first == second or (most - least < _COINCIDENT * most and aside < _COINCIDENT * np.sqrt(most)):
         return float(least), away
     occ = gmsh.model.occ
-    copies = [occ.copy([(2, tag)])[0] for tag in (one, other)]
+    copies = [occ.copy([(2, tag)])[0] for tag in (first, second)]
     occ.translate(copies[1:], *(-away * flats.normals[i]))
     with kernel.attempt("compare the faces of two solids", _REMEDY):
         made, _ = occ.intersect(copies[:1], copies[1:])
@@ -141,24 +141,24 @@ def one_rod(found: Sequence[Cut], rods: Mapping[int, Pair]) -> list[Cut]:
     """Pairs of solids that each have both bores and are one rod: layers, halves, or overlapping copies."""
     cuts = {contact.pair: contact for contact in found}
     joined = []
-    for one, other in combinations(rods, 2):
-        if not _same_bores(rods[one], rods[other]):
+    for first, second in combinations(rods, 2):
+        if not _same_bores(rods[first], rods[second]):
             continue
-        cut = cuts.get((one, other)) or cuts.get((other, one))
-        if cut is not None and any(_reaches(face, rods[one]) for face in cut.faces):
+        cut = cuts.get((first, second)) or cuts.get((second, first))
+        if cut is not None and any(_reaches(face, rods[first]) for face in cut.faces):
             joined.append(cut)
-        elif cut is None and overlap(one, other) > 0:
-            joined.append(Cut((one, other), ()))
+        elif cut is None and overlap(first, second) > 0:
+            joined.append(Cut((first, second), ()))
     return joined
 
 
-def _same_bores(one: Pair, other: Pair) -> bool:
+def _same_bores(first: Pair, second: Pair) -> bool:
     return any(
         all(
             a.parallel(b) and a.same_radius(b.radius, _REACHES / 100) and a.apart(b) < a.radius / 100
-            for a, b in zip(one, pair, strict=True)
+            for a, b in zip(first, pair, strict=True)
         )
-        for pair in (other, other[::-1])
+        for pair in (second, second[::-1])
     )
 
 
@@ -168,28 +168,28 @@ def _reaches(face: int, bores: Pair) -> bool:
     return bool(np.linalg.norm(high - low) > _REACHES * least)
 
 
-def overlap(one: int, other: int) -> float:
+def overlap(first: int, second: int) -> float:
     """Volume that two solids share, mm³; 0 where it is small against both."""
     occ = gmsh.model.occ
-    boxes = [np.reshape(gmsh.model.getBoundingBox(SOLID, tag), (2, 3)) for tag in (one, other)]
+    boxes = [np.reshape(gmsh.model.getBoundingBox(SOLID, tag), (2, 3)) for tag in (first, second)]
     if (np.minimum(boxes[0][1], boxes[1][1]) <= np.maximum(boxes[0][0], boxes[1][0])).any():
         return 0.0
-    least = min(occ.getMass(SOLID, tag) for tag in (one, other))
+    least = min(occ.getMass(SOLID, tag) for tag in (first, second))
     with kernel.attempt("compare two solids", _REMEDY):
-        made, _ = occ.intersect([(SOLID, one)], [(SOLID, other)], removeObject=False, removeTool=False)
+        made, _ = occ.intersect([(SOLID, first)], [(SOLID, second)], removeObject=False, removeTool=False)
     volume = sum(occ.getMass(SOLID, tag) for dim, tag in made if dim == SOLID)
     # A solid that lies inside the other is itself what they share.
-    occ.remove([shape for shape in made if shape not in [(SOLID, one), (SOLID, other)]], recursive=True)
+    occ.remove([shape for shape in made if shape not in [(SOLID, first), (SOLID, second)]], recursive=True)
     return float(volume) if volume > _OVERLAP * least else 0.0
 
 
-def touch(one: int, other: int, slack: float) -> bool:
+def touch(first: int, second: int, slack: float) -> bool:
     """Whether two solids are closer than `slack`, mm."""
-    points = [solid_points(tag) for tag in (one, other)]
+    points = [solid_points(tag) for tag in (first, second)]
     low, high = (np.array([getattr(at, end)(axis=0) for at in points]) for end in ("min", "max"))
     if (low.max(axis=0) > high.min(axis=0) + slack).any():
         return False
-    return bool(gmsh.model.occ.getDistance(SOLID, one, SOLID, other)[0] < slack)
+    return bool(gmsh.model.occ.getDistance(SOLID, first, SOLID, second)[0] < slack)
 
 
 def fused(solids: Sequence[NamedSolid], joins: Collection[Cut]) -> list[NamedSolid]:
@@ -199,7 +199,7 @@ def fused(solids: Sequence[NamedSolid], joins: Collection[Cut]) -> list[NamedSol
     group = linked_groups(len(solids), *ends.T)
     result = []
     for number in dict.fromkeys(group.tolist()):
-        pieces = [solid for solid, one in zip(solids, group, strict=True) if one == number]
+        pieces = [solid for solid, label in zip(solids, group, strict=True) if label == number]
         tags = {piece.tag for piece in pieces}
         between = [join for join in joins if join.pair[0] in tags]
         result.append(pieces[0] if len(pieces) == 1 else _union(pieces, between))
@@ -211,11 +211,11 @@ def _close(pieces: Sequence[NamedSolid], joins: Sequence[Cut]) -> None:
     """Move pieces onto each other, beginning at the first one."""
     at, left = {pieces[0].tag: np.zeros(3)}, list(joins)
     while left:
-        join = next((one for one in left if not at.keys().isdisjoint(one.pair)), left[0])
+        join = next((cut for cut in left if not at.keys().isdisjoint(cut.pair)), left[0])
         left.remove(join)
-        for known, new, sign in ((*join.pair, 1.0), (*join.pair[::-1], -1.0)):
-            if known in at and new not in at:
-                at[new] = at[known] + sign * np.array(join.shift)
+        for placed, new, sign in ((*join.pair, 1.0), (*join.pair[::-1], -1.0)):
+            if placed in at and new not in at:
+                at[new] = at[placed] + sign * np.array(join.shift)
                 if np.linalg.norm(at[new]) > _CLOSED:
                     gmsh.model.occ.translate([(SOLID, new)], *at[new])
 

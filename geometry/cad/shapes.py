@@ -238,21 +238,21 @@ def _neighbours(rounds: Mapping[int, tuple[float, float]]) -> Iterator[tuple[int
         for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False):
             faces_at.setdefault(int(edge), []).append(tag)
     for edge, faces in faces_at.items():
-        for one, other in combinations(faces, 2):
-            radii = rounds[one][0], rounds[other][0]
-            if abs(radii[0] - radii[1]) < _SAME_ROUND * min(radii) and _continues(edge, one, other):
-                yield one, other
+        for first, second in combinations(faces, 2):
+            radii = rounds[first][0], rounds[second][0]
+            if abs(radii[0] - radii[1]) < _SAME_ROUND * min(radii) and _continues(edge, first, second):
+                yield first, second
 
 
-def _continues(edge: int, one: int, other: int) -> bool:
+def _continues(edge: int, first: int, second: int) -> bool:
     """Whether two faces have the same normal at the middle of an edge, which runs along the round."""
     (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
     middle = [(low + high) / 2]
     along = np.array(gmsh.model.getDerivative(1, edge, middle))
     along /= np.linalg.norm(along)
-    places = [gmsh.model.reparametrizeOnSurface(1, edge, middle, face) for face in (one, other)]
-    normals = [gmsh.model.getNormal(face, place) for face, place in zip((one, other), places, strict=True)]
-    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(one, places[0])
+    places = [gmsh.model.reparametrizeOnSurface(1, edge, middle, face) for face in (first, second)]
+    normals = [gmsh.model.getNormal(face, place) for face, place in zip((first, second), places, strict=True)]
+    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(first, places[0])
     arc = toward_most if abs(most[0]) > abs(least[0]) else toward_least
     smooth = np.linalg.norm(np.cross(*normals)) < _SMOOTH
     return bool(smooth and abs(along @ arc) < _MOST_ALONG)

@@ -165,8 +165,8 @@ def _joint_face(surface: SurfaceMesh, patch: Ints, wall: MeshHole) -> _JointFace
 
 def _loops(facets: Ints) -> list[Ints]:
     """Closed lines of vertices around some facets, in their sense."""
-    known = set(map(tuple, facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
-    after = {a: b for a, b in known if (b, a) not in known}
+    sides = set(map(tuple, facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
+    after = {a: b for a, b in sides if (b, a) not in sides}
     loops = []
     while after:
         start, place = next(iter(after.items()))
@@ -202,7 +202,7 @@ def _band(one: Ints, places: Floats, other: Ints, other_places: Floats) -> Ints:
 
 
 def _share(places: Floats) -> Floats:
-    """How far along a closed line its vertices are (n + 1,), from 0 to 1."""
+    """Positions (n + 1,) of the vertices along a closed line, from 0 to 1."""
     steps = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 

@@ -285,8 +285,8 @@ def read_tets(path: Path) -> TetFile:
 
 
 def _damaged(path: Path, name: str, error: Exception) -> MeshError:
-    said = str(error).replace(str(path), path.name)  # the message names the path already
-    reason = f"{type(error).__name__}: {said}" if said else type(error).__name__
+    text = str(error).replace(str(path), path.name)  # the message names the path already
+    reason = f"{type(error).__name__}: {text}" if text else type(error).__name__
     return MeshError(
         f"{path} could not be read as a file of the format {name} ({reason}). It may be damaged or cut "
         "off, or of a variant that is not read: write it again, or write Abaqus' .inp or gmsh's .msh instead"
