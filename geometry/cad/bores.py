@@ -251,7 +251,7 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
         raise GeometryError(f"no two parallel bores were found. Through-holes: {_list(holes)}. {remedy}")
     best = pairs[0]
     twice = len(pairs) > 1 and all(
-        one.same_radius(other.radius, SAME_DIAMETER) for one, other in zip(best, pairs[1], strict=True)
+        bore.same_radius(again.radius, SAME_DIAMETER) for bore, again in zip(best, pairs[1], strict=True)
     )
     if twice or (diameters[1] is None and _is_amid(best, holes)):
         raise GeometryError(f"more than one pair of holes could be the bores: {_list(holes)}. {NAME_BORES}")
@@ -260,7 +260,7 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     middle = np.asarray(mass @ centers / mass.sum())
     ordered = heavier_first(best, middle) if best[0].same_radius(best[1].radius, SAME_DIAMETER) else best
     if diameters == UNKNOWN:
-        larger = [one for one in odd if one.radius > min(bore.radius for bore in ordered)]
+        larger = [hole for hole in odd if hole.radius > min(bore.radius for bore in ordered)]
         if larger:
             raise GeometryError(
                 f"the bores would be: {_list(ordered)}; but a larger hole is unused. {_not_round(larger)}. "
@@ -295,20 +295,22 @@ class HalfOpenError(GeometryError):
 def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
     openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
     odd = [  # neither of a hole, nor of a chamfer or counterbore about it
-        one
-        for one in openings
+        opening
+        for opening in openings
         if not any(
-            abs(float(one.direction @ hole.direction)) > 1 - _ABOUT and hole.apart(one) < _ABOUT * one.radius
+            abs(float(opening.direction @ hole.direction)) > 1 - _ABOUT
+            and hole.apart(opening) < _ABOUT * opening.radius
             for hole in holes
         )
     ]
     reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
     through: list[_Opening] = []  # those that lead through, the largest of each axis
-    for one in sorted(odd, key=lambda one: -one.radius):
-        steps = np.linspace(-1, 1, 9) * min(2 * one.radius, reach)
-        known = any(other.apart(one) < _ABOUT * other.radius for other in through)
-        if not known and not any(interior.contains(one.at(step)) for step in steps):
-            through.append(one)
+    for opening in sorted(odd, key=lambda opening: -opening.radius):
+        if any(larger.apart(opening) < _ABOUT * larger.radius for larger in through):
+            continue
+        steps = np.linspace(-1, 1, 9) * min(2 * opening.radius, reach)
+        if not any(interior.contains(opening.at(step)) for step in steps):
+            through.append(opening)
     return through
 
 
@@ -316,7 +318,7 @@ def _openings(face: int) -> Iterator[_Opening]:
     _, loops = gmsh.model.occ.getCurveLoops(face)
     if len(loops) < 2:
         return
-    outlines = sorted((loop_points(loop) for loop in loops), key=lambda one: np.ptp(one, axis=0).max())
+    outlines = sorted((loop_points(loop) for loop in loops), key=lambda points: np.ptp(points, axis=0).max())
     for points in outlines[:-1]:
         middle = points.mean(axis=0)
         across = np.linalg.svd(points - middle, full_matrices=False)[2]

@@ -219,11 +219,11 @@ def _seat_at(
     faces: Sequence[Face], point: Floats, direction: Floats, end: float, radius: float
 ) -> Seat | None:
     annuli = [seat for face in faces if face.shape == "Plane" and (seat := _annulus(face, point, direction))]
-    near = [one for one in annuli if -1e-3 * radius <= one.level - end <= _BEYOND * radius]
-    near = [one for one in near if one.inner < _INNER * radius]
+    near = [seat for seat in annuli if -1e-3 * radius <= seat.level - end <= _BEYOND * radius]
+    near = [seat for seat in near if seat.inner < _INNER * radius]
     seat = min(near, key=lambda seat: (round(seat.level, 6), seat.inner), default=None)
     if seat is not None:  # imprinted circles may divide the face into several annuli
-        for other in sorted(annuli, key=lambda one: one.inner):
+        for other in sorted(annuli, key=lambda seat: seat.inner):
             beside = abs(other.level - seat.level) < _SAME and abs(other.inner - seat.outer) < _SAME
             seat = replace(seat, outer=other.outer, round=other.round) if beside else seat
     return seat
