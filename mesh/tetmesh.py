@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
+from geometry.arrays import Floats, Ints, Mask, linked_groups
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
@@ -159,7 +159,10 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")
-    behind = np.stack(twins(face_counts(mesh.tets)[0].ravel()))  # 4 · element + face, on both sides
+    faces = np.sort(element_faces(mesh.tets), axis=1)
+    order = np.lexsort(faces.T)
+    same = (faces[order[1:]] == faces[order[:-1]]).all(axis=1)
+    behind = np.stack([order[:-1][same], order[1:][same]])  # 4 · element + face, on both sides
     behind = behind[:, mesh.part[behind[0] // 4] != mesh.part[behind[1] // 4]]
     first, second = behind // 4
     sides = mesh.part[first], mesh.part[second]
