@@ -216,18 +216,16 @@ def mesh_of_model(
     place = np.empty(int(tags.max()) + 1, dtype=np.int64)
     place[tags] = np.arange(tags.size)
     tets = place[tet_nodes].reshape(-1, len(FROM_GMSH[order]))[:, FROM_GMSH[order]]
-    used = np.unique(tets)
-    compact = np.full(tags.size, -1)
-    compact[used] = np.arange(used.size)
+    used, local = np.unique(tets, return_inverse=True)
 
     def facets(faces: Sequence[int]) -> Ints:
         blocks = [gmsh.model.mesh.getElementsByType(_TRIANGLE[order], face)[1] for face in faces]
         nodes = place[np.concatenate(blocks)] if blocks else np.empty(0, dtype=np.int64)
-        return np.asarray(compact[nodes].reshape(-1, 3 * order))
+        return np.searchsorted(used, nodes).reshape(-1, 3 * order)
 
     return TetMesh(
         coordinates.reshape(-1, 3)[used],
-        compact[tets],
+        local.reshape(tets.shape),
         {surface: facets(faces) for surface, faces in surfaces.items() if len(faces)},
         part,
     )

@@ -108,18 +108,18 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         else:
             alike.append([face])
     for same in alike:
-        same.sort(key=lambda face: -_area(face, point, direction)[0])
-        radius, tags = same[0].values[6], tuple(face.tag for face in same)
-        extents = np.array([_extent(face, point, direction) for face in same])
+        measured = [(face, *_area(face, point, direction)) for face in same]
+        measured.sort(key=lambda each: -each[1])
+        faces = [face for face, *_ in measured]
+        areas, middles = (np.array([each[item] for each in measured]) for item in (1, 2))
+        extents = np.array([_extent(face, point, direction) for face in faces])
         low, high = float(extents.min()), float(extents.max())
         covered, end = 0.0, -math.inf  # of the axis: a groove divides the wall of a bore into several
         for begin, stop in sorted(map(sorted, extents.tolist())):
             covered += max(0.0, stop - max(begin, end))
             end = max(end, stop)
-        measures = [_area(face, point, direction) for face in same]
-        areas, middles = np.array([area for area, _ in measures]), np.array([at for _, at in measures])
-        center = point + (low + high) / 2 * direction
-        apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in same]
+        center, radius = point + (low + high) / 2 * direction, faces[0].values[6]
+        apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in faces]
         yield CadHole(
             center=center,
             direction=direction,
@@ -127,10 +127,10 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
             width=high - low,
             area=float(areas.sum()),
             moment=areas @ (middles - center),
-            faces=tags,
+            faces=tuple(face.tag for face in faces),
             turn=float(areas.sum()) / (2 * math.pi * radius * covered),
-            deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])),
-            fitted=any(face.fitted for face in same),
+            deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in faces])),
+            fitted=any(face.fitted for face in faces),
         )
 
 

@@ -144,9 +144,9 @@ def mended(file: TetFile) -> Mended:
     single = np.sort(np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)[1])
     dropped = len(tets) - len(single)
     tets, numbers = tets[single], file.numbers[single]
-    _refuse(np.abs(shape(TetMesh(points, tets))) < _FLAT, numbers, "no volume: their vertices lie in a plane")
-    corners = points[tets[:, :4]]
-    inverted = np.asarray(np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0)
+    ratio = shape(TetMesh(points, tets))
+    _refuse(np.abs(ratio) < _FLAT, numbers, "no volume: their vertices lie in a plane")
+    inverted = ratio < 0
     tets = np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets)
     swapped = False
     if tets.shape[1] > 4:
