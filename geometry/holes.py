@@ -146,7 +146,7 @@ _OFF_LINE = 0.2
 
 
 def off_the_rod(bores: tuple[RoundHole, RoundHole], middle: Floats) -> str:
-    """Say why a centre of gravity (3,) shows that holes are no bores of a rod; empty if they may be."""
+    """Reason why holes cannot be the bores of a rod with a centre of gravity (3,); empty if they can."""
     big, small = bores
     frame, distance = rod_frame(big.direction, small.center - big.center)
     along, aside, _ = (frame @ (middle - big.center)).tolist()
@@ -170,7 +170,7 @@ _MASTER = 4  # pins from which on the rod is that of a radial engine
 
 
 def carried_rods(bores: tuple[RoundHole, RoundHole], holes: Sequence[RoundHole]) -> str:
-    """Say which holes about the big end are those of pins that carry other rods; empty: none are."""
+    """Describe the holes of pins about the big end that carry other rods; empty if there are none."""
     big, small = bores
     frame, length = rod_frame(big.direction, small.center - big.center)
     pins = []

@@ -62,7 +62,7 @@ class ImportReport:
     #: The joint, bolts and interfaces that were found, if it is taken for an assembly
     assembly: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()  #: what may make the answer wrong: solids left out that touch the rod
-    carried: str = ""  #: which holes show that other rods hang on this one, in words; empty: none does
+    carried: str = ""  #: description of the pin holes of rods that hang on this one; empty if there are none
 
 
 # Millimetres per unit of length: those that can be asked for, and those that a file may declare.
@@ -92,7 +92,7 @@ def plausible_unit(length: float, unit: str) -> str:
 
 
 def not_a_length(length: float, unit: str) -> str:
-    """Return why a distance of bores, mm as read with `unit`, is none of a rod; empty if it may be one."""
+    """Reason why a distance of bores, mm as read with `unit`, is not that of a rod; empty if it may be."""
     if _POSSIBLE[0] <= length <= _POSSIBLE[1]:
         return ""
     others = " or ".join(f"{other} ({length / DECLARED[unit] * UNITS[other]:.4g} mm)"
@@ -146,7 +146,7 @@ class MissingCap(StrEnum):
 class RodFile:
     """A rod from another program: a CAD file, or a mesh of tetrahedra or of the surface."""
 
-    path: Path  #: the file; its ending tells the format
+    path: Path  #: the file; its ending gives the format
     #: big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
     big_end_bore: float | None = None
     small_end_bore: float | None = None

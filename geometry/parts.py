@@ -77,7 +77,7 @@ def remove_all(entities: Collection[Entity]) -> None:
 
 
 def seat_disks(bolt: BoltAxis) -> list[int]:
-    """Draw disks whose borders are those of what a bolt presses on."""
+    """Draw disks whose borders are those of the seats of a bolt."""
     levels = [(bolt.head, bolt.head_radius)]
     if bolt.engaged:
         levels += [(end, bolt.thread_radius) for end in (bolt.grip_end, bolt.thread_end)]
@@ -117,7 +117,7 @@ class PartInterface:
 def interfaces(
     names: Sequence[str], volumes: Sequence[Sequence[int]], assembly: Assembly
 ) -> tuple[PartInterface, ...]:
-    """Find them from the names and volumes of the parts; a bonded bushing has none."""
+    """Find the interfaces from the names and volumes of the parts; a bonded bushing has none."""
     bonded = set() if assembly.bushing else {BUSHING}
     owner = {volume: number for number, part in enumerate(volumes) for volume in part}
     shared: dict[frozenset[int], list[int]] = {}

@@ -1,4 +1,4 @@
-"""Rods of published engines, from `presets.toml`, which tells what is published and what is ours."""
+"""Rods of published engines, from `presets.toml`, which states what is published and what is ours."""
 
 import tomllib
 from pathlib import Path

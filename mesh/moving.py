@@ -88,7 +88,7 @@ def _shares(curve: int, places: Floats) -> Floats:
     return np.asarray((at - least) / (most - least))
 
 
-# Of the shape of the worst element before: a mesh with much worse ones is made anew.
+# Of the shape of the worst element before: a mesh with much worse ones is made again.
 _WORSE = 0.3
 
 
@@ -101,7 +101,7 @@ class MovableMesh:
     weighted by the inverse square of the length, so that small elements keep their shape.
     """
 
-    mesh: TetMesh  #: as it was made
+    mesh: TetMesh  #: on the solid from which it was made
     anchors: MeshClassification  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:

@@ -356,7 +356,7 @@ def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:
     """Whether one of the bores lies between the other and another hole of similar size.
 
     It may then be a hole in the shank that is larger than the pin bore, or even than the crank-pin bore. The
-    holes of a master rod, close around its bore, are no such holes.
+    holes of a master rod, close around its bore, are not meant.
     """
     big, small = bores
     distance = big.apart(small)

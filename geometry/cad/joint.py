@@ -157,7 +157,7 @@ class BoltHole(Axis):
 
 
 def bolt_holes(rod: Sequence[int], cap: Sequence[int], joint: Joint, bore: float) -> list[BoltHole]:
-    """Find them in rod and cap; holes at larger y come first. `bore`: radius of the big end's bore, mm."""
+    """Find the bolt holes in rod and cap, those at larger y first. `bore`: radius of the big end, mm."""
     direction = -joint.normal
     origin = joint.offset * joint.normal
     faces = recognised_faces(rod), recognised_faces(cap)

@@ -59,7 +59,7 @@ def _faces(volume: int) -> _Faces:
 
 
 def _within(face: int) -> Floats:
-    """Points (n, 3) of a curved face between its edges; a plane is known by its edges."""
+    """Points (n, 3) of a curved face between its edges; none of a plane, which its edges determine."""
     if gmsh.model.getType(2, face) == "Plane":
         return np.zeros((0, 3))
     grid = parameter_grid(face, _WITHIN).reshape(-1, 2)
@@ -109,7 +109,7 @@ def _beside(points: Floats, entity: tuple[int, int], length: float) -> tuple[Mas
 
 
 def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
-    """Whether each of some points (n, 3) is on one of the faces, or on an edge of theirs.
+    """Whether each of some points (n, 3) is on one of the faces, or on one of their edges.
 
     The kernel takes a plane for infinite, and misses other faces at the corners of their parameters.
     """

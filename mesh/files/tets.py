@@ -195,7 +195,7 @@ def _astray(points: Floats, tets: Ints) -> Mask:
 
 
 def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
-    """Require that no face has three elements, and that an edge has one mid-side node, which is no vertex."""
+    """Require that no face has three elements, and that an edge has one mid-side node, not a vertex."""
     which, counts = face_counts(tets)
     what = "a face that belongs to more than two elements: they overlap"
     _refuse((counts[which] > 2).any(axis=1), numbers, what)
