@@ -18,7 +18,7 @@ from geometry.arrays import Floats, Ints, vector
 from geometry.bodies import Body, draw
 from geometry.session import GmshLog, session
 from geometry.surfaces import PLANE_AXIS, Surface
-from mesh.quality import Quality, measure, mended, scaled_jacobian
+from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
 from mesh.sizing import Refinement, RefinementBall, SizeField, Sizing, apply
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import FROM_GMSH, MeshError, TetMesh, numbered, outward
@@ -161,10 +161,10 @@ def tetrahedralise(
     """Mesh every volume of the open model, and measure the quality of the mesh.
 
     `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
-    several. At every point the smallest size `wanted` by earlier solutions applies. Elements that raising the
-    order had inverted are mended, with `keep_bow` as `mesh.quality.mended` does; nodes stand in the order of
-    `mesh.tetmesh`. Raises `MeshError`: gmsh failed, or inverted elements could not be repaired; an
-    `UnsoundMeshError` if other settings may help.
+    several. At every point the smallest size `wanted` by earlier solutions applies. Edges of elements that
+    raising the order had inverted are straightened, with `keep_bow` as in `mesh.quality.with_straight_edges`;
+    nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh failed, or inverted elements could
+    not be repaired; an `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.balls)
@@ -183,7 +183,7 @@ def tetrahedralise(
         raise MeshError(f"{failed}: {error}. {remedy}") from error
     if complaint:
         raise of_crossing(f"{failed}: {complaint}. {remedy}")
-    mesh, straightened = mended(
+    mesh, straightened = with_straight_edges(
         snapped(outward(mesh_of_model(surfaces, sizing.order, parts))), keep_bow=keep_bow
     )
     quality = measure(mesh, straightened)

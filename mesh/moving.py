@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, Mask
 from mesh.generate import snapped
-from mesh.quality import Quality, measure, mended, shape
+from mesh.quality import Quality, measure, shape, with_straight_edges
 from mesh.tetmesh import EDGES, TetMesh
 
 # Of the size of the solid: nodes that are further from those of gmsh were moved off the surface.
@@ -108,7 +108,7 @@ class MovableMesh:
         """Return the mesh on the open solid, with its quality; None for other faces, or bad elements."""
         if topology() != self.anchors.topology:
             return None
-        mesh, straightened = mended(snapped(replace(self.mesh, points=self._points())))
+        mesh, straightened = with_straight_edges(snapped(replace(self.mesh, points=self._points())))
         after = measure(mesh, straightened)
         sound = after.least_scaled_jacobian > 0 and after.least_shape > _WORSE * self._least_shape
         return (mesh, after) if sound else None

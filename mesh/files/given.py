@@ -30,8 +30,7 @@ from geometry.surfaces import Surface
 from mesh.files.bore_pair import FittedCylinders, MeshHole, Pair, find_bore_pair, fitted_cylinders, open_wall
 from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
 from mesh.files.tets import Mended, mended
-from mesh.quality import Quality, measure, scaled_jacobian
-from mesh.quality import mended as straightened
+from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 
@@ -329,7 +328,7 @@ def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
 
 def _measured(sound: Mended, unit: str, file: RodFile) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
-    mesh, curved = straightened(scaled)
+    mesh, curved = with_straight_edges(scaled)
     inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
     if inverted.size:
         place = place_text(mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0))
