@@ -54,7 +54,7 @@ def _end_quietly() -> None:
 
 def _called() -> int:
     try:
-        from geometry.system import end_in_time, interrupt_once
+        from fea.machine.system import end_in_time, interrupt_once
 
         interrupt_once(afresh=True)
         end_in_time(_INTERRUPTED)
@@ -129,7 +129,7 @@ def _shown_default(value: object) -> Any:
 def call(arguments: Sequence[str]) -> int:
     """Run the program and return its exit code."""
     from fea.machine.exit_codes import INTERRUPTED, MACHINE
-    from geometry.system import AtInterrupt, interrupt_once
+    from fea.machine.system import AtInterrupt, interrupt_once
 
     interrupt_once()
     if os.environ.get("FEA_DEBUG") == "1":

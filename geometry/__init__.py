@@ -1,1 +1,1 @@
-"""What the rod is: its dimensions, its solid, its named surfaces."""
+"""The rod: its dimensions, its solid, its named surfaces."""

@@ -19,16 +19,16 @@ def vector(values: Floats) -> Vector:
 
 
 def twins(keys: Ints) -> tuple[Ints, Ints]:
-    """Places (n,) of equal keys, in rising order of these, and of their next equals."""
+    """Places (n,) of keys that occur again, in rising order of the keys, and of their next occurrences."""
     order = np.argsort(keys, kind="stable")
     same = keys[order[1:]] == keys[order[:-1]]
     return order[:-1][same], order[1:][same]
 
 
-def linked_groups(count: int, one: Ints, other: Ints) -> Ints:
-    """Number (count,) of the group that each thing belongs to, where each `one` is linked to its `other`."""
+def linked_groups(count: int, first: Ints, second: Ints) -> Ints:
+    """Number (count,) of the group of each thing, where `first` and `second` are the linked pairs."""
     from scipy import sparse  # noqa: PLC0415 - few rods need it
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
-    links = sparse.csr_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(count, count))
+    links = sparse.csr_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(count, count))
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)

@@ -1,4 +1,4 @@
-"""What a rod is assembled from: where its big end is split, its bolts, bushing and bearing shells."""
+"""The assembly specification of a rod: joint plane, bolts, bushing and bearing shells, with their rules."""
 
 import math
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from geometry.rod import require_of
 
 @dataclass(frozen=True, kw_only=True)
 class BoltSeat:
-    """Where bolts press: by a nut, or a thread from the grip's end on; lengths of 0 are a file's."""
+    """Seats of bolts with a nut, or a thread from the end of the grip; lengths of 0 are taken from a file."""
 
     head_diameter: float  #: outer diameter of the seat under the head, mm
     grip: float  #: distance from the head's seat to the nut's, or to the first thread that engages, mm
@@ -22,7 +22,7 @@ class BoltSeat:
 
 @dataclass(frozen=True, kw_only=True)
 class Assembly:
-    """What is separate in a rod; `geometry.assembly.check` compares it with the rod's dimensions."""
+    """Parts of a rod that are separate; `geometry.assembly.check` compares them with its dimensions."""
 
     #: Angle from +x of the joint plane's normal, degrees, in the plane of motion. The plane passes through
     #: the big end's centre: at 0 it is square to the rod. None: the big end is one piece.

@@ -123,7 +123,7 @@ class Dimensions:
 
     @property
     def pin_bearing_taper(self) -> float:
-        """How much longer than its mean the small-end bore is on its +x side (negative: shorter), mm."""
+        """Length of the small-end bore on its +x side over its mean length, mm; negative: shorter."""
         narrower = self.small_end_width - (self.small_end_crown_width or self.small_end_width)
         return -narrower / 2 * (self.small_end_bore / 2) / self.small_end_radius
 

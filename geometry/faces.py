@@ -187,3 +187,10 @@ def parameter_grid(face: int, shares: Floats) -> Floats:
     low, high = gmsh.model.getParametrizationBounds(2, face)
     u, v = (a + (b - a) * shares for a, b in zip(low, high, strict=True))
     return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1)
+
+
+def face_middle(face: int) -> tuple[Floats, Floats]:
+    """Point (3,) and unit normal (3,) of a face at the middle of its parameters."""
+    middle = parameter_grid(face, np.array([0.5])).ravel()
+    normal = np.array(gmsh.model.getNormal(face, middle))
+    return np.array(gmsh.model.getValue(2, face, middle)), normal / np.linalg.norm(normal)

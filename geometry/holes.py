@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -100,9 +100,9 @@ def pin_wall(walls: Sequence[Hole]) -> Hole:
 def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Iterator[tuple[Hole, Hole]]:
     """Pairs of parallel holes that may be the bores, big end first; given diameters must be met."""
     radii = [None if diameter is None else diameter / 2 for diameter in diameters]
-    for one, other in combinations(holes, 2):
-        if one.parallel(other) and one.apart(other) > max(one.radius, other.radius):
-            for pair in ((one, other), (other, one)):
+    for first, second in combinations(holes, 2):
+        if first.parallel(second) and first.apart(second) > max(first.radius, second.radius):
+            for pair in ((first, second), (second, first)):
                 if all(hole.same_radius(radius, slack) for hole, radius in zip(pair, radii, strict=True)):
                     yield pair
                     break
@@ -110,10 +110,10 @@ def bore_pairs(holes: Sequence[Hole], diameters: Diameters, slack: float) -> Ite
 
 def heavier_first(bores: tuple[Hole, Hole], middle: Floats) -> tuple[Hole, Hole]:
     """Of two equal bores, take the one nearer to the centre of gravity (3,) for the big end's."""
-    one, other = bores
-    along = (other.center - one.center) / np.linalg.norm(other.center - one.center)
-    nearer_other = (middle - (one.center + other.center) / 2) @ along > 1e-6 * one.apart(other)
-    return (other, one) if nearer_other else bores
+    first, second = bores
+    along = (second.center - first.center) / np.linalg.norm(second.center - first.center)
+    nearer_other = (middle - (first.center + second.center) / 2) @ along > 1e-6 * first.apart(second)
+    return (second, first) if nearer_other else bores
 
 
 def place_text(place: Floats) -> str:
@@ -145,32 +145,18 @@ def basis_across(direction: Floats) -> Floats:
 _OFF_LINE = 0.2
 
 
-class Balance(NamedTuple):
-    """Where a centre of gravity lies relative to the line between two bores, mm."""
-
-    distance: float  #: of the bores
-    aside: float  #: of the centre of gravity from the line
-    beyond: float  #: of the centre of gravity from the line's ends along it; 0 where it is between
-
-    @classmethod
-    def of(cls, bores: tuple[RoundHole, RoundHole], middle: Floats) -> "Balance":
-        """Balance of a centre of gravity (3,)."""
-        big, small = bores
-        frame, distance = rod_frame(big.direction, small.center - big.center)
-        along, aside, _ = (frame @ (middle - big.center)).tolist()
-        return cls(distance, abs(aside), max(-along, along - distance, 0.0))
-
-    @property
-    def is_that_of_a_rod(self) -> bool:
-        """Whether these may be the bores of a rod, rather than holes for bolts or of other parts."""
-        return max(self.aside, self.beyond) <= _OFF_LINE * self.distance
-
-    def text(self) -> str:
-        """Describe it in words."""
-        return (
-            f"the centre of gravity lies {self.aside:.4g} mm beside and {self.beyond:.4g} mm beyond the line "
-            f"between them, which is {self.distance:.4g} mm long"
-        )
+def off_the_rod(bores: tuple[RoundHole, RoundHole], middle: Floats) -> str:
+    """Reason why holes cannot be the bores of a rod with a centre of gravity (3,); empty if they can."""
+    big, small = bores
+    frame, distance = rod_frame(big.direction, small.center - big.center)
+    along, aside, _ = (frame @ (middle - big.center)).tolist()
+    beyond = max(-along, along - distance, 0.0)
+    if max(abs(aside), beyond) <= _OFF_LINE * distance:
+        return ""
+    return (
+        f"the centre of gravity lies {abs(aside):.4g} mm beside and {beyond:.4g} mm beyond the line "
+        f"between them, which is {distance:.4g} mm long"
+    )
 
 
 # Holes for the pins of other rods: their radius over that of the small end's bore at least, the length of
@@ -184,7 +170,7 @@ _MASTER = 4  # pins from which on the rod is that of a radial engine
 
 
 def carried_rods(bores: tuple[RoundHole, RoundHole], holes: Sequence[RoundHole]) -> str:
-    """Say which holes about the big end are those of pins that carry other rods; empty: none are."""
+    """Describe the holes of pins about the big end that carry other rods; empty if there are none."""
     big, small = bores
     frame, length = rod_frame(big.direction, small.center - big.center)
     pins = []

@@ -1,5 +1,6 @@
-"""What was made of a CAD file: which of its solids are analysed, where the bores are, what was assumed."""
+"""Rods from CAD files: units, formats, roles of solids, and the report of an import."""
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
@@ -8,13 +9,12 @@ from pathlib import Path
 from geometry.arrays import Vector
 from geometry.errors import InvalidValue, require
 from geometry.holes import Diameters
-from geometry.shipped import tables_beside
 
 CAP_ASSUMED = "the cap is missing: a ring of the section at the joint is assumed, without bolts (rod.cap)"
 
 
 class Role(StrEnum):
-    """What a solid of a file is."""
+    """Role of a solid of a file."""
 
     ROD = "rod"
     OTHER_ROD = "another rod"
@@ -37,6 +37,10 @@ class CadSolid:
     volume: float  #: mm³
     size: Vector  #: extents (3,) along the axes of the file, mm
 
+    def text(self) -> str:
+        """Name it, with its role."""
+        return self.name if self.name == self.role else f"{self.name} ({self.role})"
+
 
 @dataclass(frozen=True)
 class BoreLocation:
@@ -49,7 +53,7 @@ class BoreLocation:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What was made of a file."""
+    """Report of an import: solids that are analysed, bores, assumptions."""
 
     unit: str  #: of the lengths in the file, of `geometry.imports.UNITS`
     solids: tuple[CadSolid, ...]  #: its solids, in the order of the file
@@ -58,7 +62,7 @@ class ImportReport:
     #: The joint, bolts and interfaces that were found, if it is taken for an assembly
     assembly: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()  #: what may make the answer wrong: solids left out that touch the rod
-    carried: str = ""  #: which holes show that other rods hang on this one, in words; empty: none does
+    carried: str = ""  #: description of the pin holes of rods that hang on this one; empty if there are none
 
 
 # Millimetres per unit of length: those that can be asked for, and those that a file may declare.
@@ -88,7 +92,7 @@ def plausible_unit(length: float, unit: str) -> str:
 
 
 def not_a_length(length: float, unit: str) -> str:
-    """Return why a distance of bores, mm as read with `unit`, is none of a rod; empty if it may be one."""
+    """Reason why a distance of bores, mm as read with `unit`, is not that of a rod; empty if it may be."""
     if _POSSIBLE[0] <= length <= _POSSIBLE[1]:
         return ""
     others = " or ".join(f"{other} ({length / DECLARED[unit] * UNITS[other]:.4g} mm)"
@@ -110,7 +114,7 @@ class CadFormat(StrEnum):
 
 
 # The tables of `cad_formats.toml`, and the formats that are read by their endings.
-CAD_FORMATS = tables_beside(__file__, "cad_formats.toml")
+CAD_FORMATS = tomllib.loads(Path(__file__).with_name("cad_formats.toml").read_text(encoding="utf-8"))
 FORMATS = {ending: kind for kind in CadFormat for ending in CAD_FORMATS["read"][kind]["endings"]}
 
 
@@ -132,7 +136,7 @@ def require_readable(name: str, path: Path) -> None:
 
 
 class MissingCap(StrEnum):
-    """What to do about a rod without its cap."""
+    """Treatment of a rod without its cap."""
 
     REFUSED = "refused"
     ASSUMED = "assumed"
@@ -142,7 +146,7 @@ class MissingCap(StrEnum):
 class RodFile:
     """A rod from another program: a CAD file, or a mesh of tetrahedra or of the surface."""
 
-    path: Path  #: the file; its ending tells the format
+    path: Path  #: the file; its ending gives the format
     #: big_end_bore, small_end_bore: diameters, mm, that identify the bores where their size and place do not
     big_end_bore: float | None = None
     small_end_bore: float | None = None

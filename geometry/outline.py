@@ -254,7 +254,7 @@ class Pocket:
 
     @property
     def tangents(self) -> tuple[float, float]:
-        """What the rounding takes from the sides at the corners of the big and the small end, mm."""
+        """Lengths that rounding takes from the sides at the corners of the big and the small end, mm."""
         slope = math.atan2(self.edge.along[1], self.edge.along[0])
         big, small = math.pi / 4 - slope / 2, math.pi / 4 + slope / 2
         return self.corner * math.tan(big), self.corner * math.tan(small)

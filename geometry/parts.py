@@ -9,6 +9,7 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
+from geometry.arrays import Ints, linked_groups
 from geometry.assembly import Assembly, BoltAxis
 from geometry.errors import GeometryError
 from geometry.faces import Face, Feature, FeatureKind, edge_points
@@ -76,7 +77,7 @@ def remove_all(entities: Collection[Entity]) -> None:
 
 
 def seat_disks(bolt: BoltAxis) -> list[int]:
-    """Draw disks whose borders are those of what a bolt presses on."""
+    """Draw disks whose borders are those of the seats of a bolt."""
     levels = [(bolt.head, bolt.head_radius)]
     if bolt.engaged:
         levels += [(end, bolt.thread_radius) for end in (bolt.grip_end, bolt.thread_end)]
@@ -105,8 +106,8 @@ def _named_pieces(became: dict[str, list[Entity]]) -> dict[str, int]:
 
 
 @dataclass(frozen=True)
-class Interface:
-    """Where two parts, given by their numbers, touch without being joined."""
+class PartInterface:
+    """Faces at which two parts, given by their numbers, touch without being joined."""
 
     parts: tuple[int, int]
     sides: tuple[Surface, Surface]  #: the surfaces that the first's side and the second's are
@@ -115,8 +116,8 @@ class Interface:
 
 def interfaces(
     names: Sequence[str], volumes: Sequence[Sequence[int]], assembly: Assembly
-) -> tuple[Interface, ...]:
-    """Find them from the names and volumes of the parts; a bonded bushing has none."""
+) -> tuple[PartInterface, ...]:
+    """Find the interfaces from the names and volumes of the parts; a bonded bushing has none."""
     bonded = set() if assembly.bushing else {BUSHING}
     owner = {volume: number for number, part in enumerate(volumes) for volume in part}
     shared: dict[frozenset[int], list[int]] = {}
@@ -128,18 +129,18 @@ def interfaces(
     order = sorted(range(len(names)), key=lambda part: rank.get(names[part], len(rank)))
     touching = ((pair, _sides(*(names[part] for part in pair))) for pair in combinations(order, 2))
     return tuple(
-        Interface(pair, sides, tuple(shared[frozenset(pair)]))
+        PartInterface(pair, sides, tuple(shared[frozenset(pair)]))
         for pair, sides in touching
         if sides is not None and frozenset(pair) in shared
     )
 
 
-def _sides(one: str, other: str) -> tuple[Surface, Surface] | None:
-    if other == BUSHING:
+def _sides(first: str, second: str) -> tuple[Surface, Surface] | None:
+    if second == BUSHING:
         return Surface.BUSHING_SEAT, Surface.BUSHING_BACK
-    if other in _SHELLS and one not in _SHELLS:
+    if second in _SHELLS and first not in _SHELLS:
         return Surface.SHELL_SEAT, Surface.SHELL_BACK
-    joint = (one in _ABOVE) != (other in _ABOVE)
+    joint = (first in _ABOVE) != (second in _ABOVE)
     return (Surface.JOINT, Surface.JOINT_CAP) if joint else None
 
 
@@ -149,21 +150,26 @@ def boundary(volumes: Iterable[int]) -> set[int]:
     return {tag for _, tag in gmsh.model.getBoundary(entities, combined=False, oriented=False)}
 
 
-def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[Interface]) -> list[list[int]]:
+def joined_groups(volumes: Sequence[Sequence[int]], apart: Sequence[PartInterface] = ()) -> Ints:
+    """Number (n_parts,) of the group of each part that shares faces with the others, but for interfaces."""
+    separate = {frozenset(interface.parts) for interface in apart}
+    faces = [boundary(part) for part in volumes]
+    joined = [
+        pair
+        for pair in combinations(range(len(volumes)), 2)
+        if faces[pair[0]] & faces[pair[1]] and frozenset(pair) not in separate
+    ]
+    return linked_groups(len(volumes), *np.reshape(joined, (-1, 2)).astype(np.int64).T)
+
+
+def bodies(volumes: Sequence[Sequence[int]], apart: Sequence[PartInterface]) -> list[list[int]]:
     """Volumes of joined parts; empty if all are. Those that share faces are joined, but for interfaces."""
     if not apart:
         return []
-    separate = {frozenset(interface.parts) for interface in apart}
-    faces = [boundary(part) for part in volumes]
-    groups: list[set[int]] = []
-    for number, around in enumerate(faces):
-        joined = [
-            group
-            for group in groups
-            if any(around & faces[other] and frozenset((number, other)) not in separate for other in group)
-        ]
-        groups = [group for group in groups if group not in joined] + [{number}.union(*joined)]
-    return [[tag for number in sorted(group) for tag in volumes[number]] for group in groups]
+    body = joined_groups(volumes, apart)
+    members = [np.flatnonzero(body == number).tolist() for number in range(body.max() + 1)]
+    members.sort(key=max)
+    return [[tag for number in parts for tag in volumes[number]] for parts in members]
 
 
 # Of the hole's radius: planes and cylinders of CAD programs are not exact.
@@ -208,7 +214,7 @@ def _seat(face: Face, bolt: BoltAxis) -> Surface | None:
 
 
 def contact_features(
-    touching: Sequence[Interface],
+    touching: Sequence[PartInterface],
     named: Mapping[Surface, tuple[int, ...]],
     bolts: Sequence[BoltAxis],
     thickness: Mapping[Surface, float],

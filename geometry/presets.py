@@ -1,12 +1,13 @@
-"""Rods of published engines, from `presets.toml`, which tells what is published and what is ours."""
+"""Rods of published engines, from `presets.toml`, which states what is published and what is ours."""
 
+import tomllib
+from pathlib import Path
 from types import MappingProxyType
 
 from geometry.dimensions import ShankSection
 from geometry.rod import Rod
-from geometry.shipped import tables_beside
 
-_TABLES = tables_beside(__file__, "presets.toml")
+_TABLES = tomllib.loads(Path(__file__).with_name("presets.toml").read_text(encoding="utf-8"))
 # What is published of each, and what is ours.
 ORIGINS = MappingProxyType({name: table.pop("origin") for name, table in _TABLES.items()})
 PRESETS = MappingProxyType(

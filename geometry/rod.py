@@ -21,9 +21,9 @@ def _check(rod: Dimensions) -> None:
         allowed = _LEAST <= value <= _MOST or (value == 0 and name in options())
         rule = f"must lie between {_LEAST:g} and {_MOST:g} mm"
         require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
-    section, known = rod.shank_section, [str(section) for section in ShankSection]
-    valid = isinstance(section, str) and section in known
-    require_of(rod, "shank_section", valid, f"must be one of {', '.join(known)}")
+    section, sections = rod.shank_section, [str(section) for section in ShankSection]
+    valid = isinstance(section, str) and section in sections
+    require_of(rod, "shank_section", valid, f"must be one of {', '.join(sections)}")
     object.__setattr__(rod, "shank_section", ShankSection(section))
     _rings(rod)
     _shank(rod)
@@ -60,11 +60,14 @@ def _at_most(rod: Dimensions, name: str, most: float, what: str, remedy: str = "
     require_of(rod, name, getattr(rod, name) <= most, f"must be at most {most:.4g} mm{what}", remedy)
 
 
+def _at_least(rod: Dimensions, name: str, least: float, what: str, remedy: str = "") -> None:
+    require_of(rod, name, getattr(rod, name) >= least, f"must be at least {least:.4g} mm{what}", remedy)
+
+
 def _rings(rod: Dimensions) -> None:
     for end in _ENDS:
-        ring, bore = getattr(rod, f"{end}_ring"), getattr(rod, f"{end}_bore")
-        rule = f"must be at least {bore / 50:.4g} mm, a fiftieth of the bore ({bore:g} mm)"
-        require_of(rod, f"{end}_ring", ring >= bore / 50, rule, "Thicken the ring or reduce the bore.")
+        bore, what = getattr(rod, f"{end}_bore"), ", a fiftieth of the bore"
+        _at_least(rod, f"{end}_ring", bore / 50, what, "Thicken the ring or reduce the bore.")
     _leave_a_shank(rod.length, rod.big_end_radius, rod.small_end_radius)
 
 
@@ -140,8 +143,8 @@ def _chamfers(rod: Dimensions) -> None:
 def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     for name in ("cap_bolt_spacing", "cap_boss_length", "cap_boss_fillet"):
         require_of(rod, name, getattr(rod, name) > 0, "must be positive if cap_bolt_mm is given")
-    rule = f"must be at least the small end's width, {rod.small_end_width:g} mm, if the rod has cap bolts"
-    require_of(rod, "big_end_width", rod.big_end_width >= rod.small_end_width, rule)
+    what = ", the small end's width, if the rod has cap bolts"
+    _at_least(rod, "big_end_width", rod.small_end_width, what)
     reach, most = bosses.half_length + bosses.fillet, 0.95 * bosses.ring
     rule = (
         f"half of it plus the fillet is {reach:.4g} mm; it must be at most {most:.4g} mm to end on the ring"
@@ -152,13 +155,11 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     rule = "the fillets of bosses and shank must leave a piece of the ring's outline between them"
     remedy = "Shorten the bosses, or reduce big_end_fillet_mm or the shank's depth."
     require_of(rod, "cap_boss_length", gap >= 0.02 * bosses.ring, rule, remedy)
-    rule = f"must be at most 0.8 of the big end's width, {rod.big_end_width:g} mm"
-    require_of(rod, "cap_bolt", rod.cap_bolt <= 0.8 * rod.big_end_width, rule)
+    _at_most(rod, "cap_bolt", 0.8 * rod.big_end_width, ", 0.8 of the big end's width")
     inner = max(1.02 * rod.big_end_bore / 2, bosses.seat, bosses.ring - 1.5 * rod.cap_bolt)
-    least = 2 * inner + rod.cap_bolt
-    rule = f"must be at least {least:.4g} mm, so that the holes clear the bore and the bolts have plane seats"
-    wide = rod.cap_bolt_spacing >= least
-    require_of(rod, "cap_bolt_spacing", wide, rule, "Increase it, or lengthen the bosses.")
+    what = ", so that the holes clear the bore and the bolts have plane seats"
+    least, remedy = 2 * inner + rod.cap_bolt, "Increase it, or lengthen the bosses."
+    _at_least(rod, "cap_bolt_spacing", least, what, remedy)
     most = max(min(0.9 * bosses.width, bosses.top - bosses.ring), 0.0)
     what = ": 0.9 of half the big end's width, and what the bosses stand out from the ring"
     _at_most(rod, "cap_boss_round", most, what, "Reduce it.")

@@ -94,7 +94,7 @@ class HeightField:
         return z
 
     def void(self, x: Floats, y: Floats) -> Floats:
-        """Return the z up to which holes and pockets in the sides leave the rod hollow, mm."""
+        """Half-height of the hollows that holes and pockets in the sides leave, mm."""
         rod, bosses = self.rod, self.outline.bosses
         z = np.where(x > rod.length, half_chord(rod.oil_hole / 2, y), 0.0)
         z = np.maximum(z, half_chord(self._drilled_radius(x), y))
@@ -213,7 +213,7 @@ class HeightField:
         return center + side * low
 
     def _seams(self, x: Floats) -> Floats:
-        """Return (len(x), n) the y, from 0 to the outline, between which z changes smoothly."""
+        """Ordinates (len(x), n), from 0 to the outline, between which z changes smoothly."""
         top = self.outline.height(x)
         circles = [(bore.center[0], bore.radius) for bore in self.outline.bores]
         circles += [(center, rim) for center, rim, _ in self.chamfers]

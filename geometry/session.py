@@ -8,7 +8,7 @@ from typing import Any
 
 import gmsh
 
-from geometry.system import ENDS, held_back, ignore_broken_pipes_again
+from geometry.signals import ENDS, held_back, ignore_broken_pipes_again
 
 # The signals whose handlers gmsh changes.
 _SIGNALS = [*ENDS, *([signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else [])]

@@ -1,118 +1,92 @@
 """The rod as a tagged solid in an open gmsh session, and its features that need small elements.
 
-A face that the CAD kernel lost, or drew twice, shows in its area, which the dimensions give.
+What the CAD kernel drew is compared with the dimensions: by its volume, and by the areas of contact faces.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
 
 import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import Floats, Mask
+from geometry.arrays import Floats
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
 from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
-from geometry.outline import Outline, Pocket, slant_half_width, space_beside, web_pocket
-from geometry.parts import Interface, bodies, contact_features, interfaces, parted, with_seats
+from geometry.outline import Outline, Pocket, space_beside, web_pocket
+from geometry.parts import PartInterface, bodies, contact_features, interfaces, parted, with_seats
 from geometry.rod import Rod
 from geometry.section import HeightField
 from geometry.segments import Arc, Line, Segment
 from geometry.steps import Rib, RingStep, ring_steps
 from geometry.surfaces import PLANE_AXIS, Mirror, Surface
 
-# Relative. The expected areas are sampled, because the integrands have kinks; a face that is missing or
-# drawn twice is off by far more.
-TOLERANCE = 0.01
-_ALONG = (np.arange(2000) + 0.5) / 2000
-_ACROSS = (np.arange(40) + 0.5) / 40
+# Relative differences of what is drawn from what the dimensions give. The volume is integrated to 1e-6; areas
+# of contact faces are formulas that leave out where holes cross steps and slants.
+VOLUME_TOLERANCE, AREA_TOLERANCE = 1e-4, 0.01
 _ANGLES = 60  # places of a rule that is exact for periodic functions
 
-_Name = TypeVar("_Name", bound=StrEnum)
+
+# A feature as the dimensions give it, and whether a face, with the ``slack`` of lengths in mm, belongs to it.
+_Expected = tuple[Feature, Callable[..., bool]]
 
 
-@dataclass(frozen=True)
-class Expected:
-    """Faces that the dimensions give, and their area on the whole rod, mm²; None: not compared."""
-
-    kind: FeatureKind
-    matches: Callable[..., bool]  #: of a face, with the ``slack`` of lengths, mm
-    area: float | None = None
-    radius: float = math.inf
-    sweep: float = 0.0
-    thickness: float = math.inf
-
-
-def _cylinder(kind: FeatureKind, arc: Arc, area: float, sweep: float, wall: float = math.inf) -> Expected:
+def _cylinder(kind: FeatureKind, arc: Arc, sweep: float, wall: float = math.inf) -> _Expected:
     matches = partial(Face.about, x=arc.center[0], y=arc.center[1], radius=arc.radius)
-    return Expected(kind, matches, area, arc.radius, sweep, wall)
+    return Feature(kind, (), arc.radius, sweep, wall), matches
 
 
-def expected_features(rod: Rod, turn: float = 0.0) -> Iterator[Expected]:
-    """Yield what the dimensions give."""
-    field = HeightField(rod)
-    outline, full = field.outline, 2 * math.pi
-    big, small = outline.bores
-    drilled = _window(big.radius, rod.big_end_opening / 2)
-    area = full * big.radius * rod.crank_bearing_width - drilled
-    yield _cylinder(FeatureKind.BORE, big, area, full, rod.big_end_ring)
-    drilled = _window(small.radius, rod.oil_gallery / 2)
-    area = full * small.radius * rod.pin_bearing_width - math.pi * rod.oil_hole**2 / 4 - drilled
-    yield _cylinder(FeatureKind.BORE, small, area, full, rod.bushing or rod.small_end_ring)
+def _expected(rod: Rod, turn: float) -> Iterator[_Expected]:
+    outline, full = Outline(rod), 2 * math.pi
+    walls = rod.big_end_ring, rod.bushing or rod.small_end_ring
+    for bore, wall in zip(outline.bores, walls, strict=True):
+        yield _cylinder(FeatureKind.BORE, bore, full, wall)
     for arc in outline.fillets:
-        angles = arc.begin + _ALONG * arc.sweep
-        x, y = arc.center[0] + arc.radius * np.cos(angles), arc.center[1] + arc.radius * np.sin(angles)
-        area = 4 * arc.length * float((field.face(x, y) - field.void(x, y)).mean())
-        yield _cylinder(FeatureKind.RING_FILLET, arc, area, abs(arc.sweep))
+        yield _cylinder(FeatureKind.RING_FILLET, arc, abs(arc.sweep))
     holes = [(rod.cap_bolt, turn), *((hole, 0.0) for hole in (rod.oil_hole, rod.oil_gallery, rod.shank_bore))]
     for diameter, angle in holes:
         if diameter:
             matches = partial(Face.lengthwise, radius=diameter / 2, turn=angle)
-            yield Expected(FeatureKind.HOLE, matches, None, diameter / 2, full)
-    if outline.bosses is not None:
-        arcs = list(outline.bosses.fillets())
-        if turn:
-            arcs = [one.turned(turn) for arc in arcs for one in (arc, arc.mirrored())]
-        for arc in arcs:
-            area = 4 / len(arcs) * arc.length * rod.big_end_width
-            yield _cylinder(FeatureKind.BOSS_FILLET, arc, area, abs(arc.sweep))
-    for step in field.steps:
-        matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
-        yield Expected(FeatureKind.RING_STEP, matches, _ring_step(field, step), step.radius, step.sweep)
-    if (rib := outline.rib) is not None:
+            yield Feature(FeatureKind.HOLE, (), diameter / 2, full), matches
+    arcs = [] if outline.bosses is None else list(outline.bosses.fillets())
+    turned = [each.turned(turn) for arc in arcs for each in (arc, arc.mirrored())]
+    for arc in turned if turn else arcs:
+        yield _cylinder(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep))
+    yield from _expected_steps(rod, outline.rib)
+    if rod.has_pockets:
+        yield from _expected_in_pocket(web_pocket(rod, outline.edge), rod.web_thickness)
+
+
+def _expected_steps(rod: Rod, rib: Rib | None) -> Iterator[_Expected]:
+    """Concave arcs at the feet of ring steps, and beside and between ribs."""
+    for step in ring_steps(rod):
+        if step.height:
+            matches = partial(Face.is_torus, x=step.center, major=step.foot, minor=step.radius)
+            yield Feature(FeatureKind.RING_STEP, (), step.radius, step.sweep), matches
+    if rib is not None and (rib.side.height or rib.groove):
         matches = partial(Face.is_torus, x=0.0, major=rib.rings[1], minor=rib.side.radius)
-        sides = (rib.side.height > 0) + (rib.groove > 0)
-        area = sides * _foot(field, rib.side, -1, math.pi / 2, field.on_rib)
-        yield Expected(FeatureKind.RING_STEP, matches, area, rib.side.radius, math.pi / 2)
-    if field.pocket is not None:
-        yield from _of_pocket(field.pocket, field.outline, rod.web_thickness)
+        yield Feature(FeatureKind.RING_STEP, (), rib.side.radius, math.pi / 2), matches
 
 
-def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[Expected]:
-    """Corners, floor edges and web floors of the two pockets; areas by Steiner's formula."""
+def _expected_in_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
+    """Corners, floor edges and web floors of the two pockets."""
     r = pocket.floor_radius
-    perimeter = sum(piece.length for piece in pocket.outline())
+
+    def seen(face: Face) -> Face:
+        return face.from_side() if pocket.in_sides else face
+
     for arc in pocket.corners():
-        angles = arc.begin + _ALONG * arc.sweep
-        side = outline.height(arc.center[0] + arc.radius * np.cos(angles))
-        top = float(side.mean()) if pocket.in_sides else pocket.face
-        area = 4 * arc.length * (top - pocket.floor - r)
 
         def is_corner(face: Face, slack: float, arc: Arc = arc) -> bool:
             return seen(face).about(*arc.center, arc.radius, slack)
 
-        yield Expected(FeatureKind.POCKET_CORNER, is_corner, area, arc.radius, abs(arc.sweep))
-
-    def seen(face: Face) -> Face:
-        return face.from_side() if pocket.in_sides else face
+        yield Feature(FeatureKind.POCKET_CORNER, (), arc.radius, abs(arc.sweep)), is_corner
 
     def rounds_floor(face: Face, slack: float) -> bool:
         face = seen(face)
@@ -124,90 +98,56 @@ def _of_pocket(pocket: Pocket, outline: Outline, web: float) -> Iterator[Expecte
     def is_floor(face: Face, slack: float) -> bool:
         return seen(face).lies_at(2, pocket.floor, slack)
 
-    # Offsetting a convex curve inwards by s leaves perimeter − 2πs: integrate over the quarter arc.
-    area = 2 * r * (perimeter * math.pi / 2 - 2 * math.pi * r * (math.pi / 2 - 1))
-    yield Expected(FeatureKind.POCKET_FLOOR, rounds_floor, area, r, math.pi / 2)
-    (x0, y0), (x1, y1) = pocket.corner_centers()
-    inner = (x1 - x0) * (y0 + y1)
-    around = 2 * (y0 + y1 + math.dist((x0, y0), (x1, y1)))
-    enclosed = inner + around * pocket.corner + math.pi * pocket.corner**2
-    area = 2 * (enclosed - perimeter * r + math.pi * r**2)
-    yield Expected(FeatureKind.WEB, is_floor, area, thickness=web)
+    yield Feature(FeatureKind.POCKET_FLOOR, (), r, math.pi / 2), rounds_floor
+    yield Feature(FeatureKind.WEB, (), thickness=web), is_floor
 
 
-def checked_features(
-    rod: Rod, mirror: Mirror, faces: Sequence[Face], turn: float = 0.0
-) -> tuple[Feature, ...]:
+def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
     """Find the faces that need small elements; kinds that the rod lacks are absent.
 
-    Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: faces are
-    missing, or their area is off by more than `TOLERANCE`.
+    Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: no face has
+    the shape of a feature.
     """
-    slack, every, features = SLACK * rod.length, list(expected_features(rod, turn)), []
-    drawn: dict[FeatureKind, list[int]] = {}
-    for one in every:
-        if tags := tuple(face.tag for face in faces if one.matches(face, slack=slack)):
-            features.append(Feature(one.kind, tags, one.radius, one.sweep, one.thickness))
-            drawn.setdefault(one.kind, []).extend(tags)
-    _compare(drawn, feature_areas(every), mirror, "feature")
+    slack, features = SLACK * rod.length, []
+    for feature, matches in _expected(rod, turn):
+        tags = tuple(face.tag for face in faces if matches(face, slack=slack))
+        if not tags:
+            raise GeometryError(
+                f"the CAD kernel drew no {feature.kind.replace('_', ' ')} faces, but the dimensions give "
+                "some. Change the dimensions of this feature slightly"
+            )
+        features.append(replace(feature, faces=tags))
     return tuple(features)
 
 
-def feature_areas(every: Iterable[Expected]) -> dict[FeatureKind, float]:
-    """Return the area of every kind of feature on the whole rod, mm²."""
-    areas: dict[FeatureKind, float] = {}
-    for one in every:
-        if one.area is not None:
-            areas[one.kind] = areas.get(one.kind, 0.0) + one.area
-    return areas
-
-
-def _compare(
-    drawn: Mapping[_Name, Iterable[int]], expected: Mapping[_Name, float], mirror: Mirror, what: str
-) -> None:
-    for name, given in expected.items():
-        area = mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in drawn.get(name, ()))
-        if not abs(area - given) <= TOLERANCE * given:
-            raise GeometryError(
-                f"the CAD kernel drew {name.replace('_', ' ')} faces of {area:.4g} mm², but the dimensions "
-                f"give {given:.4g} mm². Change the dimensions of this {what} slightly"
-            )
-
-
-def _ring_step(field: HeightField, step: RingStep) -> float:
-    """Area of the concave arc at the foot of a step within the outline, on both faces."""
-    if step.height == 0:
-        return 0.0
-    side = 1 if step is field.steps[0] else -1
-    return _foot(field, step, side, step.sweep, lambda x, y: np.arctan2(y, x) < field.outline.shank_sector)
-
-
-def _foot(
-    field: HeightField, step: RingStep, side: int, sweep: float, counts: Callable[[Floats, Floats], Mask]
-) -> float:
-    azimuth, rise = np.meshgrid(_ALONG * math.pi / 2, _ACROSS * sweep)
-    foot = step.rim + step.radius * math.sin(sweep)
-    distance = foot - step.radius * np.sin(rise)
-    x = step.center + side * distance * np.cos(azimuth)
-    height = step.shank + step.radius * (1 - np.cos(rise))
-    y = distance * np.sin(azimuth)
-    within = counts(x, y) & (y < field.outline.height(x))
-    within &= height < slant_half_width(field.rod, x)
-    return 4 * step.radius * sweep * (math.pi / 2) * float((within * distance).mean())
+def _require_volume(rod: Rod, drawn: float) -> None:
+    """Compare the volume of a whole rod, mm³, with that of its dimensions."""
+    expected = HeightField(rod).mass().mass
+    if not abs(drawn - expected) <= VOLUME_TOLERANCE * expected:
+        raise GeometryError(
+            f"the CAD kernel drew a rod of {drawn:.6g} mm³, but the dimensions give {expected:.6g} mm³. "
+            "Change them slightly"
+        )
 
 
 def check_contacts(
     rod: Rod,
     assembly: Assembly,
     mirror: Mirror,
-    interfaces: Sequence[Interface],
+    interfaces: Sequence[PartInterface],
     named: Mapping[Surface, tuple[int, ...]],
 ) -> None:
-    """Compare contact faces with the dimensions' areas. Raises `GeometryError`: off by over `TOLERANCE`."""
+    """Compare areas of contact faces with the dimensions. Raises `GeometryError`: above `AREA_TOLERANCE`."""
     drawn = {surface: [*named.get(surface, ())] for surface in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     for interface in interfaces:
         drawn.setdefault(interface.sides[0], []).extend(interface.faces)
-    _compare(drawn, contact_areas(rod, assembly), mirror, "part")
+    for surface, expected in contact_areas(rod, assembly).items():
+        area = mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in drawn.get(surface, ()))
+        if not abs(area - expected) <= AREA_TOLERANCE * expected:
+            raise GeometryError(
+                f"the CAD kernel drew {surface.replace('_', ' ')} faces of {area:.4g} mm², but the "
+                f"dimensions give {expected:.4g} mm². Change the dimensions of this part slightly"
+            )
 
 
 def contact_areas(rod: Rod, assembly: Assembly) -> dict[Surface, float]:
@@ -251,7 +191,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Solid:
-    """What `build` has drawn in the open session."""
+    """A rod that is drawn in the open session."""
 
     mirror: Mirror  #: the cell that was drawn
     bores: tuple[Bore, Bore]  #: of the big and the small end; the distance of their centres is `bores[1].x`
@@ -265,7 +205,7 @@ class Solid:
     imported: ImportReport | None = None
     #: Of the whole rod, also when a cell was drawn; empty for a rod without an assembly
     bolts: tuple[BoltAxis, ...] = ()
-    interfaces: tuple[Interface, ...] = ()  #: where parts touch without being joined
+    interfaces: tuple[PartInterface, ...] = ()  #: where parts touch without being joined
 
     @property
     def bodies(self) -> list[list[int]]:
@@ -301,12 +241,13 @@ def build(rod: Rod, mirror: Mirror | None = None, assembly: Assembly | None = No
     gmsh.model.occ.synchronize()
     parts = tuple(Part(name, (tag,), whole_mass(tag, mirror)) for name, tag in volumes.items())
     faces = faces_of(tuple(volumes.values()))
-    features = checked_features(rod, mirror, faces, turn)
+    features = drawn_features(rod, faces, turn)
     bores = (
         Bore(0.0, rod.big_end_bore / 2, rod.crank_bearing_width),
         Bore(rod.length, rod.small_end_bore / 2, rod.pin_bearing_width, rod.pin_bearing_taper),
     )
     mass = joined([part.mass for part in parts])
+    _require_volume(rod, mass.mass)
     named = with_seats(surfaces(bores, mirror, faces), faces, bolts)
     solid = Solid(mirror, bores, parts, named, features, mass, bolts=bolts)
     if assembly is None:
@@ -344,7 +285,7 @@ def _beside(rod: Rod, mirror: Mirror, outline: Outline) -> list[int]:
 
 
 def with_contacts(
-    solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[Interface]], Mapping[Surface, float]]
+    solid: Solid, assembly: Assembly, thickness: Callable[[Sequence[PartInterface]], Mapping[Surface, float]]
 ) -> Solid:
     """Add the interfaces, and the faces there and under bolts as features.
 
@@ -461,17 +402,6 @@ def _beside_rib(rib: Rib, top: float, rod: Rod, mirror: Mirror, turn: float) -> 
 
 def whole_mass(body: int, mirror: Mirror) -> MassProperties:
     """Return the kernel's own mass properties of a cell's volume, completed by reflection."""
-    return reflected(_kernel_mass(body), mirror)
-
-
-def reflected(mass: MassProperties, mirror: Mirror) -> MassProperties:
-    """Complete the mass properties of a cell by reflection."""
-    for plane in mirror.planes:
-        mass = mass.reflected(PLANE_AXIS[plane])
-    return mass
-
-
-def _kernel_mass(body: int) -> MassProperties:
     occ = gmsh.model.occ
     with kernel.attempt("integrate the volume"):
         volume = occ.getMass(kernel.SOLID, body)
@@ -479,4 +409,11 @@ def _kernel_mass(body: int) -> MassProperties:
         a, b, c, d, e, f, g, h, i = occ.getMatrixOfInertia(kernel.SOLID, body)
     if not volume > 0:
         raise GeometryError(f"the CAD kernel made a solid of volume {volume:g} mm³; it must be positive")
-    return MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i)))
+    return reflected(MassProperties(volume, (x, y, z), ((a, b, c), (d, e, f), (g, h, i))), mirror)
+
+
+def reflected(mass: MassProperties, mirror: Mirror) -> MassProperties:
+    """Complete the mass properties of a cell by reflection."""
+    for plane in mirror.planes:
+        mass = mass.reflected(PLANE_AXIS[plane])
+    return mass

@@ -1,4 +1,4 @@
-"""What stands beside rings: steps from their faces to the shank, and ribs over the back of the cap."""
+"""Steps from the faces of the rings to the shank, and ribs over the back of the cap."""
 
 import math
 from dataclasses import dataclass

@@ -61,5 +61,5 @@ class Mirror(StrEnum):
 
     @property
     def copies(self) -> int:
-        """How many cells make the whole rod."""
+        """Number of cells that make the whole rod."""
         return 1 << len(self.planes)

@@ -1,1 +1,1 @@
-"""How the solid is discretised: tetrahedra as arrays."""
+"""Discretisation of the solid: tetrahedra as arrays."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import gmsh
 import numpy as np
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS, Surface
@@ -46,11 +47,11 @@ class Creases:
             return np.full(len(ends), -1)
         ends = ends if self.source is None else self.source[ends]
         most = int(max(self.nodes.max(), ends.max(initial=0))) + 1
-        known = self.nodes.min(axis=1) * most + self.nodes.max(axis=1)
-        asked = ends.min(axis=1) * most + ends.max(axis=1)
-        order = np.argsort(known)
-        at = np.minimum(np.searchsorted(known[order], asked), len(known) - 1)
-        return np.where(known[order][at] == asked, order[at], -1)
+        keys = self.nodes.min(axis=1) * most + self.nodes.max(axis=1)
+        wanted = ends.min(axis=1) * most + ends.max(axis=1)
+        order = np.argsort(keys)
+        at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+        return np.where(keys[order][at] == wanted, order[at], -1)
 
 
 def creases(
@@ -85,7 +86,7 @@ def creases(
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
-    nodes = _numbers(np.concatenate(rows), mesh)
+    _, nodes = KDTree(mesh.points).query(np.concatenate(rows))
     return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
 
 
@@ -116,19 +117,6 @@ def _fold(curve: int, places: Floats, faces: tuple[int, int], axis_of: Mapping[i
         plane = next(axis_of[face] for face in faces if axis_of[face] >= 0)
         other = other * np.where(np.arange(3) == plane, -1.0, 1.0)
     return np.asarray(np.arccos(np.clip(np.abs((one * other).sum(axis=1)), 0.0, 1.0)))
-
-
-def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
-    """Nodes (n, 2) of a mesh at places (n, 2, 3), the nearest where none is exactly there."""
-    count, places = len(mesh.points), ends.reshape(-1, 3)
-    together = np.concatenate([mesh.points, places]) + 0.0  # no negative zeros
-    _, place = np.unique(together, axis=0, return_inverse=True)
-    node_at = np.full(len(together), -1)
-    node_at[place[:count]] = np.arange(count)
-    nodes = node_at[place[count:]]
-    for row in np.flatnonzero(nodes < 0):
-        nodes[row] = np.linalg.norm(mesh.points - places[row], axis=1).argmin()
-    return np.asarray(nodes, dtype=np.int64).reshape(-1, 2)
 
 
 def _in_words(face: int, cut: set[int]) -> str:
@@ -181,7 +169,7 @@ class Rim:
 
 
 def rims(mesh: TetMesh) -> tuple[Rim, ...]:
-    """Find the rims on a mesh of separate bodies (`mesh.separate`); none lies across a mirror plane."""
+    """Find the rims on a mesh of separate bodies (`mesh.tetmesh`); none lies across a mirror plane."""
     cut = [_sides(mesh.facets[plane])[0] for plane in mesh.planes]
     bore = _sides(mesh.facets.get(Surface.BIG_END_BORE, np.zeros((0, 3), dtype=np.int64)))[0]
     every_rim = []

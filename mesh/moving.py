@@ -7,11 +7,11 @@ import gmsh
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, Mask
 from mesh.generate import snapped
-from mesh.quality import Quality, measure, mended, shape
+from mesh.quality import Quality, measure, shape, with_straight_edges
 from mesh.tetmesh import EDGES, TetMesh
 
 # Of the size of the solid: nodes that are further from those of gmsh were moved off the surface.
@@ -22,8 +22,8 @@ Topology = dict[tuple[int, int], tuple[int, ...]]
 
 
 @dataclass(frozen=True)
-class Anchors:
-    """Where the nodes of a mesh lie on the solid."""
+class MeshClassification:
+    """Classification of the nodes of a mesh on the vertices, curves and faces of its solid."""
 
     #: dim, tag: (n_nodes,) of the entity of lowest dimension that holds each node, by gmsh; 3 inside a volume
     dim: Ints
@@ -43,10 +43,10 @@ class Anchors:
         return closures
 
 
-def anchors(mesh: TetMesh) -> Anchors:
-    """Return where the nodes of a mesh lie on the open model, from which it was made."""
+def anchors(mesh: TetMesh) -> MeshClassification:
+    """Classify the nodes of a mesh on the open model, from which it was made."""
     dim, tag = np.full(len(mesh.points), 3), np.zeros(len(mesh.points), dtype=np.int64)
-    share, tree = np.zeros(len(mesh.points)), cKDTree(mesh.points)
+    share, tree = np.zeros(len(mesh.points)), KDTree(mesh.points)
     near = _SAME * float(np.ptp(mesh.points, axis=0).max())
     for kind in (2, 1, 0):
         for _, entity in gmsh.model.getEntities(kind):
@@ -59,7 +59,7 @@ def anchors(mesh: TetMesh) -> Anchors:
             if kind == 1:
                 share[node] = _shares(entity, mesh.points[node])
     curves = [entity for _, entity in gmsh.model.getEntities(1)]
-    return Anchors(dim, tag, share, {curve: start_of(curve) for curve in curves}, topology())
+    return MeshClassification(dim, tag, share, {curve: start_of(curve) for curve in curves}, topology())
 
 
 def topology() -> Topology:
@@ -88,7 +88,7 @@ def _shares(curve: int, places: Floats) -> Floats:
     return np.asarray((at - least) / (most - least))
 
 
-# Of the shape of the worst element before: a mesh with much worse ones is made anew.
+# Of the shape of the worst element before: a mesh with much worse ones is made again.
 _WORSE = 0.3
 
 
@@ -101,14 +101,14 @@ class MovableMesh:
     weighted by the inverse square of the length, so that small elements keep their shape.
     """
 
-    mesh: TetMesh  #: as it was made
-    anchors: Anchors  #: where its nodes lie on its solid
+    mesh: TetMesh  #: on the solid from which it was made
+    anchors: MeshClassification  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
         """Return the mesh on the open solid, with its quality; None for other faces, or bad elements."""
         if topology() != self.anchors.topology:
             return None
-        mesh, straightened = mended(snapped(replace(self.mesh, points=self._points())))
+        mesh, straightened = with_straight_edges(snapped(replace(self.mesh, points=self._points())))
         after = measure(mesh, straightened)
         sound = after.least_scaled_jacobian > 0 and after.least_shape > _WORSE * self._least_shape
         return (mesh, after) if sound else None

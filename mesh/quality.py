@@ -29,7 +29,7 @@ class Quality:
 
     @property
     def straightened(self) -> int:
-        """How many elements had their edges straightened."""
+        """Number of elements whose edges were straightened."""
         return len(self.mended)
 
 
@@ -89,7 +89,7 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
     )
 
 
-def mended(mesh: TetMesh, *, keep_bow: bool = False) -> tuple[TetMesh, tuple[int, ...]]:
+def with_straight_edges(mesh: TetMesh, *, keep_bow: bool = False) -> tuple[TetMesh, tuple[int, ...]]:
     """Straighten the edges of elements that are inverted or too distorted, until none is left.
 
     The second result are the numbers of these elements. Straight-sided inverted ones stay as they are; the

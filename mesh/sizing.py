@@ -6,6 +6,7 @@ from math import sqrt
 
 import gmsh
 import numpy as np
+from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.faces import Feature, FeatureKind
@@ -23,7 +24,7 @@ def added(kind: str, **numbers: float) -> int:
 
 
 @dataclass(frozen=True)
-class Spot:
+class RefinementBall:
     """A ball in which elements are no larger than `size`."""
 
     center: tuple[float, float, float]  #: (x, y, z) mm
@@ -56,8 +57,6 @@ class SizeField:
             return self
         # An exact limit would need an advancing front; the nearest seeds give practically the same bound.
         seeds, sizes = places[small], wanted[small]
-        from scipy.spatial import KDTree  # noqa: PLC0415 - only a refined mesh needs it
-
         distance, nearest = KDTree(seeds).query(places, k=min(_NEIGHBOURS, small.size))
         distance, nearest = distance.reshape(len(places), -1), nearest.reshape(len(places), -1)
         bound = np.minimum(wanted, (sizes[nearest] + growth * distance).min(axis=1))
@@ -159,14 +158,14 @@ def apply(
     sizing: Sizing,
     refinements: Sequence[Refinement],
     wanted: Sequence[SizeField] = (),
-    spots: Sequence[Spot] = (),
+    balls: Sequence[RefinementBall] = (),
 ) -> None:
-    """Give the open model a background field of this size, these refinements, spots and wanted sizes."""
+    """Give the open model a background field of this size, these refinements, balls and wanted sizes."""
     field = gmsh.model.mesh.field
     finer = [each for each in refinements if each.size < sizing.size and each.faces]
     bounds = [_bound(refinement, sizing) for refinement in finer]
     bounds += [field.graded(sizing.growth).add() for field in wanted]
-    bounds += [spot.add(sizing.size, sizing.growth) for spot in spots]
+    bounds += [ball.add(sizing.size, sizing.growth) for ball in balls]
     if bounds:
         least = field.add("Min")
         field.setNumbers(least, "FieldsList", bounds)

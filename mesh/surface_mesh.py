@@ -96,8 +96,9 @@ def _through_material(surface: SurfaceMesh, rows: Ints, start: int, end: int) ->
     arms -= np.outer(arms @ along, along)
     forwards = (np.cross(along, arms) * surface.normals[rows]).sum(axis=1) > 0
     pairs = []
-    for one in np.flatnonzero(forwards):
-        turned = np.arctan2(-arms @ surface.normals[rows[one]], arms @ arms[one] / np.linalg.norm(arms[one]))
+    for facet in np.flatnonzero(forwards):
+        arm, normal = arms[facet], surface.normals[rows[facet]]
+        turned = np.arctan2(-arms @ normal, arms @ arm / np.linalg.norm(arm))
         turned = np.where(forwards, np.inf, (turned - _TWIN) % (2 * np.pi))  # one that lies on it comes last
-        pairs.append(rows[[one, turned.argmin()]])
+        pairs.append(rows[[facet, turned.argmin()]])
     return pairs

@@ -1,10 +1,11 @@
-"""The mesh as arrays, independent of gmsh: faces of its elements, numbering of its nodes, refinement."""
+"""The mesh as arrays, independent of gmsh: faces of its elements, separate parts, numbering, refinement."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from geometry.arrays import Floats, Ints, Mask
+from geometry.arrays import Floats, Ints, Mask, linked_groups
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
@@ -44,7 +45,7 @@ class TetMesh:
 
     @property
     def interfaces(self) -> tuple[tuple[Surface, Surface], ...]:
-        """Where separate parts touch: the surfaces of both sides."""
+        """Surfaces of both sides where separate parts touch."""
         return tuple(sides for sides in INTERFACES if sides[0] in self.facets)
 
     @property
@@ -142,6 +143,56 @@ def boundary_facets(tets: Ints) -> Ints:
     which, counts = face_counts(tets)
     element, face = np.nonzero(counts[which] == 1)
     return np.asarray(tets[element[:, None], FACE_NODES[tets.shape[1]][face]])
+
+
+# Numbers of two parts that touch; the surfaces that their sides of the interface become.
+Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
+
+
+def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
+    """Double the nodes between parts that only touch.
+
+    Parts that share facets and are not named in `interfaces` stay joined. The second result (n_nodes,) is the
+    earlier number of each node. Row k of the second side is the facet of row k of the first, turned over:
+    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: the mesh has
+    only one part.
+    """
+    if mesh.part is None:
+        raise ValueError("the mesh has only one part")
+    faces = np.sort(element_faces(mesh.tets), axis=1)
+    order = np.lexsort(faces.T)
+    same = (faces[order[1:]] == faces[order[:-1]]).all(axis=1)
+    behind = np.stack([order[:-1][same], order[1:][same]])  # 4 · element + face, on both sides
+    behind = behind[:, mesh.part[behind[0] // 4] != mesh.part[behind[1] // 4]]
+    first, second = behind // 4
+    sides = mesh.part[first], mesh.part[second]
+
+    # Parts that share facets and are not separated make one body.
+    apart = {frozenset(pair) for pair in interfaces}
+    touching = np.unique(np.sort(np.stack(sides, axis=1), axis=1), axis=0)
+    joined = [pair for pair in touching.tolist() if frozenset(pair) not in apart]
+    body = linked_groups(int(mesh.part.max()) + 1, *np.array(joined, dtype=int).reshape(-1, 2).T)[mesh.part]
+    n_points = len(mesh.points)
+    keys, tets = np.unique(body[:, None] * n_points + mesh.tets, return_inverse=True)
+
+    def renumbered(facets: Ints, elements: Ints) -> Ints:
+        """New numbers of the nodes of facets, by the elements behind them."""
+        return np.searchsorted(keys, body[elements][:, None] * n_points + facets)
+
+    behind_of = faces_behind(mesh).items()
+    facets = {name: [renumbered(mesh.facets[name], face // 4)] for name, (face, _) in behind_of}
+    outwards = mesh.tets[first[:, None], FACE_NODES[mesh.tets.shape[1]][behind[0] % 4]]
+    turn = FACET_TURN[outwards.shape[1]]
+    for (one, other), (surface, opposite) in interfaces.items():
+        ahead = (sides[0] == one) & (sides[1] == other)
+        back = (sides[0] == other) & (sides[1] == one)
+        near = np.concatenate([outwards[ahead], outwards[back][:, turn]])
+        elements = np.concatenate([first[ahead], second[back]]), np.concatenate([second[ahead], first[back]])
+        facets.setdefault(surface, []).append(renumbered(near, elements[0]))
+        facets.setdefault(opposite, []).append(renumbered(near[:, turn], elements[1]))
+    origin = keys % n_points
+    named = {surface: np.concatenate(rows) for surface, rows in facets.items()}
+    return replace(mesh, points=mesh.points[origin], tets=tets.reshape(mesh.tets.shape), facets=named), origin
 
 
 # scikit-fem numbers vertices first, then the nodes amid the edges, sorted by their two vertices with the

@@ -46,16 +46,16 @@ from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, Verdict, peak
+from fea.machine.system import peak_memory
 from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
 from fea.rod.places import place_name
 from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
 from geometry.surfaces import Surface
-from geometry.system import peak_memory
 from loads.instants import Instants
+from mesh.generate import Repair
 from mesh.quality import Quality
-from mesh.repair import Repair
 
 
 def sharp_edge_figures(

@@ -71,11 +71,14 @@ def rod(
     figures, mesh = rod_report(loaded)
     written: list[Path] = []
     if step is not None:
-        from geometry.cad.formats import export_step
+        from fea.machine.system import replaced
+        from geometry.cad.formats import step_file
         from geometry.session import session
 
         with session():
-            export_step(loaded.rod.solid(), step)
+            content = step_file(loaded.rod.solid())
+        with replaced(step) as place:
+            place.write_bytes(content)
         written.append(step)
     if screenshot:
         from fea.output.pictures.picture import picture_of_mesh

@@ -232,7 +232,7 @@ class MatingFaces(Interface):
         interference: float = 0.0,
         friction: bool = True,
     ) -> "MatingFaces":
-        """Set up an interface between two surfaces of a cell, as `mesh.separate.separated` leaves them.
+        """Set up an interface between two surfaces of a cell, as `mesh.tetmesh.separated` leaves them.
 
         A pressure pushes the first side in the `direction`, which is square to z.
         """

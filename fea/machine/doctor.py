@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 from fea.machine.isolated import CrashError, OvertimeError, fresh
 from fea.machine.remedies import solver_remedy, system_remedy
-from geometry.system import physical_memory, usable_processors
+from fea.machine.system import physical_memory, usable_processors
 
 _GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
 _PICTURE = "from fea.output.pictures.picture import try_rendering; try_rendering()"

@@ -21,7 +21,8 @@ from queue import SimpleQueue
 from tempfile import TemporaryFile
 from typing import IO, Any, Self, TypeVar
 
-from geometry import system
+from fea.machine import system
+from geometry.signals import ENDS, held_back, through
 
 Result = TypeVar("Result")
 
@@ -223,9 +224,9 @@ def copied(job: Callable[[], object]) -> IsolatedProcess:
     (jobs, ours_out), (ours_in, answers) = os.pipe(), os.pipe()
 
     def work() -> None:
-        for number in system.ENDS:
+        for number in ENDS:
             signal.signal(number, signal.SIG_DFL)
-        system.through()
+        through()
         if _Inside.answers is not None:  # of the process that is copied
             os.close(_Inside.answers.fileno())
         nowhere = os.open(os.devnull, os.O_RDWR)
@@ -287,9 +288,9 @@ def serve(*, patient: bool) -> None:
     if patient:
         system.interrupt_once(afresh=True)
     else:
-        for number in system.ENDS:
+        for number in ENDS:
             signal.signal(number, signal.SIG_IGN)
-    system.through()
+    through()
     orders: SimpleQueue[bytes] = SimpleQueue()
     pipe, _Inside.answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     # On Windows, a library that looks at standard input as it loads would wait for the thread that reads it.
@@ -347,7 +348,7 @@ def _started(start: Callable[[], IsolatedProcess]) -> IsolatedProcess:
     """Start a process; an interrupt waits until it has started, and then ends it."""
     process = None
     try:
-        with system.held_back():
+        with held_back():
             process = start()
     except BaseException:
         if process:
@@ -380,7 +381,7 @@ def _death(code: int, during: str, limit: float) -> BaseException:
         return MemoryError()
     if code == system.OVERTIME or (limit and code == -getattr(signal, "SIGPROF", 0)):
         return OvertimeError(f"it did not finish within {limit:.3g} s of processor time{during}")
-    if code == _STATUS_CTRL_C or -code in system.ENDS:
+    if code == _STATUS_CTRL_C or -code in ENDS:
         return KeyboardInterrupt()
     if code >= _STATUS_ERROR:
         return CrashError(f"it crashed (Windows' status {code:#x}){during}", f"status {code:#x}")

@@ -8,8 +8,8 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import TypeVar
 
+from fea.machine.system import memory_limit, usable_processors
 from geometry.errors import require
-from geometry.system import memory_limit, usable_processors
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -15,8 +15,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from fea.machine.system import PathLock, exchange, flush, incomplete
 from fea.output.target import OccupiedError, near, picture_name, reported
-from geometry.system import PathLock, exchange, flush, incomplete
 
 REPORT = "report.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from fea.machine.system import replaced
 from fea.output.target import reported
 from geometry.arrays import Floats
-from geometry.system import replaced
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from fea.base.choices import Symmetry
 from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
 from fea.machine.isolated import IsolatedProcess, allow, begun, say
+from fea.machine.system import memory_limit
 from fea.rod.meshed_rod import Drawn, MeshedRod, Meshing, mass_error, put_together
 from fea.rod.reading import SECONDS, reading_errors
 from fea.study.rod_table import RodTable
@@ -21,11 +22,9 @@ from geometry.errors import require
 from geometry.session import GmshLog, session
 from geometry.solid import Solid
 from geometry.surfaces import Mirror
-from geometry.system import memory_limit
 from mesh.creases import creases
-from mesh.generate import tetrahedralise
+from mesh.generate import NOTHING, Repair, of_elements, of_folds, repaired, tetrahedralise
 from mesh.quality import Quality, scaled_jacobian, shape
-from mesh.repair import NOTHING, Repair, of_elements, of_folds, repaired
 from mesh.sizing import PER_BORE, PER_TOUCHED_BORE, SizeField, Sizing, default_size, estimate, refinements
 from mesh.tetmesh import TetMesh
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from fea.base.choices import Element
 from fea.machine.clock import Clock
+from fea.machine.system import memory_limit
 from fea.rod.discretise import MeshRequest
 from fea.rod.meshed_rod import Bores, MeshedRod, Meshing
 from fea.rod.reading import SECONDS, read_isolated
@@ -21,11 +22,10 @@ from geometry.faces import Bore
 from geometry.imports import ImportReport, RodFile, Role
 from geometry.session import session
 from geometry.surfaces import Mirror
-from geometry.system import memory_limit
 from mesh.files.given import GivenMesh, given_mesh, mean_edge
+from mesh.generate import NOTHING
 from mesh.mirror import unmirrored
 from mesh.quality import measure
-from mesh.repair import NOTHING
 from mesh.tetmesh import MeshError, TetMesh
 
 PART = "rod"

@@ -15,12 +15,11 @@ from geometry.imports import ImportReport
 from geometry.solid import Solid
 from geometry.surfaces import Mirror, Surface
 from mesh.creases import Creases
+from mesh.generate import Repair
 from mesh.mirror import MirroredMesh, reflect, unmirrored
 from mesh.quality import Quality
-from mesh.repair import Repair
-from mesh.separate import separated
 from mesh.sizing import PER_ARC, default_size
-from mesh.tetmesh import TetMesh, numbered
+from mesh.tetmesh import TetMesh, numbered, separated
 
 if TYPE_CHECKING:
     from mesh.moving import MovableMesh

@@ -21,8 +21,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Body, Prism, SideBySide
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.separate import Interfaces, separated
-from mesh.tetmesh import TetMesh, numbered
+from mesh.tetmesh import Interfaces, TetMesh, numbered, separated
 
 # From places (…, 3) to a measure (…,) that grows from part to part.
 Measure = Callable[[Floats], Floats]
@@ -56,7 +55,7 @@ def apart(
 ) -> TetMesh:
     """Mesh a body and take it apart where the measure reaches the `splits`, as `parted`.
 
-    Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.separate.separated`.
+    Faces of elements lie where the parts touch; `interfaces` are named as for `mesh.tetmesh.separated`.
     """
     mesh = parted(mesh_body(body, size, order=order), splits, measure)
     return numbered(separated(mesh, interfaces)[0])[0]

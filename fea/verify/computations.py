@@ -22,6 +22,7 @@ from fea.base.material import Material
 from fea.judge.case_result import CaseResult
 from fea.judge.verdict import peak
 from fea.machine.clock import Clock
+from fea.machine.system import peak_memory
 from fea.machine.threads import threads
 from fea.output.inp import Step, read_frd, write_deck
 from fea.solid.stress import von_mises
@@ -38,7 +39,6 @@ from fea.verify.cases.elasticity import (
 )
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
-from geometry.system import peak_memory
 from mesh.tetmesh import TetMesh
 
 

@@ -86,8 +86,8 @@ def bolts_in(
             f"the holes through the joint differ in size, but the bolts of a cap must be alike: {listed}. "
             "Close those that are not for bolts in the CAD program"
         )
-    pattern = next((hole for hole in holes if any(one.is_in(hole) for one in fasteners)), holes[0])
-    shown = [one for one in fasteners if one.is_in(pattern)]
+    pattern = next((hole for hole in holes if any(fastener.is_in(hole) for fastener in fasteners)), holes[0])
+    shown = [fastener for fastener in fasteners if fastener.is_in(pattern)]
     dimensions = _BoltDimensions(pattern, shown, given or BoltSeat(head_diameter=0.0, grip=0.0))
     bolts = []
     for hole in holes:
@@ -136,7 +136,7 @@ class _BoltDimensions:
         self.assumed[text] = None
 
     def _contact(self, level: float) -> float | None:
-        radii = (one.contact(self._pattern, level) for one in self._fasteners)
+        radii = (fastener.contact(self._pattern, level) for fastener in self._fasteners)
         return next((radius for radius in radii if radius is not None), None)
 
     def _head(self, hole: BoltHole, head: Seat) -> float:
@@ -196,7 +196,7 @@ class _BoltDimensions:
             require(fits, "assembly.bolt_engaged_mm", given.engaged, rule)
             return first, max(first - given.engaged, low)
         if self._fasteners:
-            ends = [float(self._pattern.along(one.points).min()) for one in self._fasteners]
+            ends = [float(self._pattern.along(fastener.points).min()) for fastener in self._fasteners]
             if (last := max(low, min(ends))) < first:
                 return first, last
             raise GeometryError(

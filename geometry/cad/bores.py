@@ -8,24 +8,23 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats
-from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces
+from geometry.cad.shapes import ROUND, Interior, mismeasured, recognised_faces, wall_area
 from geometry.errors import GeometryError
-from geometry.faces import Face, edge_points, loop_points
+from geometry.faces import Face, edge_points, face_middle, loop_points
 from geometry.holes import (
     CLOSED,
     NAME_BORES,
     PARALLEL,
     UNKNOWN,
     Axis,
-    Balance,
     Diameters,
     RoundHole,
     bore_pairs,
     heavier_first,
+    off_the_rod,
     pin_wall,
     place_text,
 )
-from geometry.measure import wall_area
 from geometry.segments import fitted_circle
 
 # Largest distance of two axes, and difference of two radii, that count as one, relative to the radius: bores
@@ -50,7 +49,7 @@ class CadHole(RoundHole):
         return self.area / (2 * math.pi * self.radius)
 
     def taper(self, direction: Floats) -> float:
-        """How much longer than its mean a wall with slanted ends is on the side of a unit vector, mm."""
+        """Length of a wall with slanted ends on the side of a unit vector, over its mean length, mm."""
         return float(self.moment @ direction) / (math.pi * self.radius**2)
 
     def text(self) -> str:
@@ -109,18 +108,18 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
         else:
             alike.append([face])
     for same in alike:
-        same.sort(key=lambda face: -_area(face, point, direction)[0])
-        radius, tags = same[0].values[6], tuple(face.tag for face in same)
-        extents = np.array([_extent(face, point, direction) for face in same])
+        measured = [(face, *_area(face, point, direction)) for face in same]
+        measured.sort(key=lambda each: -each[1])
+        faces = [face for face, *_ in measured]
+        areas, middles = (np.array([each[item] for each in measured]) for item in (1, 2))
+        extents = np.array([_extent(face, point, direction) for face in faces])
         low, high = float(extents.min()), float(extents.max())
         covered, end = 0.0, -math.inf  # of the axis: a groove divides the wall of a bore into several
         for begin, stop in sorted(map(sorted, extents.tolist())):
             covered += max(0.0, stop - max(begin, end))
             end = max(end, stop)
-        measures = [_area(face, point, direction) for face in same]
-        areas, middles = np.array([area for area, _ in measures]), np.array([at for _, at in measures])
-        center = point + (low + high) / 2 * direction
-        apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in same]
+        center, radius = point + (low + high) / 2 * direction, faces[0].values[6]
+        apart = [np.cross(np.array(face.values[:3]) - point, direction) for face in faces]
         yield CadHole(
             center=center,
             direction=direction,
@@ -128,10 +127,10 @@ def _walls(group: Sequence[Face]) -> Iterator[CadHole]:
             width=high - low,
             area=float(areas.sum()),
             moment=areas @ (middles - center),
-            faces=tags,
+            faces=tuple(face.tag for face in faces),
             turn=float(areas.sum()) / (2 * math.pi * radius * covered),
-            deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in same])),
-            fitted=any(face.fitted for face in same),
+            deviation=float(max(np.linalg.norm(apart, axis=1)) + np.ptp([face.values[6] for face in faces])),
+            fitted=any(face.fitted for face in faces),
         )
 
 
@@ -154,13 +153,11 @@ def _extent(face: Face, point: Floats, direction: Floats) -> Floats:
 
 def _is_hollow(wall: CadHole, interior: Interior) -> bool:
     """Whether there is material outside the largest face of a wall, and none before it."""
-    low, high = (np.array(end) for end in gmsh.model.getParametrizationBounds(2, wall.faces[0]))
-    middle = list((low + high) / 2)
-    point = np.array(gmsh.model.getValue(2, wall.faces[0], middle))
+    point, normal = face_middle(wall.faces[0])
     out = point - wall.center
     out -= (out @ wall.direction) * wall.direction
     if gmsh.model.getAdjacencies(2, wall.faces[0])[0].size == 1:  # its normal points out of its only volume
-        if out @ np.array(gmsh.model.getNormal(wall.faces[0], middle)) > 0:
+        if out @ normal > 0:
             return False
         if len(interior.volumes) == 1:
             return True
@@ -168,7 +165,7 @@ def _is_hollow(wall: CadHole, interior: Interior) -> bool:
 
 
 @dataclass(frozen=True)
-class Walls:
+class CylindricalFaces:
     """Cylindrical walls of a solid, the largest radius first: of a thousand faces, all take long."""
 
     interior: Interior
@@ -193,11 +190,11 @@ class Walls:
                 yield from () if wall is None else (wall,)
 
 
-def walls_of(volume: int) -> Walls:
+def cylindrical_faces(volume: int) -> CylindricalFaces:
     """Return the walls of a volume of the open model."""
     groups = wall_groups(recognised_faces((volume,)))
     groups.sort(key=lambda group: -max(wall.radius for wall in group))
-    return Walls(Interior((volume,)), tuple(groups))
+    return CylindricalFaces(Interior((volume,)), tuple(groups))
 
 
 # Largest deviation from a circle, relative to the radius, with which an opening is meant to be round: that of
@@ -254,7 +251,7 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
         raise GeometryError(f"no two parallel bores were found. Through-holes: {_list(holes)}. {remedy}")
     best = pairs[0]
     twice = len(pairs) > 1 and all(
-        one.same_radius(other.radius, SAME_DIAMETER) for one, other in zip(best, pairs[1], strict=True)
+        bore.same_radius(again.radius, SAME_DIAMETER) for bore, again in zip(best, pairs[1], strict=True)
     )
     if twice or (diameters[1] is None and _is_amid(best, holes)):
         raise GeometryError(f"more than one pair of holes could be the bores: {_list(holes)}. {NAME_BORES}")
@@ -263,18 +260,17 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     middle = np.asarray(mass @ centers / mass.sum())
     ordered = heavier_first(best, middle) if best[0].same_radius(best[1].radius, SAME_DIAMETER) else best
     if diameters == UNKNOWN:
-        larger = [one for one in odd if one.radius > min(bore.radius for bore in ordered)]
+        larger = [hole for hole in odd if hole.radius > min(bore.radius for bore in ordered)]
         if larger:
             raise GeometryError(
                 f"the bores would be: {_list(ordered)}; but a larger hole is unused. {_not_round(larger)}. "
                 f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
                 "rod.small_end_bore_mm"
             )
-        balance = Balance.of(ordered, middle)
-        if not balance.is_that_of_a_rod:
+        if why := off_the_rod(ordered, middle):
             raise GeometryError(
                 f"the two largest parallel holes ({_list(ordered)}) are not the bores of a rod: "
-                f"{balance.text()}. {NAME_BORES}, or keep only the rod with rod.solids"
+                f"{why}. {NAME_BORES}, or keep only the rod with rod.solids"
             )
     return ordered
 
@@ -299,20 +295,22 @@ class HalfOpenError(GeometryError):
 def _odd_openings(interior: Interior, faces: Sequence[Face], holes: Sequence[CadHole]) -> list[_Opening]:
     openings = [opening for face in faces if face.shape == "Plane" for opening in _openings(face.tag)]
     odd = [  # neither of a hole, nor of a chamfer or counterbore about it
-        one
-        for one in openings
+        opening
+        for opening in openings
         if not any(
-            abs(float(one.direction @ hole.direction)) > 1 - _ABOUT and hole.apart(one) < _ABOUT * one.radius
+            abs(float(opening.direction @ hole.direction)) > 1 - _ABOUT
+            and hole.apart(opening) < _ABOUT * opening.radius
             for hole in holes
         )
     ]
     reach = float(np.ptp([corner for face in faces for corner in (face.low, face.high)], axis=0).max())
     through: list[_Opening] = []  # those that lead through, the largest of each axis
-    for one in sorted(odd, key=lambda one: -one.radius):
-        steps = np.linspace(-1, 1, 9) * min(2 * one.radius, reach)
-        known = any(other.apart(one) < _ABOUT * other.radius for other in through)
-        if not known and not any(interior.contains(one.at(step)) for step in steps):
-            through.append(one)
+    for opening in sorted(odd, key=lambda opening: -opening.radius):
+        if any(larger.apart(opening) < _ABOUT * larger.radius for larger in through):
+            continue
+        steps = np.linspace(-1, 1, 9) * min(2 * opening.radius, reach)
+        if not any(interior.contains(opening.at(step)) for step in steps):
+            through.append(opening)
     return through
 
 
@@ -320,7 +318,7 @@ def _openings(face: int) -> Iterator[_Opening]:
     _, loops = gmsh.model.occ.getCurveLoops(face)
     if len(loops) < 2:
         return
-    outlines = sorted((loop_points(loop) for loop in loops), key=lambda one: np.ptp(one, axis=0).max())
+    outlines = sorted((loop_points(loop) for loop in loops), key=lambda points: np.ptp(points, axis=0).max())
     for points in outlines[:-1]:
         middle = points.mean(axis=0)
         across = np.linalg.svd(points - middle, full_matrices=False)[2]
@@ -347,7 +345,7 @@ def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> 
 
 def _list(holes: Sequence[CadHole | _Opening]) -> str:
     more = [f"{len(holes) - _LISTED} smaller ones"] if len(holes) > _LISTED else []
-    return "; ".join([*(one.text() for one in holes[:_LISTED]), *more]) or "none"
+    return "; ".join([*(hole.text() for hole in holes[:_LISTED]), *more]) or "none"
 
 
 def _not_round(odd: Sequence[_Opening]) -> str:
@@ -358,7 +356,7 @@ def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:
     """Whether one of the bores lies between the other and another hole of similar size.
 
     It may then be a hole in the shank that is larger than the pin bore, or even than the crank-pin bore. The
-    holes of a master rod, close around its bore, are no such holes.
+    holes of a master rod, close around its bore, are not meant.
     """
     big, small = bores
     distance = big.apart(small)

@@ -11,15 +11,14 @@ import numpy as np
 from geometry import kernel
 from geometry.arrays import vector
 from geometry.assembly import Assembly
-from geometry.cad.bores import SAME_DIAMETER, CadHole, Pair, Walls, walls_of
+from geometry.cad.bores import SAME_DIAMETER, CadHole, CylindricalFaces, Pair, cylindrical_faces
 from geometry.cad.formats import NamedSolid
-from geometry.cad.pieces import contacts, fused, one_rod
-from geometry.cad.shapes import has_mismeasured, recognised_faces
+from geometry.cad.pieces import cuts_between, fused, one_rod
+from geometry.cad.shapes import has_mismeasured, recognised_faces, triangulated_mass
 from geometry.errors import GeometryError, InvalidValue, require
 from geometry.faces import Bore, solid_points
-from geometry.holes import CLOSED, UNKNOWN, Balance, Diameters, rod_frame
+from geometry.holes import CLOSED, UNKNOWN, Diameters, off_the_rod, rod_frame
 from geometry.imports import CadSolid, Role
-from geometry.measure import triangulated_mass
 from geometry.parts import BUSHING, CAP, LOWER_SHELL, NAMES, ROD, UPPER_SHELL, divided
 
 # A rod's distance of the bores is at least this part of its length, and its width along the pins and its
@@ -68,24 +67,23 @@ def classified(
     if len(solids) == 1:
         return [cad_solid(solids[0].tag, "rod", Role.ROD)]
     given = [solid.name or "part" for solid in solids]
-    numbered = [not solid.name or given.count(solid.name) > 1 for solid in solids]
     names = {
-        solid.tag: f"{name} {place}" if many else name
-        for place, (solid, name, many) in enumerate(zip(solids, given, numbered, strict=True), 1)
+        solid.tag: name if solid.name and given.count(name) == 1 else f"{name} {place}"
+        for place, (solid, name) in enumerate(zip(solids, given, strict=True), 1)
     }
     aliases = {solid.tag: {solid.name, names[solid.tag]} for solid in solids}
-    roles = dict(_split(text, set().union(*aliases.values())) for text in chosen)
-    for name in roles:
-        if not any(name in both for both in aliases.values()):
-            listed = ", ".join(names.values())
-            raise GeometryError(f"rod.solids names {name!r}, but the solids of the file are: {listed}")
+    every = set().union(*aliases.values())
+    roles = dict(_name_and_role(text, every) for text in chosen)
+    if unknown := [name for name in roles if name not in every]:
+        listed = ", ".join(names.values())
+        raise GeometryError(f"rod.solids names {unknown[0]!r}, but the solids of the file are: {listed}")
     keep = {name for name, role in roles.items() if role is not Role.BOLT}
     wanted = {tag for tag, both in aliases.items() if not both.isdisjoint(keep)}
-    classified = []
-    for one in _by_shape(names, wanted, diameters):
-        role = next((roles[name] for name in aliases[one.tag] if name in roles), None)
-        classified.append(one if role is None else replace(one, role=role, kept=role is not Role.BOLT))
-    return classified
+    result = []
+    for solid in _by_shape(names, wanted, diameters):
+        role = next((roles[name] for name in aliases[solid.tag] if name in roles), None)
+        result.append(solid if role is None else replace(solid, role=role, kept=role is not Role.BOLT))
+    return result
 
 
 # What is a part of its own, whatever it touches.
@@ -103,28 +101,28 @@ def in_one_piece(
     count = len(solids)
     if count == 1 or chosen:
         return classified(solids, chosen, diameters), 0
-    found = contacts([solid.tag for solid in solids])
-    if halves := one_rod(found, _rods({solid.tag: walls_of(solid.tag) for solid in solids}, diameters)):
+    cuts = cuts_between([solid.tag for solid in solids])
+    walls = {solid.tag: cylindrical_faces(solid.tag) for solid in solids}
+    if halves := one_rod(cuts, _rods(walls, diameters)):
         solids = fused(solids, halves)
-        found = contacts([solid.tag for solid in solids])
+        cuts = cuts_between([solid.tag for solid in solids])
     error: GeometryError | None = None
     result: list[CadSolid] = []
     try:
         result = classified(solids, (), diameters)
     except GeometryError as refused:
         error = refused
-    roles = {one.tag: one.role for one in result}
-    kept = {one.tag for one in result if one.kept}
+    roles = {solid.tag: solid.role for solid in result}
+    kept = {solid.tag for solid in result if solid.kept}
     others = {tag for tag, role in roles.items() if role is Role.OTHER_ROD}
-    beside = others | {tag for cut in found if others & {*cut.pair} for tag in cut.pair if tag not in kept}
-    stays = {*_APART, *((Role.CAP,) if apart else ())}
+    beside = others | {tag for cut in cuts if others & {*cut.pair} for tag in cut.pair if tag not in kept}
+    separate = {*_APART, *((Role.CAP,) if apart else ())}
     cuts = [
         cut
-        for cut in found
-        if beside.isdisjoint(cut.pair) and not any(roles.get(tag) in stays for tag in cut.pair)
+        for cut in cuts
+        if beside.isdisjoint(cut.pair) and not any(roles.get(tag) in separate for tag in cut.pair)
     ]
-    left = any(len(kept & {*cut.pair}) == 1 for cut in cuts)
-    if cuts and (error is not None or left):
+    if cuts and (error is not None or any(len(kept & {*cut.pair}) == 1 for cut in cuts)):
         solids = fused(solids, cuts)
         result, error = classified(solids, (), diameters), None
     if error is not None:
@@ -132,7 +130,7 @@ def in_one_piece(
     return result, count - len(solids) + (len(solids) < count)
 
 
-def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
+def _name_and_role(text: str, known: set[str]) -> tuple[str, Role | None]:
     """Name of a solid, and its role where that stands before it."""
     role, colon, name = text.partition(":")
     if text in known or not colon or role.strip().lower() not in ROLES:
@@ -142,7 +140,7 @@ def _split(text: str, known: set[str]) -> tuple[str, Role | None]:
 
 def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) -> list[CadSolid]:
     """Classify solids by their shapes; empty `wanted`: keep the rod and what belongs to it."""
-    walls = {tag: walls_of(tag) for tag in names}
+    walls = {tag: cylindrical_faces(tag) for tag in names}
     alike = _rods(walls, diameters) or _rods(walls) or _rods(walls, tried=_TRIED)
     rods = {tag: bores for tag, bores in alike.items() if not wanted or tag in wanted}
     if not rods:
@@ -166,7 +164,9 @@ def _by_shape(names: Mapping[int, str], wanted: set[int], diameters: Diameters) 
     return [cad_solid(tag, name, roles[tag], kept=tag in kept) for tag, name in names.items()]
 
 
-def _rods(walls: Mapping[int, Walls], diameters: Diameters = UNKNOWN, tried: int = 1) -> dict[int, Pair]:
+def _rods(
+    walls: Mapping[int, CylindricalFaces], diameters: Diameters = UNKNOWN, tried: int = 1
+) -> dict[int, Pair]:
     """Bores of the solids of a rod's shape: the largest hollow wall, and one of the next parallel to it."""
     radii = [None if diameter is None else diameter / 2 for diameter in diameters]
     rods: dict[int, Pair] = {}
@@ -195,11 +195,11 @@ def _is_rod(volume: int, big: CadHole, small: CadHole) -> bool:
         distance >= _REACH * length
         and width <= _WIDTH * distance
         and breadth <= _BREADTH * length
-        and Balance.of((big, small), middle).is_that_of_a_rod
+        and not off_the_rod((big, small), middle)
     )
 
 
-def _role(volume: int, walls: Walls, bores: Pair) -> Role:
+def _role(volume: int, walls: CylindricalFaces, bores: Pair) -> Role:
     points = solid_points(volume)
     for bore in bores:
         height, radius = bore.along(points), bore.beside(points)
@@ -224,10 +224,10 @@ def named_parts(
 ) -> dict[str, list[int]]:
     """Volumes by the names of the parts; a rod in one piece is split, and shells are cut out of its ring."""
     volumes: dict[str, list[int]] = {}
-    for one in kept:
-        volumes.setdefault(_name(one, bores), []).append(one.tag)
+    for solid in kept:
+        volumes.setdefault(_name(solid, bores), []).append(solid.tag)
     if ROD not in volumes:
-        listed = ", ".join(f"{one.name} ({one.role})" for one in kept)
+        listed = ", ".join(f"{solid.name} ({solid.role})" for solid in kept)
         raise GeometryError(f"no solid of the file is a rod: {listed}. Name rod and cap in rod.solids")
     shells = [name for name in (UPPER_SHELL, LOWER_SHELL) if name in volumes]
     if shells:
@@ -257,13 +257,13 @@ def named_parts(
     return {name: [tag] for name, tag in bodies.items()}
 
 
-def _name(one: CadSolid, bores: tuple[Bore, Bore]) -> str:
-    if one.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
-        return ROD if one.role is Role.ROD else CAP
-    x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, one.tag)
-    if one.role is Role.BUSHING:
+def _name(solid: CadSolid, bores: tuple[Bore, Bore]) -> str:
+    if solid.role in (Role.ROD, Role.CAP, Role.ASSUMED_CAP):
+        return ROD if solid.role is Role.ROD else CAP
+    x, _, _ = gmsh.model.occ.getCenterOfMass(kernel.SOLID, solid.tag)
+    if solid.role is Role.BUSHING:
         return BUSHING if abs(x - bores[1].x) < bores[1].x / 2 else UPPER_SHELL if x > 0 else LOWER_SHELL
     raise GeometryError(
-        f"it is not clear what {one.name} is in the assembly (taken for: {one.role}). Say it in "
+        f"it is not clear what {solid.name} is in the assembly (taken for: {solid.role}). Say it in "
         'rod.solids, as "cap: NAME" (rod, cap, bushing, shell, bolt or nut), or keep other solids'
     )

@@ -11,7 +11,6 @@ import zlib
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
@@ -20,13 +19,12 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import linked_groups, twins
+from geometry.arrays import Vector, linked_groups, twins
 from geometry.errors import GeometryError
 from geometry.imports import CAD_FORMATS, DECLARED, FORMATS, CadFormat
 from geometry.rod import Rod
 from geometry.solid import build
 from geometry.surfaces import Mirror
-from geometry.system import replaced
 
 # Bytes of the description and of all shapes, unpacked: far more than any rod takes.
 MOST_DESCRIPTION = 64 * 2**20
@@ -49,49 +47,22 @@ _BODY = "PartDesign::Body"
 _CONTAINERS = ("App::Part", "App::DocumentObjectGroup", "Assembly::AssemblyObject")
 
 
-@dataclass(frozen=True)
-class Placement:
+class _Placement(NamedTuple):
     """A turn about an axis through the origin (angle in rad), then a shift in mm."""
 
-    axis: tuple[float, float, float]
+    axis: Vector
     angle: float
-    shift: tuple[float, float, float]
+    shift: Vector
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A shape that is a result of the document."""
+class _Object(NamedTuple):
+    """An object of a FreeCAD document: kind, label, name of its file, names of its members, placement."""
 
-    label: str  #: of its object
-    path: Path  #: A BREP file, as long as `shapes_of` is open
-    placements: tuple[Placement, ...]  #: of the containers that hold it, the innermost first
-
-
-@dataclass(frozen=True)
-class _Object:
     kind: str
     label: str
     shape: str | None
     members: tuple[str, ...]
-    placement: Placement | None
-
-
-@contextmanager
-def shapes_of(path: Path) -> Iterator[list[Shape]]:
-    """Unpack the result shapes. Raises `GeometryError`: damaged, undescribed, or above `MOST_SHAPES`."""
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            with zipfile.ZipFile(path) as archive:
-                shapes = list(_unpacked(archive, Path(folder)))
-        except _DAMAGES as error:
-            if isinstance(error, OSError) and error.errno != errno.EINVAL:  # a place before the file's start
-                raise
-            reason = str(error).strip("'\"") or type(error).__name__
-            raise GeometryError(
-                f"{path.name} is not a readable FreeCAD file ({reason}). Save it again, or export the rod as "
-                "STEP"
-            ) from error
-        yield shapes
+    placement: _Placement | None
 
 
 def linked_files(path: Path) -> list[str]:
@@ -122,22 +93,23 @@ def _described(text: bytes) -> tuple[dict[str, _Object], dict[str, set[str]]]:
     }
     objects = {}
     for item in root.iterfind("ObjectData/Object"):
-        name = item.get("name", "")
-        properties = {one.get("name"): one for one in item.iterfind("Properties/Property")}
-        part = properties["Shape"].find("Part") if "Shape" in properties else None
-        label = properties["Label"].find("String") if "Label" in properties else None
-        group = properties.get("Group")
+        name, values = item.get("name", ""), {}
+        for each in item.iterfind("Properties/Property"):
+            values[each.get("name")] = each
+        part = values["Shape"].find("Part") if "Shape" in values else None
+        label = values["Label"].find("String") if "Label" in values else None
+        members = values["Group"].iter("Link") if "Group" in values else ()
         objects[name] = _Object(
-            kind=kinds.get(name, ""),
-            label=name if label is None else label.get("value", name),
-            shape=None if part is None else part.get("file") or None,
-            members=() if group is None else tuple(link.get("value", "") for link in group.iter("Link")),
-            placement=_placement(properties.get("Placement")),
+            kinds.get(name, ""),
+            name if label is None else label.get("value", name),
+            None if part is None else part.get("file") or None,
+            tuple(link.get("value", "") for link in members),
+            _placement(values.get("Placement")),
         )
     return objects, uses
 
 
-def _placement(element: ET.Element | None) -> Placement | None:
+def _placement(element: ET.Element | None) -> _Placement | None:
     value = None if element is None else element.find("PropertyPlacement")
     if value is None:
         return None
@@ -145,43 +117,39 @@ def _placement(element: ET.Element | None) -> Placement | None:
     shift = tuple(float(value.get(f"P{axis}", "0")) for axis in "xyz")
     if not all(abs(number) < _FAR for number in (x, y, z, w, *shift)):
         raise ValueError(f"a placement is out of range: {value.attrib}")
-    size = math.sqrt(x * x + y * y + z * z)
+    size = math.hypot(x, y, z)
     axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
-    return Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
+    return _Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
 
 
-def _unpacked(archive: zipfile.ZipFile, folder: Path) -> Iterator[Shape]:
+def _results(archive: zipfile.ZipFile) -> Iterator[tuple[_Object, bytes, list[_Placement]]]:
+    """Results of a document, their BREP content, and placements of their containers, innermost first."""
     objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
-    shaped = {name for name, one in objects.items() if one.shape}
+    shaped = {name for name, each in objects.items() if each.shape}
     bodies = {name for name in shaped if objects[name].kind == _BODY}
     inside = {member for body in bodies for member in objects[body].members}
     free = shaped - bodies - inside
     used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
     # The shapes of containers only repeat those of their members.
-    containers = {name for name, one in objects.items() if one.kind in _CONTAINERS}
-    results = [name for name in objects if name in bodies - used or name in free - used - containers]
+    containers = {name: each for name, each in objects.items() if each.kind in _CONTAINERS}
+    results = [name for name in objects if name in bodies - used or name in free - used - containers.keys()]
     left = MOST_SHAPES
-    for number, name in enumerate(results):
-        file = objects[name].shape
-        content = _content(archive, str(file), left)
+    for name in results:
+        content = _content(archive, str(objects[name].shape), left)
         left -= len(content)
-        target = folder / f"{number}.brep"
-        target.write_bytes(content)
-        yield Shape(objects[name].label, target, tuple(_placements(objects, name)))
+        placements = [containers[holder].placement for holder in _holders(containers, name)]
+        yield objects[name], content, [each for each in placements if each is not None]
 
 
-def _placements(objects: Mapping[str, _Object], name: str) -> Iterator[Placement]:
-    """Placements of the containers around an object, the innermost first."""
+def _holders(containers: Mapping[str, _Object], name: str) -> Iterator[str]:
+    """Yield the containers around an object, the innermost first."""
     seen = {name}
-    while True:
-        around = [other for other, one in objects.items() if one.kind in _CONTAINERS and name in one.members]
-        if not around or around[0] in seen:
-            return
+    while around := [other for other, each in containers.items() if name in each.members]:
         name = around[0]
+        if name in seen:
+            return
         seen.add(name)
-        placement = objects[name].placement
-        if placement is not None:
-            yield placement
+        yield name
 
 
 @contextmanager
@@ -223,10 +191,10 @@ def read_solids(path: Path, unit: str | None = None, *, beside: bool = False) ->
     ending says, or holds no solid; `OSError`: the file cannot be read.
     """
     kind = FORMATS.get(path.suffix.lower(), CadFormat.STEP)
-    told = CAD_FORMATS["read"][kind]
+    rules = CAD_FORMATS["read"][kind]
     with path.open("rb") as file:
-        if not re.match(told["begins"], file.read(_START).decode("latin-1"), re.ASCII):
-            raise GeometryError(f"{path} is not {told['name']}: {told['remedy']}")
+        if not re.match(rules["begins"], file.read(_START).decode("latin-1"), re.ASCII):
+            raise GeometryError(f"{path} is not {rules['name']}: {rules['remedy']}")
     if not beside:
         gmsh.model.add(path.stem)
     with quiet(), _in_millimetres(path, kind, unit):
@@ -395,32 +363,46 @@ def _closed(path: Path, kind: CadFormat, loose: Sequence[tuple[int, int]]) -> li
 
 
 def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
+    """Read the results of a document. Raises `GeometryError`: damaged, or more than `MOST_SHAPES`."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            results = list(_results(archive))
+    except _DAMAGES as error:
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:  # a place before the file's start
+            raise
+        reason = str(error).strip("'\"") or type(error).__name__
+        raise GeometryError(
+            f"{path.name} is not a readable FreeCAD file ({reason}). Save it again, or export the rod as STEP"
+        ) from error
     named, kinds = [], set()
-    with shapes_of(path) as shapes:
-        for shape in shapes:
-            solids, dimensions = _imported(shape.path, CadFormat.BREP)
-            for placement in shape.placements:
-                entities = [(3, solid.tag) for solid in solids]
-                scale = gmsh.option.getNumber("Geometry.OCCScaling")
-                if entities and placement.angle:
+    scale = gmsh.option.getNumber("Geometry.OCCScaling")
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (shape, content, placements) in enumerate(results):
+            file = Path(folder, f"{number}.brep")
+            file.write_bytes(content)
+            solids, dimensions = _imported(file, CadFormat.BREP)
+            entities = [(kernel.SOLID, solid.tag) for solid in solids]
+            for placement in placements if entities else ():
+                if placement.angle:
                     gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
-                if entities:
-                    gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
+                gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
             kinds |= dimensions
             named += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return named, kinds
 
 
-def export_step(rod: Rod, path: Path) -> None:
-    """Write the rod as STEP, mm, in an open session. Raises `GeometryError`: by the kernel; `OSError`."""
+def step_file(rod: Rod) -> bytes:
+    """Draw a rod in an open session, and return it as a STEP file in mm.
+
+    Raises `GeometryError`: the kernel failed; `OSError`: the disk of temporary files is full.
+    """
     build(rod, Mirror.NONE)
     with tempfile.TemporaryDirectory() as folder:  # gmsh chooses the format by the file's ending
         written = Path(folder) / "rod.step"
-        with kernel.attempt(f"write {path}"), quiet():
+        with kernel.attempt("write the rod as STEP"), quiet():
             gmsh.write(str(written))
         content = written.read_bytes()
     if not content.rstrip().endswith(b"END-ISO-10303-21;"):  # the kernel does not notice a full disk
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-    with replaced(path) as place:
-        place.write_bytes(content)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), folder)
+    return content

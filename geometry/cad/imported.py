@@ -10,13 +10,14 @@ import gmsh
 import numpy as np
 
 from geometry import kernel
-from geometry.arrays import Floats, Mask, vector
+from geometry.arrays import vector
 from geometry.assembly import Assembly, BoltAxis
 from geometry.cad.bolts import Fastener, bolts_in, removed
-from geometry.cad.bores import CadHole, HalfOpenError, Pair, find_bores, through_holes
+from geometry.cad.bores import SAME_DIAMETER, CadHole, HalfOpenError, Pair, find_bores, through_holes
 from geometry.cad.classify import cad_solid, in_one_piece, named_parts
 from geometry.cad.formats import declared_unit, linked_files, read_solids
 from geometry.cad.joint import Joint, assumed_cap, bolt_holes, joint_of, spot_faced
+from geometry.cad.mirror_planes import cut_to, smallest_cell
 from geometry.cad.pieces import TOUCHING, overlap, touch, without_copies
 from geometry.cad.shapes import (
     ROUND,
@@ -25,9 +26,10 @@ from geometry.cad.shapes import (
     has_mismeasured,
     recognised,
     recognised_faces,
+    triangulated_mass,
 )
 from geometry.errors import GeometryError
-from geometry.faces import Bore, Feature, FeatureKind, edge_points, face_of, parameter_grid, surfaces
+from geometry.faces import Bore, Feature, FeatureKind, face_of, surfaces
 from geometry.holes import EQUAL_BORES, carried_rods, place_text, rod_frame
 from geometry.imports import (
     CAP_ASSUMED,
@@ -48,121 +50,9 @@ from geometry.imports import (
 )
 from geometry.kernel import SOLID
 from geometry.mass import MassProperties, joined
-from geometry.measure import triangulated_mass
-from geometry.parts import CAP, ROD, Interface, boundary, remove_all, seat_disks, with_seats
+from geometry.parts import CAP, ROD, PartInterface, joined_groups, remove_all, seat_disks, with_seats
 from geometry.solid import Part, Solid, reflected, whole_mass, with_contacts
-from geometry.surfaces import PLANE_AXIS, Mirror, Surface
-
-# Of the rod's length: for areas and centres, and for points on the edges, which lie a few micrometres beside
-# their faces in the files of some programs.
-_SLACK, _BESIDE = 1e-5, 3e-5
-# Places along each parameter of a curved face at which it is compared with its mirror image.
-_WITHIN = np.linspace(0.05, 0.95, 3)
-
-
-def smallest_cell(volumes: Sequence[int], length: float) -> Mirror:
-    """Return the smallest symmetry cell of volumes in the rod's frame; tolerances scale with its length."""
-    solids = [_faces(volume) for volume in volumes]
-    # Every solid must be its own image; two that mirror each other may have different materials.
-    if not all(_is_mirrored(faces, 2, length) for faces in solids):
-        return Mirror.NONE
-    return Mirror.QUARTER if all(_is_mirrored(faces, 1, length) for faces in solids) else Mirror.HALF
-
-
-def cut_to(volumes: Sequence[int], mirror: Mirror, length: float) -> list[list[int]]:
-    """Cut volumes to a cell; return what each became. Raises `GeometryError`: one lies outside the cell."""
-    if not mirror.planes:
-        return [[volume] for volume in volumes]
-    far = 10 * length
-    corner, size = [-far] * 3, [2 * far] * 3
-    for plane in mirror.planes:
-        corner[PLANE_AXIS[plane]], size[PLANE_AXIS[plane]] = 0.0, far
-    kept = []
-    with kernel.attempt("cut the solid at its mirror planes"):
-        for volume in volumes:
-            box = gmsh.model.occ.addBox(*corner, *size)
-            left, _ = gmsh.model.occ.intersect([(3, volume)], [(3, box)])
-            kept.append([tag for dim, tag in left if dim == 3])
-    if not all(kept):
-        raise GeometryError('a part of the solid lies outside the symmetry cell. Use symmetry = "none"')
-    return kept
-
-
-Entity = tuple[int, int]
-# Faces of one solid: tags, areas and centres (n, 4), points (n_points, 3) on each and its edges; its centre.
-_Faces = tuple[list[int], Floats, list[Floats], Floats]
-
-
-def _faces(volume: int) -> _Faces:
-    occ = gmsh.model.occ
-    tags = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], combined=False, oriented=False)]
-    measures = np.array([[occ.getMass(2, tag), *occ.getCenterOfMass(2, tag)] for tag in tags])
-    points = [np.concatenate([edge_points(tag), _within(tag)]) for tag in tags]
-    return tags, measures, points, np.array(occ.getCenterOfMass(3, volume))
-
-
-def _within(face: int) -> Floats:
-    """Points (n, 3) of a curved face between its edges; a plane is known by its edges."""
-    if gmsh.model.getType(2, face) == "Plane":
-        return np.zeros((0, 3))
-    grid = parameter_grid(face, _WITHIN).reshape(-1, 2)
-    on = [place for place in grid if gmsh.model.isInside(2, face, list(place), True)]  # noqa: FBT003 - gmsh's
-    return np.reshape(gmsh.model.getValue(2, face, np.ravel(on)) if on else [], (-1, 3))
-
-
-def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
-    """Whether every face has an image about the plane normal to `axis`.
-
-    The image must have the same area and centre, which is cheap to test, and contain the images of points on
-    the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
-    the plane as far as it is hollow below. Faces without such an image may be divided differently on the
-    other side: then their points must lie on each other's images, or on the edges of one that is alike.
-    """
-    tags, measures, points_of, centre = faces
-    scale = np.array([length**2, length, length, length])
-    image = measures.copy()
-    image[:, 1 + axis] *= -1
-    alike = (np.abs(image[:, None] - measures[None]) / scale).max(axis=2) < _SLACK
-    flipped = [points * np.where(np.arange(3) == axis, -1.0, 1.0) for points in points_of]
-    alone = [
-        at
-        for at, row in enumerate(alike)
-        if not any(_beside(flipped[at], (2, tags[other]), length)[0].all() for other in np.flatnonzero(row))
-    ]
-    balanced = abs(centre[axis]) < _SLACK * length
-    among = {at: [tags[other] for other in {*alone, *np.flatnonzero(alike[at])}] for at in alone}
-    return not alone or (balanced and all(_lie_on(flipped[at], among[at], length) for at in alone))
-
-
-def _beside(points: Floats, entity: Entity, length: float) -> tuple[Mask, Floats]:
-    """Whether each of some points (n, 3) is on the surface of a face, or on an edge between its ends.
-
-    Also the parameters there (k, dimension of the entity) of those that are. The kernel is asked only for
-    those in the entity's box: of a large file, all of them take minutes.
-    """
-    slack = _BESIDE * length
-    low, high = np.reshape(gmsh.model.getBoundingBox(*entity), (2, 3))
-    beside = ((low - slack < points) & (points < high + slack)).all(axis=1)
-    places = np.zeros((0, entity[0]))
-    if beside.any():
-        nearest, at = gmsh.model.getClosestPoint(*entity, points[beside].ravel())
-        near = np.abs(np.reshape(nearest, (-1, 3)) - points[beside]).max(axis=1) < slack
-        beside[beside], places = near, np.reshape(at, (-1, entity[0]))[near]
-    return np.asarray(beside), places
-
-
-def _lie_on(points: Floats, faces: Sequence[int], length: float) -> bool:
-    """Whether each of some points (n, 3) is on one of the faces, or on an edge of theirs.
-
-    The kernel takes a plane for infinite, and misses other faces at the corners of their parameters.
-    """
-    for edge in gmsh.model.getBoundary([(2, face) for face in faces], combined=False, oriented=False):
-        points = points[~_beside(points, edge, length)[0]]
-    for face in faces:
-        on, places = _beside(points, (2, face), length)
-        on[on] = [gmsh.model.isInside(2, face, at, True) for at in places.tolist()]  # noqa: FBT003 - gmsh's
-        points = points[~on]
-    return not len(points)
+from geometry.surfaces import Mirror, Surface
 
 
 def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, Bore]:
@@ -185,7 +75,7 @@ def placed(volumes: Sequence[int], big: CadHole, small: CadHole) -> tuple[Bore, 
 
 
 def _slack(hole: CadHole) -> float:
-    """By how much the faces of a bore may differ from its cylinder, mm; 0 where all are the same cylinder."""
+    """Largest distance of the faces of a bore from its cylinder, mm; 0 where all are the same cylinder."""
     exact = hole.deviation < 1e-6 * hole.radius and not hole.fitted
     return 0.0 if exact else 2 * (hole.deviation + ROUND * hole.radius)
 
@@ -204,6 +94,9 @@ def parts_of(cells: Sequence[Sequence[int]], names: Sequence[str], mirror: Mirro
 
 def _mass(tag: int, mirror: Mirror) -> MassProperties:
     return reflected(triangulated_mass(tag), mirror) if has_mismeasured(tag) else whole_mass(tag, mirror)
+
+
+Entity = tuple[int, int]
 
 
 def sharing(
@@ -230,22 +123,18 @@ def sharing(
             )
         remove_all({piece for made in pieces[len(every) :] for piece in made})
     gmsh.model.occ.synchronize()
-    faces = [boundary(cell) for cell in volumes]
-    joined, loose = [0], list(range(1, len(volumes)))
-    while touching := [one for one in loose if any(faces[one] & faces[other] for other in joined)]:
-        joined += touching
-        loose = [one for one in loose if one not in touching]
-    if loose:
-        gap, one, other = min(
-            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], one, other)
-            for one in loose
-            for other in joined
-            for a in volumes[one]
-            for b in volumes[other]
+    group = joined_groups(volumes)
+    if group.any():
+        gap, loose, joined = min(
+            (gmsh.model.occ.getDistance(kernel.SOLID, a, kernel.SOLID, b)[0], loose, joined)
+            for loose in np.flatnonzero(group).tolist()
+            for joined in np.flatnonzero(group == 0).tolist()
+            for a in volumes[loose]
+            for b in volumes[joined]
         )
         raise GeometryError(
-            f"the solids {names[one]} and {names[other]} do not touch (gap {gap:.3g} mm), so they cannot be "
-            "bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
+            f"the solids {names[loose]} and {names[joined]} do not touch (gap {gap:.3g} mm), so they cannot "
+            "be bonded to each other. Close the gap in the CAD program, or keep only solids that touch with "
             "rod.solids"
         )
     return volumes
@@ -272,41 +161,43 @@ def import_cad(
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
-    apart = assembly is not None
-    read = _read(file, unit, tell, apart=apart)
-    solids, holes = read.solids, read.bores
-    if file.unit is None and (better := plausible_unit(holes[0].apart(holes[1]), unit)) != unit:
-        unit = better
-        read = _read(file, unit, tell, apart=apart)
-        solids, holes = read.solids, read.bores
-    if why := not_a_length(holes[0].apart(holes[1]), unit):
+    read = _read(file, unit, tell, apart=assembly is not None)
+    if file.unit is None and (better := plausible_unit(read.length, unit)) != unit:
+        unit, read = better, _read(file, better, tell, apart=assembly is not None)
+    if why := not_a_length(read.length, unit):
         raise GeometryError(f"{file.path.name}: {why}")
-    if file.swap_ends:
-        holes = holes[::-1]
-    big, small = (BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes)
-    capped = any(one.role in (Role.CAP, Role.ASSUMED_CAP) and one.kept for one in solids)
-    tags = [one.tag for one in solids if one.kept]
-    told = capped or file.swap_ends or file.big_end_bore or not holes[0].same_radius(holes[1].radius, 1e-3)
-    assumed = [*read.said, *([] if told else [EQUAL_BORES])]
-    assumed += _assumed(file, declared, unit, solids, holes[0].apart(holes[1]), bonded=assembly is None)
+    solids, holes = read.solids, read.bores[::-1] if file.swap_ends else read.bores
+    locations = [BoreLocation(2 * hole.radius, vector(hole.center), hole.mean_width) for hole in holes]
+    capped = any(solid.role in (Role.CAP, Role.ASSUMED_CAP) and solid.kept for solid in solids)
+    identified = capped or file.swap_ends or file.big_end_bore
+    equal = not identified and holes[0].same_radius(holes[1].radius, SAME_DIAMETER)
+    notes = [*read.notes, *([EQUAL_BORES] if equal else [])]
+    notes += _assumed(file, declared, unit, read, bonded=assembly is None)
+    tags = [solid.tag for solid in solids if solid.kept]
     carried = carried_rods(holes, through_holes(Interior(tags), recognised_faces(tags)))
     listing: tuple[str, ...] = ()
     if assembly is None:
-        solid = _bonded(solids, holes, tell)
+        drawn = _bonded(solids, holes, tell)
     else:
-        solid, listing, more = _assembled(solids, holes, assembly, tell)
-        assumed += more
-    report = ImportReport(unit, tuple(solids), (big, small), tuple(assumed), listing, read.doubts, carried)
-    return replace(solid, imported=report)
+        drawn, listing, more = _assembled(solids, holes, assembly, tell)
+        notes += more
+    bores = locations[0], locations[1]
+    report = ImportReport(unit, tuple(solids), bores, tuple(notes), listing, read.doubts, carried)
+    return replace(drawn, imported=report)
 
 
 class _Read(NamedTuple):
-    """Solids of a file in the open model, the bores, and what was found of the solids, in words."""
+    """Solids of a file in the open model, their bores, and notes on the solids."""
 
     solids: list[CadSolid]
     bores: Pair
     doubts: tuple[str, ...] = ()
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """Distance of the bores, mm."""
+        return self.bores[0].apart(self.bores[1])
 
 
 def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool) -> _Read:
@@ -318,7 +209,7 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
         tell(f"looking for the rod among {len(named)} solids")
     named, copies = without_copies(named)
     solids, pieces = in_one_piece(named, file.solids, file.diameters, apart=apart)
-    tags = [one.tag for one in solids if one.kept]
+    tags = [solid.tag for solid in solids if solid.kept]
     tell("looking for the bores")
     try:
         bores = find_bores(tags, recognised_faces(tags), file.diameters)
@@ -335,17 +226,17 @@ def _read(file: RodFile, unit: str, tell: Callable[[str], None], *, apart: bool)
                 f"({', '.join(linked)}): read the file of the rod, or export the assembly as STEP"
             ) from error
         raise
-    caps = [one.tag for one in solids if one.role is Role.CAP and one.kept]
+    caps = [solid.tag for solid in solids if solid.role is Role.CAP and solid.kept]
     if caps and not any(file.diameters):
         middle = np.mean([gmsh.model.occ.getCenterOfMass(3, tag) for tag in caps], axis=0)
         big, small = (np.linalg.norm(middle - bore.center) for bore in bores)
         bores = bores[::-1] if small < big else bores
-    said = []
+    notes = []
     if copies:
-        said.append(f"{copies} of the solids of {file.path.name} are drawn twice at one place: counted once")
+        notes.append(f"{copies} of the solids of {file.path.name} are drawn twice at one place: counted once")
     if pieces:
-        said.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
-    return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(said))
+        notes.append(f"{pieces} solids of {file.path.name} are pieces of one rod: joined where they were cut")
+    return _Read(solids, bores, tuple(_left_touching(solids, file, bonded=not apart)), tuple(notes))
 
 
 def _cap_unit(cap: Path, file: RodFile, unit: str) -> str:
@@ -367,32 +258,31 @@ def _unclosed(file: RodFile, missing: HalfOpenError) -> GeometryError:
 
 def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -> Iterator[str]:
     """Solids left out though they touch what is analysed. Raises `GeometryError`: one overlaps it."""
-    kept = [one for one in solids if one.kept]
-    slack = TOUCHING * max(float(np.max(one.size)) for one in kept)
+    kept = [solid for solid in solids if solid.kept]
+    slack = TOUCHING * max(float(np.max(solid.size)) for solid in kept)
     touching = []
     for left in solids:
         if left.kept or not (bonded or left.role is not Role.BOLT):
             continue
-        near = [one for one in kept if touch(one.tag, left.tag, slack)]
+        near = [solid for solid in kept if touch(solid.tag, left.tag, slack)]
         if left.role in (Role.OTHER, Role.OTHER_ROD) and not file.solids:
-            within = next((one for one in near if overlap(one.tag, left.tag)), None)
+            within = next((solid for solid in near if overlap(solid.tag, left.tag)), None)
             if within is not None:
                 raise GeometryError(
                     f"the solids {within.name} and {left.name} of {file.path.name} overlap, and it is not "
                     "clear whether both belong to the rod. Join them in the CAD program (Boolean union), "
                     "or name those to keep in rod.solids"
                 )
-        touching += [f"{left.name} ({left.role})"] if near else []
+        touching += [left.text()] if near else []
     if touching:
         more = f" and {len(touching) - _LISTED} more" if len(touching) > _LISTED else ""
         listed = ", ".join(touching[:_LISTED])
         yield f"{listed}{more}: left out, though touching the rod; what belongs to it goes in rod.solids"
 
 
-def _assumed(
-    file: RodFile, declared: str, unit: str, solids: Sequence[CadSolid], length: float, *, bonded: bool
-) -> list[str]:
-    notes = []
+def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bool) -> list[str]:
+    """Notes on the unit of length, and on the solids that are bonded, assumed or left out."""
+    notes, length = [], read.length
     if file.unit not in (None, declared):
         meant = length / UNITS[unit] * DECLARED[declared]
         notes.append(
@@ -411,23 +301,23 @@ def _assumed(
             f'rod.unit = "{other}" they would be {number * UNITS[other]:.4g} mm apart'
             for other in list(usual_units(number))[:1]
         ]
-    if any(one.role is Role.ASSUMED_CAP for one in solids):
+    if any(solid.role is Role.ASSUMED_CAP for solid in read.solids):
         notes.append(CAP_ASSUMED)
-    kept = [f"{one.name} ({one.role})" if one.name != one.role else one.name for one in solids if one.kept]
+    kept = [solid.text() for solid in read.solids if solid.kept]
     if len(kept) > 1 and bonded:
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
-    left = [one for one in solids if not one.kept and (bonded or one.role is not Role.BOLT)]
+    left = [each for each in read.solids if not each.kept and (bonded or each.role is not Role.BOLT)]
     if left and not file.solids:
-        listed = ", ".join(f"{one.name} ({one.role})" for one in left[:_LISTED])
+        listed = ", ".join(solid.text() for solid in left[:_LISTED])
         more = f" and {len(left) - _LISTED} more solids" if len(left) > _LISTED else ""
         notes.append(f"left out of {file.path.name}: {listed}{more} (rod.solids)")
     return notes
 
 
 def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]) -> Solid:
-    kept = [one for one in solids if one.kept]
-    _remove([one.tag for one in solids if not one.kept])
-    tags, names = [one.tag for one in kept], [one.name for one in kept] if len(kept) > 1 else ["rod"]
+    kept = [solid for solid in solids if solid.kept]
+    _remove([solid.tag for solid in solids if not solid.kept])
+    tags, names = [solid.tag for solid in kept], [solid.name for solid in kept] if len(kept) > 1 else [ROD]
     tell("looking for mirror planes")
     bores = placed(tags, *holes)
     mirror = smallest_cell(tags, bores[1].x)
@@ -438,12 +328,12 @@ def _bonded(solids: Sequence[CadSolid], holes: Pair, tell: Callable[[str], None]
 def _assembled(
     solids: Sequence[CadSolid], holes: Pair, assembly: Assembly, tell: Callable[[str], None]
 ) -> tuple[Solid, tuple[str, ...], list[str]]:
-    kept = [one for one in solids if one.kept]
-    small = [one for one in solids if not one.kept and one.role in (Role.BOLT, Role.OTHER)]
-    small = [one for one in small if max(one.size) < _NEAR * holes[0].radius]
-    _remove([one.tag for one in solids if not one.kept and one not in small])
-    bores = placed([one.tag for one in (*kept, *small)], *holes)
-    fasteners = removed([one.tag for one in small])
+    kept = [solid for solid in solids if solid.kept]
+    loose = [solid for solid in solids if not solid.kept and solid.role in (Role.BOLT, Role.OTHER)]
+    loose = [solid for solid in loose if max(solid.size) < _NEAR * holes[0].radius]
+    _remove([solid.tag for solid in solids if not solid.kept and solid not in loose])
+    bores = placed([solid.tag for solid in (*kept, *loose)], *holes)
+    fasteners = removed([solid.tag for solid in loose])
     tell("dividing the assembly into its parts")
     volumes = named_parts(kept, bores, assembly)
     names = list(volumes)
@@ -459,23 +349,28 @@ def _assembled(
     solid = with_contacts(
         _solid(mirror, bores, parts, bolts), assembly, lambda touching: _walls(joint, touching, bores)
     )
-    listing = [] if joint is None else [joint.text()]
-    for one in solid.interfaces:
-        first, second = (solid.parts[number].name for number in one.parts)
-        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in one.faces)
-        listing.append(f"{first} and {second} touch over {area:.4g} mm²")
+    return solid, tuple(_listing(solid, joint)), assumed
+
+
+def _listing(solid: Solid, joint: Joint | None) -> Iterator[str]:
+    """Describe the joint, interfaces and bolts of an assembly."""
+    if joint is not None:
+        yield joint.text()
+    for interface in solid.interfaces:
+        first, second = (solid.parts[number].name for number in interface.parts)
+        area = solid.mirror.copies * sum(gmsh.model.occ.getMass(2, face) for face in interface.faces)
+        yield f"{first} and {second} touch over {area:.4g} mm²"
     for bolt in solid.bolts:
         end = (
             f"thread engaged over {bolt.engaged:.4g} mm in a hole of {2 * bolt.thread_radius:.4g} mm"
             if bolt.engaged
             else f"nut on {2 * bolt.nut_radius:.4g} mm"
         )
-        listing.append(
+        yield (
             f"bolt through the joint at {place_text(np.array(bolt.point))} mm from the crank pin: hole of "
             f"{2 * bolt.hole_radius:.4g} mm, head on {2 * bolt.head_radius:.4g} mm, "
             f"grip {bolt.grip:.4g} mm, {end}"
         )
-    return solid, tuple(listing), assumed
 
 
 def _remove(volumes: Sequence[int]) -> None:
@@ -526,14 +421,14 @@ def _bolts(
 
 
 def _walls(
-    joint: Joint | None, touching: Sequence[Interface], bores: tuple[Bore, Bore]
+    joint: Joint | None, touching: Sequence[PartInterface], bores: tuple[Bore, Bore]
 ) -> dict[Surface, float]:
     """Thickness of the ring at the joint, and of bushing and shells by their seats, mm."""
     walls = {}
     if joint is not None:
         walls[Surface.JOINT] = min(joint.area / (2 * bores[0].width), _RING * bores[0].radius)
     for surface, bore in ((Surface.SHELL_SEAT, bores[0]), (Surface.BUSHING_SEAT, bores[1])):
-        faces = [face for one in touching if one.sides[0] is surface for face in one.faces]
+        faces = [face for interface in touching if interface.sides[0] is surface for face in interface.faces]
         shapes = [recognised(face_of(face)) for face in faces]
         radii = [face.values[6] for face in shapes if face.shape == "Cylinder"]
         if faces:

@@ -12,7 +12,7 @@ from geometry.arrays import Floats
 from geometry.cad.bores import CadHole, hollow_wall, wall_groups
 from geometry.cad.shapes import Interior, recognised_faces
 from geometry.errors import GeometryError
-from geometry.faces import Face, edge_points, loop_points, parameter_grid, solid_points
+from geometry.faces import Face, edge_points, face_middle, loop_points, parameter_grid, solid_points
 from geometry.holes import Axis, basis_across, place_text
 from geometry.kernel import SOLID
 from geometry.parts import boundary
@@ -157,7 +157,7 @@ class BoltHole(Axis):
 
 
 def bolt_holes(rod: Sequence[int], cap: Sequence[int], joint: Joint, bore: float) -> list[BoltHole]:
-    """Find them in rod and cap; holes at larger y come first. `bore`: radius of the big end's bore, mm."""
+    """Find the bolt holes in rod and cap, those at larger y first. `bore`: radius of the big end, mm."""
     direction = -joint.normal
     origin = joint.offset * joint.normal
     faces = recognised_faces(rod), recognised_faces(cap)
@@ -219,20 +219,18 @@ def _seat_at(
     faces: Sequence[Face], point: Floats, direction: Floats, end: float, radius: float
 ) -> Seat | None:
     annuli = [seat for face in faces if face.shape == "Plane" and (seat := _annulus(face, point, direction))]
-    near = [one for one in annuli if -1e-3 * radius <= one.level - end <= _BEYOND * radius]
-    near = [one for one in near if one.inner < _INNER * radius]
+    near = [seat for seat in annuli if -1e-3 * radius <= seat.level - end <= _BEYOND * radius]
+    near = [seat for seat in near if seat.inner < _INNER * radius]
     seat = min(near, key=lambda seat: (round(seat.level, 6), seat.inner), default=None)
     if seat is not None:  # imprinted circles may divide the face into several annuli
-        for other in sorted(annuli, key=lambda one: one.inner):
+        for other in sorted(annuli, key=lambda seat: seat.inner):
             beside = abs(other.level - seat.level) < _SAME and abs(other.inner - seat.outer) < _SAME
             seat = replace(seat, outer=other.outer, round=other.round) if beside else seat
     return seat
 
 
 def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
-    low, high = gmsh.model.getParametrizationBounds(2, face.tag)
-    normal = np.array(gmsh.model.getNormal(face.tag, [(a + b) / 2 for a, b in zip(low, high, strict=True)]))
-    if abs(normal @ direction) < _SQUARE:
+    if abs(face_middle(face.tag)[1] @ direction) < _SQUARE:
         return None
     _, loops = gmsh.model.occ.getCurveLoops(face.tag)
     if len(loops) < 2:
@@ -240,10 +238,10 @@ def _annulus(face: Face, point: Floats, direction: Floats) -> Seat | None:
     level = float((loop_points(loops[0])[0] - point) @ direction)
     center = point + level * direction
     apart = [np.linalg.norm(loop_points(loop, _PLACES) - center, axis=1) for loop in loops]
-    reach = [(float(one.min()), float(one.max())) for one in apart]
+    reach = [(float(distances.min()), float(distances.max())) for distances in apart]
     inner = min(range(len(loops)), key=lambda number: reach[number][1])
     away = loop_points(loops[inner]) - center
-    across = np.linalg.svd(direction[None])[2][1:]
+    across = basis_across(direction)
     angle = np.sort(np.arctan2(away @ across[1], away @ across[0]))
     gaps = np.diff(np.append(angle, angle[0] + 2 * np.pi))
     if gaps.max() >= np.pi:  # the axis is not inside of it

@@ -14,7 +14,7 @@ from geometry.cad.bores import Pair
 from geometry.cad.formats import NamedSolid
 from geometry.cad.shapes import recognised_faces
 from geometry.errors import GeometryError
-from geometry.faces import Face, parameter_grid, solid_points
+from geometry.faces import face_middle, solid_points
 from geometry.kernel import SOLID
 
 # Coincident solids differ by less, relatively: two translators round differently.
@@ -59,19 +59,19 @@ def _measure(tag: int) -> Floats:
     return np.concatenate([places, [np.log(size)], inertia, [occ.getMass(SOLID, tag) / size**3]])
 
 
-class _Flats:
+class _PlaneFaces:
     """The plane faces of a solid: tags, unit normals (n, 3), middles, areas, and corners of their boxes."""
 
     def __init__(self, solid: int) -> None:
         flat = [face for face in recognised_faces((solid,)) if face.shape == "Plane"]
         self.tags = [face.tag for face in flat]
-        self.normals = np.reshape([_normal(face) for face in flat], (-1, 3))
+        self.normals = np.reshape([face_middle(tag)[1] for tag in self.tags], (-1, 3))
         self.areas = np.array([gmsh.model.occ.getMass(2, tag) for tag in self.tags])
         self.middles = np.reshape([gmsh.model.occ.getCenterOfMass(2, tag) for tag in self.tags], (-1, 3))
         self.low = np.reshape([face.low for face in flat], (-1, 3))
         self.high = np.reshape([face.high for face in flat], (-1, 3))
 
-    def on(self, other: "_Flats", slack: float) -> Ints:
+    def on(self, other: "_PlaneFaces", slack: float) -> Ints:
         """Places (n, 2) of faces of two solids that face each other in one plane, or lie apart in it."""
         apart = np.einsum("ijk,ik->ij", other.middles - self.middles[:, None], self.normals)
         near = (self.low[:, None] < other.high + slack) & (other.low < self.high[:, None] + slack)
@@ -80,32 +80,32 @@ class _Flats:
 
 
 @dataclass(frozen=True)
-class Contact:
-    """Where a cut runs between two solids: plane faces that lie on each other and cover each other."""
+class Cut:
+    """A cut between two solids: plane faces that lie on each other and cover each other."""
 
     pair: tuple[int, int]
     faces: tuple[int, ...]  #: of the first solid
     shift: Vector = (0.0, 0.0, 0.0)  #: that brings the second solid onto the first, mm
 
 
-def contacts(tags: Sequence[int]) -> list[Contact]:
+def cuts_between(tags: Sequence[int]) -> list[Cut]:
     """Find the cuts between solids of the open model.
 
     A part that only lies against another one, as a crank's web against a rod, covers no whole face, or is not
     covered itself.
     """
-    flats = {tag: _Flats(tag) for tag in tags}
+    flats = {tag: _PlaneFaces(tag) for tag in tags}
     slack = TOUCHING * max(float(np.ptp(solid_points(tag), axis=0).max()) for tag in tags)
     shared: dict[tuple[int, int], list[tuple[int, int, Vector]]] = defaultdict(list)
     covered: dict[tuple[int, int], float] = defaultdict(float)  # of the faces of a solid
     for pair in combinations(tags, 2):
-        one, other = (flats[tag] for tag in pair)
-        for i, j in one.on(other, slack).tolist():
-            area, away = _common(one, i, other, j)
+        first, second = (flats[tag] for tag in pair)
+        for i, j in first.on(second, slack).tolist():
+            area, away = _common(first, i, second, j)
             if area > 0:
-                shared[pair].append((i, j, vector(-away * one.normals[i])))
-                covered[pair[0], i] += area / one.areas[i]
-                covered[pair[1], j] += area / other.areas[j]
+                shared[pair].append((i, j, vector(-away * first.normals[i])))
+                covered[pair[0], i] += area / first.areas[i]
+                covered[pair[1], j] += area / second.areas[j]
     found = []
     for pair, faces in shared.items():
         whole = [
@@ -115,26 +115,20 @@ def contacts(tags: Sequence[int]) -> list[Contact]:
         ]
         if whole:
             shift = max((shift for _, shift in whole), key=np.linalg.norm)
-            found.append(Contact(pair, tuple(tag for tag, _ in whole), shift))
+            found.append(Cut(pair, tuple(tag for tag, _ in whole), shift))
     return found
 
 
-def _normal(face: Face) -> Floats:
-    places = parameter_grid(face.tag, np.array([0.5])).ravel()
-    normal = np.array(gmsh.model.getNormal(face.tag, places)[:3])
-    return np.asarray(normal / np.linalg.norm(normal))
-
-
-def _common(flats: _Flats, i: int, others: _Flats, j: int) -> tuple[float, float]:
+def _common(flats: _PlaneFaces, i: int, others: _PlaneFaces, j: int) -> tuple[float, float]:
     """Area that two faces in one plane share, mm², and how far the second lies before the first, mm."""
-    one, other = flats.tags[i], others.tags[j]
+    first, second = flats.tags[i], others.tags[j]
     away = float((others.middles[j] - flats.middles[i]) @ flats.normals[i])
     least, most = sorted((flats.areas[i], others.areas[j]))
     aside = np.abs(others.middles[j] - flats.middles[i] - away * flats.normals[i]).max()
-    if one == other or (most - least < _COINCIDENT * most and aside < _COINCIDENT * np.sqrt(most)):
+    if first == second or (most - least < _COINCIDENT * most and aside < _COINCIDENT * np.sqrt(most)):
         return float(least), away
     occ = gmsh.model.occ
-    copies = [occ.copy([(2, tag)])[0] for tag in (one, other)]
+    copies = [occ.copy([(2, tag)])[0] for tag in (first, second)]
     occ.translate(copies[1:], *(-away * flats.normals[i]))
     with kernel.attempt("compare the faces of two solids", _REMEDY):
         made, _ = occ.intersect(copies[:1], copies[1:])
@@ -143,28 +137,28 @@ def _common(flats: _Flats, i: int, others: _Flats, j: int) -> tuple[float, float
     return float(area), away
 
 
-def one_rod(found: Sequence[Contact], rods: Mapping[int, Pair]) -> list[Contact]:
+def one_rod(found: Sequence[Cut], rods: Mapping[int, Pair]) -> list[Cut]:
     """Pairs of solids that each have both bores and are one rod: layers, halves, or overlapping copies."""
     cuts = {contact.pair: contact for contact in found}
     joined = []
-    for one, other in combinations(rods, 2):
-        if not _same_bores(rods[one], rods[other]):
+    for first, second in combinations(rods, 2):
+        if not _same_bores(rods[first], rods[second]):
             continue
-        cut = cuts.get((one, other)) or cuts.get((other, one))
-        if cut is not None and any(_reaches(face, rods[one]) for face in cut.faces):
+        cut = cuts.get((first, second)) or cuts.get((second, first))
+        if cut is not None and any(_reaches(face, rods[first]) for face in cut.faces):
             joined.append(cut)
-        elif cut is None and overlap(one, other) > 0:
-            joined.append(Contact((one, other), ()))
+        elif cut is None and overlap(first, second) > 0:
+            joined.append(Cut((first, second), ()))
     return joined
 
 
-def _same_bores(one: Pair, other: Pair) -> bool:
+def _same_bores(first: Pair, second: Pair) -> bool:
     return any(
         all(
             a.parallel(b) and a.same_radius(b.radius, _REACHES / 100) and a.apart(b) < a.radius / 100
-            for a, b in zip(one, pair, strict=True)
+            for a, b in zip(first, pair, strict=True)
         )
-        for pair in (other, other[::-1])
+        for pair in (second, second[::-1])
     )
 
 
@@ -174,38 +168,38 @@ def _reaches(face: int, bores: Pair) -> bool:
     return bool(np.linalg.norm(high - low) > _REACHES * least)
 
 
-def overlap(one: int, other: int) -> float:
+def overlap(first: int, second: int) -> float:
     """Volume that two solids share, mm³; 0 where it is small against both."""
     occ = gmsh.model.occ
-    boxes = [np.reshape(gmsh.model.getBoundingBox(SOLID, tag), (2, 3)) for tag in (one, other)]
+    boxes = [np.reshape(gmsh.model.getBoundingBox(SOLID, tag), (2, 3)) for tag in (first, second)]
     if (np.minimum(boxes[0][1], boxes[1][1]) <= np.maximum(boxes[0][0], boxes[1][0])).any():
         return 0.0
-    least = min(occ.getMass(SOLID, tag) for tag in (one, other))
+    least = min(occ.getMass(SOLID, tag) for tag in (first, second))
     with kernel.attempt("compare two solids", _REMEDY):
-        made, _ = occ.intersect([(SOLID, one)], [(SOLID, other)], removeObject=False, removeTool=False)
+        made, _ = occ.intersect([(SOLID, first)], [(SOLID, second)], removeObject=False, removeTool=False)
     volume = sum(occ.getMass(SOLID, tag) for dim, tag in made if dim == SOLID)
     # A solid that lies inside the other is itself what they share.
-    occ.remove([shape for shape in made if shape not in [(SOLID, one), (SOLID, other)]], recursive=True)
+    occ.remove([shape for shape in made if shape not in [(SOLID, first), (SOLID, second)]], recursive=True)
     return float(volume) if volume > _OVERLAP * least else 0.0
 
 
-def touch(one: int, other: int, slack: float) -> bool:
+def touch(first: int, second: int, slack: float) -> bool:
     """Whether two solids are closer than `slack`, mm."""
-    points = [solid_points(tag) for tag in (one, other)]
+    points = [solid_points(tag) for tag in (first, second)]
     low, high = (np.array([getattr(at, end)(axis=0) for at in points]) for end in ("min", "max"))
     if (low.max(axis=0) > high.min(axis=0) + slack).any():
         return False
-    return bool(gmsh.model.occ.getDistance(SOLID, one, SOLID, other)[0] < slack)
+    return bool(gmsh.model.occ.getDistance(SOLID, first, SOLID, second)[0] < slack)
 
 
-def fused(solids: Sequence[NamedSolid], joins: Collection[Contact]) -> list[NamedSolid]:
+def fused(solids: Sequence[NamedSolid], joins: Collection[Cut]) -> list[NamedSolid]:
     """Join solids of the open model at cuts. Raises `GeometryError`: they do not become one solid."""
     place = {solid.tag: at for at, solid in enumerate(solids)}
     ends = np.array([[place[tag] for tag in join.pair] for join in joins], dtype=np.int64)
     group = linked_groups(len(solids), *ends.T)
     result = []
     for number in dict.fromkeys(group.tolist()):
-        pieces = [solid for solid, one in zip(solids, group, strict=True) if one == number]
+        pieces = [solid for solid, label in zip(solids, group, strict=True) if label == number]
         tags = {piece.tag for piece in pieces}
         between = [join for join in joins if join.pair[0] in tags]
         result.append(pieces[0] if len(pieces) == 1 else _union(pieces, between))
@@ -213,20 +207,20 @@ def fused(solids: Sequence[NamedSolid], joins: Collection[Contact]) -> list[Name
     return result
 
 
-def _close(pieces: Sequence[NamedSolid], joins: Sequence[Contact]) -> None:
+def _close(pieces: Sequence[NamedSolid], joins: Sequence[Cut]) -> None:
     """Move pieces onto each other, beginning at the first one."""
     at, left = {pieces[0].tag: np.zeros(3)}, list(joins)
     while left:
-        join = next((one for one in left if not at.keys().isdisjoint(one.pair)), left[0])
+        join = next((cut for cut in left if not at.keys().isdisjoint(cut.pair)), left[0])
         left.remove(join)
-        for known, new, sign in ((*join.pair, 1.0), (*join.pair[::-1], -1.0)):
-            if known in at and new not in at:
-                at[new] = at[known] + sign * np.array(join.shift)
+        for placed, new, sign in ((*join.pair, 1.0), (*join.pair[::-1], -1.0)):
+            if placed in at and new not in at:
+                at[new] = at[placed] + sign * np.array(join.shift)
                 if np.linalg.norm(at[new]) > _CLOSED:
                     gmsh.model.occ.translate([(SOLID, new)], *at[new])
 
 
-def _union(pieces: Sequence[NamedSolid], joins: Sequence[Contact]) -> NamedSolid:
+def _union(pieces: Sequence[NamedSolid], joins: Sequence[Cut]) -> NamedSolid:
     _close(pieces, joins)
     overlapping = any(not join.faces for join in joins)
     volume = sum(gmsh.model.occ.getMass(SOLID, piece.tag) for piece in pieces)

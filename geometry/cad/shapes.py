@@ -1,4 +1,4 @@
-"""Faces of imported solids: planes and cylinders, whatever the kernel calls them, and concave rounds."""
+"""Shapes and measures of imported solids: planes, cylinders and concave rounds among their faces."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,9 +8,20 @@ from itertools import combinations
 import gmsh
 import numpy as np
 
+from geometry import kernel
 from geometry.arrays import Floats, vector
-from geometry.faces import Face, Feature, FeatureKind, edge_points, faces_of, parameter_grid
-from geometry.measure import wall_area
+from geometry.faces import (
+    Face,
+    Feature,
+    FeatureKind,
+    edge_points,
+    face_middle,
+    faces_of,
+    parameter_grid,
+    solid_points,
+)
+from geometry.holes import basis_across
+from geometry.mass import MassProperties
 from geometry.segments import fitted_circle
 
 
@@ -65,6 +76,97 @@ def recognised(face: Face) -> Face:
 def recognised_faces(volumes: Sequence[int]) -> list[Face]:
     """Describe the outer faces of volumes, with the planes and cylinders among them."""
     return [recognised(face) for face in faces_of(volumes)]
+
+
+# The kernel itself misses the measures of solids whose faces are splines by up to a per cent.
+
+# Nodes of the triangles: three vertices, and the middles of their sides.
+_TRIANGLE6 = 9
+# Degree of exactness of the quadrature on a triangle; cubic moments of quadratic triangles have more, and are
+# integrated to 1e-6 with elements of this size, over the extent, and so many around a circle.
+_QUADRATURE = "Gauss8"
+_SIZE, _AROUND = 0.05, 24
+# Samples along an edge of a face.
+_ALONG_EDGE = np.linspace(0.0, 1.0, 129)
+
+
+def wall_area(face: int, point: Floats, direction: Floats, radius: float) -> tuple[float, Floats]:
+    """Area, mm², and centroid (3,) of a face on a cylinder, by an integral along its edges.
+
+    The cylinder's axis goes through a point. By Green's theorem on the unrolled face the area is the integral
+    of the height times the radius over the angle; edges along the axis have no part in it.
+    """
+    x, y = basis_across(direction)
+    total, moment = 0.0, np.zeros(3)
+    for _, signed in gmsh.model.getBoundary([(2, face)], combined=False, oriented=True):
+        edge, sign = abs(signed), math.copysign(1.0, signed)
+        (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
+        places = np.reshape(gmsh.model.getValue(1, edge, low + (high - low) * _ALONG_EDGE), (-1, 3)) - point
+        height, angle = places @ direction, np.unwrap(np.arctan2(places @ y, places @ x))
+        step = sign * radius * np.diff(angle)
+        middle = (height[1:] + height[:-1]) / 2
+        turn = (angle[1:] + angle[:-1]) / 2
+        total += float(step @ middle)
+        moment += np.array([
+            radius * float(step @ (middle * np.cos(turn))),
+            radius * float(step @ (middle * np.sin(turn))),
+            float(step @ middle**2) / 2,
+        ])  # fmt: skip
+    centroid = moment / total
+    return abs(total), point + centroid[0] * x + centroid[1] * y + centroid[2] * direction
+
+
+def triangulated_mass(volume: int) -> MassProperties:
+    """Volume, centre and second moments of a volume of the open model from a mesh of its faces.
+
+    By the divergence theorem, from the quadratic triangles of a mesh of its own, which is cleared again: call
+    it before the model is meshed.
+    """
+    points, normals = _quadrature(volume)
+    cell = float((points * normals).sum()) / 3
+    center = (points**2 * normals).sum(axis=0) / 2 / cell
+    away = points - center
+    square = (away**3 * normals).sum(axis=0) / 3
+    xy, yz, xz = (
+        float((away[:, i] ** 2 * away[:, j] * normals[:, i]).sum()) / 2 for i, j in ((0, 1), (1, 2), (0, 2))
+    )
+    xx, yy, zz = square.tolist()
+    inertia = ((yy + zz, -xy, -xz), (-xy, xx + zz, -yz), (-xz, -yz, xx + yy))
+    x, y, z = center.tolist()
+    return MassProperties(cell, (x, y, z), inertia)
+
+
+def _quadrature(volume: int) -> tuple[Floats, Floats]:
+    """Points (n, 3) on the boundary, and outward normals (n, 3) there as long as their weights, mm²."""
+    faces = gmsh.model.getBoundary([(kernel.SOLID, volume)], combined=False, oriented=False)
+    # The other solids may be so much larger that a mesh of theirs with these elements would not end.
+    gmsh.model.setVisibility(gmsh.model.getEntities(), 0)
+    gmsh.model.setVisibility([(kernel.SOLID, volume)], 1, recursive=True)
+    size = _SIZE * float(np.ptp(solid_points(volume), axis=0).max())
+    changed = {"MeshOnlyVisible": 1, "MeshSizeMax": size, "MeshSizeFromCurvature": _AROUND}
+    kept = {name: gmsh.option.getNumber(f"Mesh.{name}") for name in changed}
+    try:
+        for name, value in changed.items():
+            gmsh.option.setNumber(f"Mesh.{name}", value)
+        with kernel.attempt("mesh the faces of the solid", "Export the rod again, as STEP"):
+            gmsh.model.mesh.clear()
+            gmsh.model.mesh.generate(2)
+            gmsh.model.mesh.setOutwardOrientation(volume)
+            gmsh.model.mesh.setOrder(2)
+        places, weights = gmsh.model.mesh.getIntegrationPoints(_TRIANGLE6, _QUADRATURE)
+        points, normals = [], []
+        for _, tag in faces:
+            jacobians, _, at = gmsh.model.mesh.getJacobians(_TRIANGLE6, places, tag)
+            columns = np.reshape(jacobians, (-1, 3, 3))  # column by column
+            area = np.cross(columns[:, 0], columns[:, 1])
+            points.append(np.reshape(at, (-1, 3)))
+            normals.append(np.tile(weights, len(area) // len(weights))[:, None] * area)
+    finally:
+        gmsh.model.mesh.clear()
+        gmsh.model.setVisibility(gmsh.model.getEntities(), 1)
+        for name, value in kept.items():
+            gmsh.option.setNumber(f"Mesh.{name}", value)
+    return np.concatenate(points), np.concatenate(normals)
 
 
 # Relative difference of areas from which on the kernel's are wrong.
@@ -136,21 +238,21 @@ def _neighbours(rounds: Mapping[int, tuple[float, float]]) -> Iterator[tuple[int
         for _, edge in gmsh.model.getBoundary([(2, tag)], oriented=False):
             faces_at.setdefault(int(edge), []).append(tag)
     for edge, faces in faces_at.items():
-        for one, other in combinations(faces, 2):
-            radii = rounds[one][0], rounds[other][0]
-            if abs(radii[0] - radii[1]) < _SAME_ROUND * min(radii) and _continues(edge, one, other):
-                yield one, other
+        for first, second in combinations(faces, 2):
+            radii = rounds[first][0], rounds[second][0]
+            if abs(radii[0] - radii[1]) < _SAME_ROUND * min(radii) and _continues(edge, first, second):
+                yield first, second
 
 
-def _continues(edge: int, one: int, other: int) -> bool:
+def _continues(edge: int, first: int, second: int) -> bool:
     """Whether two faces have the same normal at the middle of an edge, which runs along the round."""
     (low,), (high,) = gmsh.model.getParametrizationBounds(1, edge)
     middle = [(low + high) / 2]
     along = np.array(gmsh.model.getDerivative(1, edge, middle))
     along /= np.linalg.norm(along)
-    places = [gmsh.model.reparametrizeOnSurface(1, edge, middle, face) for face in (one, other)]
-    normals = [gmsh.model.getNormal(face, place) for face, place in zip((one, other), places, strict=True)]
-    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(one, places[0])
+    places = [gmsh.model.reparametrizeOnSurface(1, edge, middle, face) for face in (first, second)]
+    normals = [gmsh.model.getNormal(face, place) for face, place in zip((first, second), places, strict=True)]
+    most, least, toward_most, toward_least = gmsh.model.getPrincipalCurvatures(first, places[0])
     arc = toward_most if abs(most[0]) > abs(least[0]) else toward_least
     smooth = np.linalg.norm(np.cross(*normals)) < _SMOOTH
     return bool(smooth and abs(along @ arc) < _MOST_ALONG)
@@ -183,9 +285,7 @@ def _round(face: Face) -> tuple[float, float] | None:
     if face.shape not in ("Cylinder", "Torus") or face.fitted:
         return _tightest(face)
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face.tag)
-    middle = [(u0 + u1) / 2, (v0 + v1) / 2]
-    point = np.array(gmsh.model.getValue(2, face.tag, middle))
-    normal = np.array(gmsh.model.getNormal(face.tag, middle))
+    point, normal = face_middle(face.tag)
     center, axis = np.array(face.values[:3]), np.array(face.values[3:6])
     from_axis = point - center - ((point - center) @ axis) * axis
     if face.shape == "Torus":

@@ -15,12 +15,12 @@ from geometry.holes import (
     CLOSED,
     NAME_BORES,
     UNKNOWN,
-    Balance,
     Diameters,
     RoundHole,
     basis_across,
     bore_pairs,
     heavier_first,
+    off_the_rod,
     pin_wall,
     place_text,
 )
@@ -45,7 +45,7 @@ def circles_through(triples: Floats) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True)
-class Axes:
+class FittedCylinders:
     """Cylinders with parallel axes."""
 
     direction: Floats  #: unit vector (3,)
@@ -55,7 +55,7 @@ class Axes:
     residual: float
 
 
-def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
+def fitted_cylinders(clouds: list[Floats], direction: Floats) -> FittedCylinders:
     """Least-squares cylinders through clouds of points (n, 3), with a common direction near a guess (3,)."""
     across = basis_across(direction)
     middles = [cloud.mean(axis=0) for cloud in clouds]
@@ -81,7 +81,7 @@ def fitted_axes(clouds: list[Floats], direction: Floats) -> Axes:
     centers = np.array(middles) + circles[:, :2] @ across
     ends = np.cumsum([len(cloud) for cloud in clouds])[:-1]
     worst = max(float(np.sqrt((part**2).mean())) for part in np.split(off(solution), ends))
-    return Axes(axis, centers, circles[:, 2], worst)
+    return FittedCylinders(axis, centers, circles[:, 2], worst)
 
 
 def straightest(normals: Floats, areas: Floats) -> Floats:
@@ -92,18 +92,16 @@ def straightest(normals: Floats, areas: Floats) -> Floats:
 
 def covered(angles: Floats) -> float:
     """Share of a turn that intervals (n, k) of angles, rad, cover; each spans less than half a turn."""
-    bins = 360
     if not len(angles):
         return 0.0
-    start = angles[:, :1]
-    off = start + (angles - start + np.pi) % (2 * np.pi) - np.pi
-    low = np.floor(off.min(axis=1) / (2 * np.pi) * bins).astype(int)
-    high = np.ceil(off.max(axis=1) / (2 * np.pi) * bins).astype(int)
-    marks = np.zeros(3 * bins + 2)
-    np.add.at(marks, low + bins, 1)
-    np.add.at(marks, np.maximum(high, low + 1) + bins, -1)
-    open_bins = np.cumsum(marks)[: 3 * bins].reshape(3, bins).sum(axis=0) <= 0
-    return float(1 - open_bins.mean())
+    start, turn = angles[:, :1], 2 * np.pi
+    unrolled = start + (angles - start + np.pi) % turn - np.pi
+    low = unrolled.min(axis=1) % turn
+    order = np.argsort(low)
+    low, high = low[order], (low + np.ptp(unrolled, axis=1))[order]
+    reached = np.maximum(np.maximum.accumulate(high), high.max() - turn)
+    gaps = np.maximum(np.append(low[1:], low[0] + turn) - reached, 0.0)
+    return float(1 - gaps.sum() / turn)
 
 
 # Normals of a wall's facets lean out of the plane across the axis by the sine of this angle at most: on a
@@ -296,10 +294,9 @@ def find_bore_pair(surface: SurfaceMesh, diameters: Diameters = UNKNOWN) -> Pair
             raise MeshError(f"more than one hole{known} could be a bore. {_listed(every)}. {NAME_BORES}")
     if not any(diameters):
         _require_largest(best, every)
-        balance = Balance.of(best, surface.center)
-        if not balance.is_that_of_a_rod:
+        if why := off_the_rod(best, surface.center):
             raise MeshError(
-                f"the two largest through-holes cannot be the bores, because {balance.text()}. "
+                f"the two largest through-holes cannot be the bores, because {why}. "
                 f"{_listed(best)}. {NAME_BORES}"
             )
     alike = best[0].same_radius(best[1].radius, _SAME) and not any(diameters)
@@ -326,7 +323,7 @@ def _largest(groups: Sequence[Holes]) -> Holes:
 
 def _straightened(surface: SurfaceMesh, pair: Pair) -> Pair:
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
-    holes = round_holes(surface, fitted_axes(clouds, pair[0].direction).direction, _CLOSE)
+    holes = round_holes(surface, fitted_cylinders(clouds, pair[0].direction).direction, _CLOSE)
     big, small = (max(holes, key=lambda hole: _common(hole, bore), default=bore) for bore in pair)
     lost = big.area < pair[0].area or small.area < pair[1].area
     return pair if lost else (big, small)

@@ -27,11 +27,10 @@ from geometry.imports import (
     plausible_unit,
 )
 from geometry.surfaces import Surface
-from mesh.files.bore_pair import Axes, MeshHole, Pair, find_bore_pair, fitted_axes, open_wall
+from mesh.files.bore_pair import FittedCylinders, MeshHole, Pair, find_bore_pair, fitted_cylinders, open_wall
 from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
 from mesh.files.tets import Mended, mended
-from mesh.quality import Quality, measure, scaled_jacobian
-from mesh.quality import mended as straightened
+from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import EDGES, MeshError, TetMesh, boundary_facets, numbered
 
@@ -165,8 +164,8 @@ def _joint_face(surface: SurfaceMesh, patch: Ints, wall: MeshHole) -> _JointFace
 
 def _loops(facets: Ints) -> list[Ints]:
     """Closed lines of vertices around some facets, in their sense."""
-    known = set(map(tuple, facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
-    after = {a: b for a, b in known if (b, a) not in known}
+    sides = set(map(tuple, facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()))
+    after = {a: b for a, b in sides if (b, a) not in sides}
     loops = []
     while after:
         start, place = next(iter(after.items()))
@@ -202,7 +201,7 @@ def _band(one: Ints, places: Floats, other: Ints, other_places: Floats) -> Ints:
 
 
 def _share(places: Floats) -> Floats:
-    """How far along a closed line its vertices are (n + 1,), from 0 to 1."""
+    """Positions (n + 1,) of the vertices along a closed line, from 0 to 1."""
     steps = np.linalg.norm(np.roll(places, -1, axis=0) - places, axis=1)
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
@@ -260,28 +259,24 @@ def given_mesh(file: RodFile) -> GivenMesh:
     Raises `MeshError`: the file is damaged, its mesh cannot be used, or its bores cannot be
     identified; `OSError` and `ImportError`: see `mesh.files.reading.read_tets`.
     """
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     try:
-        sound, said = _read(file)
+        sound, notes = _read(file)
         extent = float(np.ptp(sound.mesh.points, axis=0).max())
         scale = file.unit or ("m" if extent < _LEAST_EXTENT else "mm")
         given = _measured(sound, scale, file)
         usual = file.unit or plausible_unit(given.bores[1].x, scale)
         if usual != scale:
             given = _measured(sound, usual, file)
-        _require_length(given.bores[1].x, usual)
     except MeshError as error:
         named = str(error).startswith((str(file.path), str(file.cap)))
         raise MeshError(str(error) if named else f"{file.path}: {error}") from error
+    if why := not_a_length(given.bores[1].x, usual):
+        raise MeshError(f"{file.path}: {why}")
     if file.unit is None and usual != "mm":
         why = "because in mm the rod would have an unusual length (rod.unit)"
-        said = (f"the unit of length of the mesh is taken to be {usual}, {why}", *said)
-    return replace(given, imported=replace(given.imported, assumed=(*said, *given.imported.assumed)))
-
-
-def _require_length(length: float, unit: str) -> None:
-    if why := not_a_length(length, unit):
-        raise MeshError(why)
+        notes = (f"the unit of length of the mesh is taken to be {usual}, {why}", *notes)
+    return replace(given, imported=replace(given.imported, assumed=(*notes, *given.imported.assumed)))
 
 
 def _read(file: RodFile) -> tuple[Mended, tuple[str, ...]]:
@@ -333,7 +328,7 @@ def _surface(path: Path) -> tuple[SurfaceMesh, Mended | None]:
 
 def _measured(sound: Mended, unit: str, file: RodFile) -> GivenMesh:
     scaled = replace(sound.mesh, points=UNITS[unit] * sound.mesh.points)
-    mesh, curved = straightened(scaled)
+    mesh, curved = with_straight_edges(scaled)
     inverted = np.flatnonzero(scaled_jacobian(mesh) <= 0)
     if inverted.size:
         place = place_text(mesh.points[mesh.tets[inverted[0], :4]].mean(axis=0))
@@ -346,12 +341,11 @@ def _measured(sound: Mended, unit: str, file: RodFile) -> GivenMesh:
     pair = find_bore_pair(surface, file.diameters)
     guessed = pair[0].same_radius(pair[1].radius, _SAME_BORE) and not (file.swap_ends or any(file.diameters))
     pair = pair[::-1] if file.swap_ends else pair
-    axes = _axes(surface, pair)
-    placed, bores = _placed(mesh, surface, pair, axes)
+    placed, bores, residual = _placed(mesh, surface, pair)
     whole = replace(placed, facets=_named(facets, pair))
-    rough = f"the bores are cylinders to {100 * axes.residual:.2g} % of their radius"
+    rough = f"the bores are cylinders to {100 * residual:.2g} % of their radius"
     equal = [EQUAL_BORES] if guessed else []
-    assumed = [*equal, *sound.notes, *([rough] if axes.residual > _ROUGH else [])]
+    assumed = [*equal, *sound.notes, *([rough] if residual > _ROUGH else [])]
     boundaries = surface.patches(np.ones(len(facets), dtype=bool), math.inf)
     if len(boundaries) > 1:
         least = min(boundaries, key=len)
@@ -375,13 +369,13 @@ def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore
     pair = find_bore_pair(surface, diameters)
     if pair[0].center[0] > pair[1].center[0]:
         pair = pair[::-1]
-    _, bores = _placed(mesh, surface, pair, _axes(surface, pair))
+    _, bores, _ = _placed(mesh, surface, pair)
     return replace(mesh, facets=_named(facets, pair)), bores
 
 
-def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:
+def _axes(surface: SurfaceMesh, pair: Pair) -> FittedCylinders:
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
-    axes = fitted_axes(clouds, pair[0].direction)
+    axes = fitted_cylinders(clouds, pair[0].direction)
     if axes.residual > _ROUGHEST:
         raise MeshError(
             f"its bores are not round: their vertices are off the fitted cylinders by "
@@ -391,7 +385,9 @@ def _axes(surface: SurfaceMesh, pair: Pair) -> Axes:
     return axes
 
 
-def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tuple[TetMesh, tuple[Bore, Bore]]:
+def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair) -> tuple[TetMesh, tuple[Bore, Bore], float]:
+    """Put a mesh in the rod's frame; also the bores, and the residual of the cylinders fitted to them."""
+    axes = _axes(surface, pair)
     z = axes.direction
     heights = [surface.corners[bore.facets] @ z for bore in pair]
     middles = [(height.min() + height.max()) / 2 for height in heights]
@@ -401,7 +397,7 @@ def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair, axes: Axes) -> tupl
     big_radius, small_radius = axes.radii.tolist()
     width, _ = _width(((surface.corners - big) @ turn.T)[pair[0].facets], big_radius)
     widths = _width(((surface.corners - small) @ turn.T)[pair[1].facets], small_radius)
-    return placed, (Bore(0.0, big_radius, width), Bore(length, small_radius, *widths))
+    return placed, (Bore(0.0, big_radius, width), Bore(length, small_radius, *widths)), axes.residual
 
 
 def _width(corners: Floats, radius: float) -> tuple[float, float]:

@@ -260,44 +260,6 @@ def stl_surface(path: Path) -> SurfaceMesh:
     return surface if surface.volume > 0 else SurfaceMesh(surface.points, surface.facets[:, ::-1])
 
 
-# Netgen's order of nodes in VTK's: its elements are turned the other way round.
-_OF_NETGEN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 5, 7, 4, 6, 9, 8]}
-_KIND_OF_NETGEN = {4: "tetra", 10: "tetra10", 5: "pyramid", 6: "wedge", 8: "hexahedron"}
-
-
-def read_vol(path: Path) -> TetFile:
-    """Read nodes and volume elements of Netgen's own file; all else in it is ignored."""
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    words = [line.strip() for line in lines]
-    if "mesh3d" not in words:
-        raise ValueError("it does not say mesh3d")
-
-    def section(title: str) -> list[list[str]]:
-        begin = words.index(title) + 1
-        rows = [line.split() for line in words[begin + 1 : begin + 1 + int(words[begin])]]
-        if len(rows) != int(words[begin]):
-            raise ValueError(f"{title}: {words[begin]} announced, {len(rows)} found")
-        return rows
-
-    rows = section("volumeelements")
-    number = {
-        count: [n for n, row in enumerate(rows, 1) if int(row[1]) == count] for count in _KIND_OF_NETGEN
-    }
-    if sum(map(len, number.values())) != len(rows):
-        raise ValueError("volumeelements: elements of an unknown number of nodes")
-    blocks = []
-    for count, kept in number.items():
-        if kept:
-            table = np.array([rows[n - 1][2 : 2 + count] for n in kept], dtype=np.int64) - 1
-            turned = table[:, _OF_NETGEN.get(count, range(count))]
-            blocks.append((_KIND_OF_NETGEN[count], turned, np.array(kept)))
-    return tet_file(np.array(section("points"), dtype=float), blocks)
-
-
-# Formats that are read here.
-_OWN = {"abaqus": read_inp, "netgen": read_vol}
-
-
 def read_tets(path: Path) -> TetFile:
     """Read the tetrahedra of a mesh file; its suffix is one of `FORMATS`.
 
@@ -308,7 +270,7 @@ def read_tets(path: Path) -> TetFile:
     try:
         if name == "stl":
             return filled(stl_surface(path))
-        return _OWN[name](path) if name in _OWN else _through_library(path, name)
+        return read_inp(path) if name == "abaqus" else _through_library(path, name)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from error
     except ImportError as error:
@@ -323,8 +285,8 @@ def read_tets(path: Path) -> TetFile:
 
 
 def _damaged(path: Path, name: str, error: Exception) -> MeshError:
-    said = str(error).replace(str(path), path.name)  # the message names the path already
-    reason = f"{type(error).__name__}: {said}" if said else type(error).__name__
+    text = str(error).replace(str(path), path.name)  # the message names the path already
+    reason = f"{type(error).__name__}: {text}" if text else type(error).__name__
     return MeshError(
         f"{path} could not be read as a file of the format {name} ({reason}). It may be damaged or cut "
         "off, or of a variant that is not read: write it again, or write Abaqus' .inp or gmsh's .msh instead"
@@ -366,10 +328,43 @@ def _cut_off(data: bytes, ending: str, count: int) -> bool:
     return ending == ".mesh" and sum(map(int, announced)) != count
 
 
+def _bulk_data(path: Path) -> io.StringIO:
+    """Nastran's bulk data as meshio insists on it: marked continuation lines, between two other lines."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    if "BEGIN BULK" in text and "\nENDDATA" not in text:
+        raise MeshError("it is cut off: its bulk data does not end with ENDDATA. Write it again")
+    if "\nCTETRA*" in text:
+        what = "its CTETRA entries are in large fields, which are not supported"
+        raise MeshError(f"{what}. Write them in small ones")
+    text = re.sub(r"(?m)^(?: {8}|(?=,))(?=.*\S)", lambda blank: "+".ljust(len(blank[0])), text)
+    begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
+    end = "" if "\nENDDATA" in text else "\nENDDATA\n"
+    return io.StringIO(begin + text + end)
+
+
+def _netgen_sections(path: Path) -> io.StringIO:
+    """Nodes and volume elements of a Netgen file; meshio refuses other sections of newer versions."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    words, kept = [line.strip() for line in lines], ["mesh3d", "dimension", "3"]
+    if "mesh3d" not in words:
+        raise ValueError("it does not say mesh3d")
+    for title in ("volumeelements", "points"):
+        begin = words.index(title)
+        section = words[begin : begin + 2 + int(words[begin + 1])]
+        if len(section) < 2 + int(section[1]):
+            raise ValueError(f"{title}: {section[1]} announced, {len(section) - 2} found")
+        kept += section
+    return io.StringIO("\n".join([*kept, "endmesh"]))
+
+
+# Formats whose files are changed for meshio.
+_PREPARED = {"nastran": _bulk_data, "netgen": _netgen_sections}
+
+
 def _through_meshio(path: Path, name: str) -> TetFile:
     read = import_module(f"meshio.{name}").read
     try:
-        mesh = read(_bulk_data(path) if name == "nastran" else str(path))
+        mesh = read(_PREPARED[name](path) if name in _PREPARED else str(path))
     except Exception:
         data = path.read_bytes()
         if name == "gmsh" and data.startswith(_HEADS):  # for groups of some entities alone, and format 1
@@ -395,17 +390,3 @@ def _through_meshio(path: Path, name: str) -> TetFile:
         blocks.append((block.type, rows, np.arange(first, first + len(rows))))
         first += len(rows)
     return tet_file(np.asarray(mesh.points), blocks)
-
-
-def _bulk_data(path: Path) -> io.StringIO:
-    """Nastran's bulk data as meshio insists on it: marked continuation lines, between two other lines."""
-    text = path.read_text(encoding="utf-8", errors="replace")
-    if "BEGIN BULK" in text and "\nENDDATA" not in text:
-        raise MeshError("it is cut off: its bulk data does not end with ENDDATA. Write it again")
-    if "\nCTETRA*" in text:
-        what = "its CTETRA entries are in large fields, which are not supported"
-        raise MeshError(f"{what}. Write them in small ones")
-    text = re.sub(r"(?m)^(?: {8}|(?=,))(?=.*\S)", lambda blank: "+".ljust(len(blank[0])), text)
-    begin = "" if "BEGIN BULK" in text else "BEGIN BULK\n"
-    end = "" if "\nENDDATA" in text else "\nENDDATA\n"
-    return io.StringIO(begin + text + end)

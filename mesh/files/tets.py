@@ -1,5 +1,6 @@
 """Tetrahedra as a file of another program holds them, before they are checked."""
 
+import tomllib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,18 +12,17 @@ import numpy.typing as npt
 from geometry.arrays import Floats, Ints, Mask, linked_groups
 from geometry.errors import InvalidValue
 from geometry.holes import place_text
-from geometry.shipped import tables_beside
 from mesh.quality import shape
 from mesh.tetmesh import EDGES, FROM_GMSH, TET_TURN, MeshError, TetMesh, face_counts, folded
 
 # More than this cannot be solved on any workstation: ten million elements, as for meshes that gmsh makes.
 MOST_TETS = 10_000_000
 # Those of `formats.toml`.
-_TABLES = tables_beside(__file__, "formats.toml")
+_TABLES = tomllib.loads(Path(__file__).with_name("formats.toml").read_text(encoding="utf-8"))
 _KINDS: dict[str, dict[str, Any]] = _TABLES["kinds"]
 FORMATS: dict[str, str] = _TABLES["formats"]
-OF_ABAQUS = {told["abaqus"]: kind for kind, told in _KINDS.items() if "abaqus" in told}
-OF_GMSH = {told["gmsh"]: kind for kind, told in _KINDS.items() if "gmsh" in told}
+OF_ABAQUS = {names["abaqus"]: kind for kind, names in _KINDS.items() if "abaqus" in names}
+OF_GMSH = {names["gmsh"]: kind for kind, names in _KINDS.items() if "gmsh" in names}
 # How meshio's names of solid elements begin.
 _SOLIDS: tuple[str, ...] = ("tetra", "hexahedron", "wedge", "pyramid", "polyhedron")
 _SOLIDS += ("VTK_LAGRANGE_TETRA", "VTK_LAGRANGE_HEXAHEDRON")
@@ -144,9 +144,9 @@ def mended(file: TetFile) -> Mended:
     single = np.sort(np.unique(np.sort(tets[:, :4], axis=1), axis=0, return_index=True)[1])
     dropped = len(tets) - len(single)
     tets, numbers = tets[single], file.numbers[single]
-    _refuse(np.abs(shape(TetMesh(points, tets))) < _FLAT, numbers, "no volume: their vertices lie in a plane")
-    corners = points[tets[:, :4]]
-    inverted = np.asarray(np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0)
+    ratio = shape(TetMesh(points, tets))
+    _refuse(np.abs(ratio) < _FLAT, numbers, "no volume: their vertices lie in a plane")
+    inverted = ratio < 0
     tets = np.where(inverted[:, None], tets[:, TET_TURN[tets.shape[1]]], tets)
     swapped = False
     if tets.shape[1] > 4:
@@ -195,7 +195,7 @@ def _astray(points: Floats, tets: Ints) -> Mask:
 
 
 def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
-    """Require that no face has three elements, and that an edge has one mid-side node, which is no vertex."""
+    """Require that no face has three elements, and that an edge has one mid-side node, not a vertex."""
     which, counts = face_counts(tets)
     what = "a face that belongs to more than two elements: they overlap"
     _refuse((counts[which] > 2).any(axis=1), numbers, what)

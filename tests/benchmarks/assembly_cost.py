@@ -35,9 +35,9 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.analysis.meshing import mesh_loaded
     from fea.analysis.pipeline import prepare, solve_speed, with_cycle
     from fea.machine.clock import Clock
+    from fea.machine.system import peak_memory
     from fea.pins.assembly import AssemblyPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable
-    from geometry.system import peak_memory
     from mesh.sizing import default_size
 
     asked = study()

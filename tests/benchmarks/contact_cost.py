@@ -40,10 +40,10 @@ def work(mode: str, size: float | None) -> dict[str, float]:
     from fea.analysis.pipeline import prepare, solve_speed, with_cycle
     from fea.base.choices import CONTACT
     from fea.machine.clock import Clock
+    from fea.machine.system import peak_memory
     from fea.pins.contact import ContactPins  # loaded before the clock starts
     from fea.study.option_tables import MeshTable
     from fea.study.study import load_study
-    from geometry.system import peak_memory
     from mesh.sizing import default_size
 
     study = load_study(STUDY)

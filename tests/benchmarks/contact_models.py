@@ -29,7 +29,7 @@ from fea.study.option_tables import ContactTable, MeshTable
 from fea.study.rod_table import rod_of_file
 from fea.study.speed_tables import SpeedTable
 from fea.study.study import Study, load_study
-from geometry.cad.formats import export_step
+from geometry.cad.formats import step_file
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.sizing import default_size
@@ -78,7 +78,7 @@ def studies(folder: Path) -> Iterator[tuple[str, Study]]:
         if study is not None and study.rod.dimensions.cap_bolt:
             path = folder / f"rod-{seed}.step"
             with session():
-                export_step(study.rod.dimensions, path)
+                path.write_bytes(step_file(study.rod.dimensions))
             table = rod_of_file(path)
             name = f"random rod {seed} (STEP), {study.speed.speeds()[0]:.0f} rpm"
             yield name, dataclasses.replace(study, rod=table)

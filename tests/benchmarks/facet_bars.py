@@ -12,7 +12,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import gmsh
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
+
+from damage import write_surface
 
 from geometry.presets import PRESETS
 from geometry.session import session
@@ -24,17 +26,6 @@ STUDIES = {"leon-2001": "leon-2001", "molina-2000cc": "molina-2024"}
 RODS = [*(f"leon-2001:{n}" for n in (12, 16, 20, 24, 32)), *(f"molina-2000cc:{n}" for n in (12, 16, 24))]
 SIZE_MM = 12.0  # largest side of the triangles
 SAME_DEG = 1.0  # between crank angles of one load case
-
-
-def write_stl(path: Path, rod: str, around: int) -> None:
-    """Write the surface of a rod of the library with that many triangles around a turn."""
-    with session():
-        build(PRESETS[rod], Mirror.NONE)
-        gmsh.model.occ.synchronize()
-        gmsh.option.setNumber("Mesh.MeshSizeMax", SIZE_MM)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
-        gmsh.model.mesh.generate(2)
-        gmsh.write(str(path))
 
 
 def solved(study: str, out: Path) -> dict[str, dict[str, float]]:
@@ -57,7 +48,9 @@ def main(folder: Path, rods: list[str]) -> None:
         right = solved(STUDIES[rod], folder / rod)
         text = (folder / rod / "study.toml").read_text()
         study = folder / f"{rod}-{around}.toml"
-        write_stl(study.with_suffix(".stl"), rod, int(around))
+        with session():
+            build(PRESETS[rod], Mirror.NONE)
+            write_surface(study.with_suffix(".stl"), SIZE_MM, int(around))
         study.write_text(f'[rod]\nmesh = "{study.stem}.stl"\n\n{text[text.index("[material]") :]}')
         for case, found in solved(str(study), folder / study.stem).items():
             largest, true = found["max_von_mises_MPa"], right[case]["max_von_mises_MPa"]

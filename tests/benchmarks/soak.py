@@ -65,7 +65,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200)
     count = parser.parse_args().count
-    from geometry.cad.formats import export_step
+    from geometry.cad.formats import step_file
     from geometry.presets import PRESETS
     from geometry.session import session
 
@@ -75,7 +75,7 @@ def main() -> None:
         temporary.mkdir()
         tempfile.tempdir = str(temporary)
         with session():
-            export_step(PRESETS["leon-2001"], folder / "rod.step")
+            (folder / "rod.step").write_bytes(step_file(PRESETS["leon-2001"]))
         (folder / "preset.toml").write_text(STUDY.format(rod='preset = "leon-2001"'))
         soft = STUDY.format(rod='preset = "leon-2001"\n[material]\npreset = "leon-2001"\nnu = 0.49')
         (folder / "soft.toml").write_text(soft)

@@ -11,7 +11,7 @@ import time
 import pytest
 from program import COARSE, PLAIN, PROGRAM, contained, fea, names
 
-from geometry.cad.formats import export_step
+from geometry.cad.formats import step_file
 from geometry.presets import PRESETS
 from geometry.session import session
 
@@ -150,7 +150,7 @@ PARDISO = {
 )
 def test_an_interrupt_within_a_library_is_one_line(tmp_path, library, rod):
     with session():
-        export_step(PRESETS["leon-2001"], tmp_path / "rod.step")
+        (tmp_path / "rod.step").write_bytes(step_file(PRESETS["leon-2001"]))
     (tmp_path / "s.toml").write_text(f"[rod]\n{rod}\n[forces]\npin_N = [1000, 0]\n")
     code = WITHIN.format(**library)
     process = subprocess.Popen(

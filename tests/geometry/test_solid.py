@@ -8,7 +8,7 @@ from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
 from geometry.presets import LEON_2001
 from geometry.session import session
-from geometry.solid import build, expected_features, feature_areas
+from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
 
 
@@ -49,22 +49,17 @@ def test_every_surface_is_found_with_its_area(mirror):
         assert areas[plane] > 0
 
 
-@pytest.mark.parametrize("mirror", Mirror)
-def test_no_fillet_vanished(mirror):
-    with session():
-        solid = build(LEON_2001, mirror)
-        drawn = dict.fromkeys(FeatureKind, 0.0)
-        for feature in solid.features:
-            drawn[feature.kind] += mirror.copies * area(feature.faces)
-    for kind, expected in feature_areas(expected_features(LEON_2001)).items():
-        assert drawn[kind] == pytest.approx(expected, rel=1e-3), kind
-
-
 def test_a_fillet_that_vanishes_is_noticed(monkeypatch):
     with session():
         monkeypatch.setattr(gmsh.model.occ, "fillet", lambda bodies, edges, radii: [(3, bodies[0])])
         with pytest.raises(GeometryError, match=r"but the dimensions give"):
             build(LEON_2001)
+
+
+def test_a_step_that_is_not_cut_is_noticed(monkeypatch):
+    monkeypatch.setattr("geometry.solid.space_beside", lambda _rod: ())
+    with session(), pytest.raises(GeometryError, match=r"mm³, but the dimensions give"):
+        build(replace(LEON_2001, small_end_crown_width=15.0))
 
 
 def test_a_flush_rod_has_no_steps_and_a_rectangular_one_no_pockets():

@@ -6,7 +6,7 @@ import gmsh
 import numpy as np
 import pytest
 
-from geometry.cad.imported import smallest_cell
+from geometry.cad.mirror_planes import smallest_cell
 from geometry.session import session
 from geometry.surfaces import Mirror
 

@@ -13,7 +13,8 @@ import works
 
 from fea.machine import isolated
 from fea.machine.isolated import CrashError, fresh
-from geometry.system import ENDS, held_back, interrupt_once
+from fea.machine.system import interrupt_once
+from geometry.signals import ENDS, held_back
 
 SIGNALS = pytest.mark.skipif(sys.platform == "win32", reason="a signal of another process ends it at once")
 
@@ -136,7 +137,7 @@ def test_kill_9_takes_the_work_along(tmp_path, patient):
 WITHIN = """
 import hashlib, sys
 from pathlib import Path
-from geometry.system import end_in_time, incomplete, interrupt_once
+from fea.machine.system import end_in_time, incomplete, interrupt_once
 interrupt_once(afresh=True)
 end_in_time(130)
 part = Path(sys.argv[1])

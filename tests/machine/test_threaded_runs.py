@@ -9,7 +9,7 @@ import pytest
 from fea import run
 from geometry.errors import InvalidValue
 from geometry.session import session
-from geometry.system import ENDS
+from geometry.signals import ENDS
 
 
 def test_two_threads_at_once_give_what_one_gives(tmp_path):

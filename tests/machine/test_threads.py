@@ -3,8 +3,7 @@ import threading
 
 import pytest
 
-from fea.machine import threads
-from fea.machine.threads import imported_meanwhile
+from fea.machine.threads import imported_meanwhile, threads
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ from itertools import pairwise
 import gmsh
 import numpy as np
 import pytest
+from damage import write_surface
 
 from geometry.imports import MissingCap, RodFile
 from geometry.presets import LEON_2001
@@ -35,10 +36,7 @@ def part(path, rod, low, high, around):
         box = gmsh.model.occ.addBox(low, -100, -100, high - low, 200, 200)
         made, _ = gmsh.model.occ.intersect(gmsh.model.getEntities(3)[:1], [(3, box)])
         gmsh.model.occ.synchronize()
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 12)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
-        gmsh.model.mesh.generate(2)
-        gmsh.write(str(path))
+        write_surface(path, 12, around)
         return gmsh.model.occ.getMass(*made[0])
 
 

@@ -10,7 +10,7 @@ from geometry.segments import Circle, fitted_circle
 from mesh.files.bore_pair import (
     circles_through,
     covered,
-    fitted_axes,
+    fitted_cylinders,
     straightest,
 )
 
@@ -57,7 +57,7 @@ def test_two_parallel_cylinders_are_found_from_a_guess_some_degrees_off(u, v, se
     axis /= np.linalg.norm(axis)
     centers, sizes = np.array([[3.0, 1.0, 0.0], [90.0, -4.0, 2.0]]), (20.0, 7.0)
     walls = [wall(axis, c, r, seed=seed)[0] for c, r in zip(centers, sizes, strict=True)]
-    found = fitted_axes(walls, np.array([0.0, 0.0, 1.0]))
+    found = fitted_cylinders(walls, np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(found.radii, sizes, rtol=1e-7)
     np.testing.assert_allclose(found.direction, axis, atol=1e-7)
     off = found.centers - centers
@@ -69,7 +69,7 @@ def test_the_residual_tells_how_rough_a_wall_is():
     axis = np.array([0.0, 0.0, 1.0])
     rough = wall(axis, np.zeros(3), 10.0, noise=0.02)[0]
     fine = wall(axis, np.array([80.0, 0, 0]), 10.0)[0]
-    assert fitted_axes([rough, fine], axis).residual == pytest.approx(0.02, rel=0.3)
+    assert fitted_cylinders([rough, fine], axis).residual == pytest.approx(0.02, rel=0.3)
 
 
 def test_normals_of_a_wall_give_its_direction():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from strap import strap
 
-from mesh.quality import measure, mended, scaled_jacobian, shape
+from mesh.quality import measure, scaled_jacobian, shape, with_straight_edges
 from mesh.tetmesh import EDGES, TetMesh
 
 REGULAR = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
@@ -48,7 +48,7 @@ def test_an_inverted_element_is_straightened_and_told(others, keep):
     points = np.concatenate([bent, 5.0 + others * mesh.points])
     broken = TetMesh(points, np.concatenate([mesh.tets, 10 + mesh.tets]))
     assert scaled_jacobian(broken)[0] < 0
-    whole, numbers = mended(broken, keep_bow=keep)
+    whole, numbers = with_straight_edges(broken, keep_bow=keep)
     assert numbers == (0,)
     if (
         keep and others == 1.0
@@ -59,7 +59,7 @@ def test_an_inverted_element_is_straightened_and_told(others, keep):
 
 
 def test_an_element_inside_out_cannot_be_mended():
-    whole, _ = mended(single(oriented(REGULAR)[[0, 2, 1, 3]]))
+    whole, _ = with_straight_edges(single(oriented(REGULAR)[[0, 2, 1, 3]]))
     assert scaled_jacobian(whole)[0] < 0
 
 

@@ -13,15 +13,23 @@ from geometry.dimensions import ShankSection
 from geometry.rod import proportioned
 from geometry.session import session
 from geometry.solid import build
-from mesh.generate import tetrahedralise
+from mesh.generate import (
+    MAX_ROUNDS,
+    NOTHING,
+    Repair,
+    UnsoundMeshError,
+    of_elements,
+    of_folds,
+    repaired,
+    tetrahedralise,
+)
 from mesh.quality import Quality
-from mesh.repair import MAX_ROUNDS, NOTHING, Repair, UnsoundMeshError, of_elements, of_folds, repaired
-from mesh.sizing import SizeField, Sizing, Spot, default_size, refinements
+from mesh.sizing import RefinementBall, SizeField, Sizing, default_size, refinements
 from mesh.tetmesh import EDGES, MeshError
 
 GOOD, BAD = Quality(0.5, 0.5, 0.7, (0.0, 0.0, 0.0)), Quality(0.5, 0.001, 0.7, (0.0, 0.0, 0.0))
 WORSE = replace(BAD, least_shape=0.0001)
-ELSEWHERE = Repair(frozenset({7}), (Spot((0.0, 0.0, 0.0), 1.0, 0.5),), ("an element was flat",))
+ELSEWHERE = Repair(frozenset({7}), (RefinementBall((0.0, 0.0, 0.0), 1.0, 0.5),), ("an element was flat",))
 
 
 class Log:
@@ -76,7 +84,7 @@ def test_a_face_with_a_folded_triangle_is_found():
         gmsh.model.mesh.setNode(nodes[moved], places.reshape(-1, 3)[moved] + [7.0, 0.0, 0.0], [])
         found = of_folds()
     assert found.folded == {top}
-    assert (found.faces, found.spots) == (frozenset(), ())
+    assert (found.faces, found.balls) == (frozenset(), ())
     assert "folded" in found.causes[0]
 
 
@@ -120,7 +128,7 @@ def test_an_unsound_mesh_is_told_across_processes():
 
 
 def test_elements_are_small_in_a_spot_and_grow_away_from_it():
-    repair = Repair(spots=(Spot((0.0, 0.0, 0.0), 3.0, 1.0),), causes=("",))
+    repair = Repair(balls=(RefinementBall((0.0, 0.0, 0.0), 3.0, 1.0),), causes=("",))
     with session():
         mesh, _ = tetrahedralise(draw(block(20.0, 20.0, 20.0)), (), Sizing(6.0), repair=repair)
     centers = mesh.points[mesh.tets[:, :4]].mean(axis=1)
@@ -163,7 +171,7 @@ def test_faces_are_found_by_the_edges_of_an_element_and_not_by_its_vertices():
     longest = np.linalg.norm(element[0][:, None] - element[0], axis=-1).max()
     assert (low[2], high[2]) == pytest.approx((10.0, 10.0), abs=1e-5)
     assert repair.size == pytest.approx(longest / 3)
-    assert repair.spots[0].center == pytest.approx(element[0].mean(axis=0))
+    assert repair.balls[0].center == pytest.approx(element[0].mean(axis=0))
 
 
 def test_a_rod_whose_coarse_surface_mesh_crosses_itself_is_meshed_at_the_size_asked_for():
@@ -177,7 +185,7 @@ def test_a_rod_whose_coarse_surface_mesh_crosses_itself_is_meshed_at_the_size_as
             attempt()
         made = repaired(attempt, lambda *_: None, log, lambda _: None)
     assert len(made.repair.causes) == 1
-    assert made.repair.spots == ()
+    assert made.repair.balls == ()
     assert made.quality.least_scaled_jacobian > 0
     assert "Error" not in "".join(made.warnings)
     assert "crossed each other near" in made.repair.notes[0]

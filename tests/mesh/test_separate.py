@@ -4,8 +4,7 @@ from tet_blocks import block
 
 from fea.solid.supports import components
 from geometry.surfaces import Surface
-from mesh.separate import separated
-from mesh.tetmesh import FACET_TURN, TetMesh
+from mesh.tetmesh import FACET_TURN, TetMesh, separated
 
 SIDES = {(0, 1): (Surface.JOINT, Surface.JOINT_CAP)}
 

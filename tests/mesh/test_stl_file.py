@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-import gmsh
 import pytest
+from damage import write_surface
 
 from geometry.imports import RodFile
 from geometry.presets import LEON_2001
@@ -21,10 +21,7 @@ def surface(tmp_path_factory):
     path = tmp_path_factory.mktemp("stl") / "leon.stl"
     with session():
         volume = build(replace(LEON_2001, shank_section="rectangular"), Mirror.NONE).mass.mass
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 10)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 20)
-        gmsh.model.mesh.generate(2)
-        gmsh.write(str(path))
+        write_surface(path, 10, 20)
     return path, volume
 
 

@@ -1,5 +1,7 @@
 """What flat facets in place of a curved surface may change."""
 
+from dataclasses import replace
+
 import gmsh
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ import pytest
 from fea.solid.singular import BoundaryEdges
 from geometry.session import session
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh, boundary_facets, raised
+from mesh.generate import mesh_of_model
+from mesh.tetmesh import boundary_facets, raised
 
 
 def bored_plate(around):
@@ -22,12 +25,8 @@ def bored_plate(around):
             if gmsh.model.getType(1, curve) in {"Circle", "Ellipse"}:
                 gmsh.model.mesh.setTransfiniteCurve(curve, around + 1)
         gmsh.model.mesh.generate(3)
-        tags, coordinates, _ = gmsh.model.mesh.getNodes()
-        _, nodes = gmsh.model.mesh.getElementsByType(4)
-    number = np.empty(int(tags.max()) + 1, dtype=np.int64)
-    number[tags.astype(int)] = np.arange(len(tags))
-    tets = number[nodes.astype(int)].reshape(-1, 4)
-    return TetMesh(coordinates.reshape(-1, 3), tets, {Surface.FREE: boundary_facets(tets)})
+        mesh = mesh_of_model({}, 1)
+    return replace(mesh, facets={Surface.FREE: boundary_facets(mesh.tets)})
 
 
 @pytest.mark.parametrize("around", [12, 24, 40])

@@ -5,6 +5,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+import gmsh
 import meshio
 import numpy as np
 
@@ -119,6 +120,14 @@ def files_of(kind, points, tets):
     with tempfile.TemporaryDirectory() as folder:
         meshio.write(Path(folder, f"rod.{kind}"), meshio.Mesh(short, cells), **options.get(kind, {}))
         return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
+
+
+def write_surface(path, size, around):
+    """Write the surface of the open model as STL: sides of a size, mm, so many triangles around a turn."""
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
+    gmsh.model.mesh.generate(2)
+    gmsh.write(str(path))
 
 
 def wrecked(points, tets, draw):

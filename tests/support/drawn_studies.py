@@ -144,11 +144,11 @@ def drawn_rod(seed, draw, folder, *, harsh, section=None):
             rod = replace(rod, oil_gallery=0.3 * rod.drilled_thickness)
         rod = varied(with_options(rod, draw, plain=kind == "step"), draw, {})
     if kind == "step" and not harsh:
-        from geometry.cad.formats import export_step
+        from geometry.cad.formats import step_file
         from geometry.session import session
 
         with session():
-            export_step(rod, folder / "rod.step")
+            (folder / "rod.step").write_bytes(step_file(rod))
         return rod, '[rod]\nstep = "rod.step"\n'
     return rod, toml_text({"rod": RodTable(rod, None, None, rod.length).as_dict()})
 

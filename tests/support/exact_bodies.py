@@ -5,7 +5,7 @@ irregular curved tetrahedra that grow with the distance from the axis or centre.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import gmsh
@@ -18,7 +18,8 @@ from fea.solvers.direct import factorise
 from fea.verify.body import STEEL
 from fea.verify.cases.elasticity import TENSION, goodier_displacement
 from geometry.surfaces import Surface
-from mesh.tetmesh import TetMesh
+from mesh.generate import mesh_of_model
+from mesh.tetmesh import TetMesh, outward
 
 MATERIAL = STEEL
 HEIGHT = 1.0  # of the cylinders
@@ -170,27 +171,17 @@ def tetrahedralise(problem: Problem, size: float, *, order: int = 2, seed: int =
 
 
 def _arrays(problem: Problem, order: int) -> TetMesh:
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
-    points = coordinates.reshape(-1, 3)
-    number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
-    number[tags.astype(np.int64)] = np.arange(tags.size)
-    points = np.where(np.abs(points) < 1e-12, 0.0, points)
-    nodes = gmsh.model.mesh.getElementsByType(4 if order == 1 else 11)[1].astype(np.int64)
-    tets = number[nodes].reshape(-1, 4 if order == 1 else 10)
-    if order == 2:
-        tets = tets[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]
-    triangle = (2, 3) if order == 1 else (9, 6)
-    facets: dict[Surface, list[np.ndarray]] = {}
-    for _, entity in gmsh.model.getEntities(2):
-        around = gmsh.model.mesh.getElementsByType(triangle[0], entity)[1].astype(np.int64)
-        faces = number[around].reshape(-1, triangle[1])
-        facets.setdefault(_surface(points[faces], cylinder=problem.cylinder), []).append(faces)
-    used, inverse = np.unique(tets, return_inverse=True)
-    compact = np.full(len(points), -1)
-    compact[used] = np.arange(used.size)
-    named = {surface: compact[np.concatenate(parts)] for surface, parts in facets.items()}
-    mesh = TetMesh(points[used], inverse.reshape(tets.shape), named)
-    return TetMesh(mesh.points, mesh.tets, {k: _outward(mesh, f) for k, f in named.items()})
+    surfaces: dict[Surface, list[int]] = {}
+    for _, face in gmsh.model.getEntities(2):
+        _, places, _ = gmsh.model.mesh.getNodes(2, face, includeBoundary=True)
+        surface = _surface(_rounded(places.reshape(-1, 3)), cylinder=problem.cylinder)
+        surfaces.setdefault(surface, []).append(face)
+    mesh = mesh_of_model(surfaces, order)
+    return outward(replace(mesh, points=_rounded(mesh.points)))
+
+
+def _rounded(points: np.ndarray) -> np.ndarray:
+    return np.where(np.abs(points) < 1e-12, 0.0, points)
 
 
 def _surface(corners: np.ndarray, *, cylinder: bool) -> Surface:
@@ -202,24 +193,6 @@ def _surface(corners: np.ndarray, *, cylinder: bool) -> Surface:
         return END
     radius = np.linalg.norm(corners[..., : 2 if cylinder else 3], axis=-1)
     return INNER if np.allclose(radius, 1) else OUTER
-
-
-def _outward(mesh: TetMesh, facets: np.ndarray) -> np.ndarray:
-    """Turn facets so that their normal points away from the element behind them."""
-    vertices = np.sort(mesh.tets[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]], axis=2)
-    n = len(mesh.points)
-
-    def key(sorted_vertices: np.ndarray) -> np.ndarray:
-        return (sorted_vertices[..., 0] * n + sorted_vertices[..., 1]) * n + sorted_vertices[..., 2]
-
-    keys = key(vertices).ravel()
-    by_key = np.argsort(keys)
-    behind = by_key[np.searchsorted(keys[by_key], key(np.sort(facets[:, :3], axis=1)))] // 4
-    a, b, c = mesh.points[facets[:, :3]].transpose(1, 0, 2)
-    centre = mesh.points[mesh.tets[behind, :4]].mean(axis=1)
-    inward = (np.cross(b - a, c - a) * (centre - a)).sum(axis=1) > 0
-    turn = [0, 2, 1] if facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]
-    return np.where(inward[:, None], facets[:, turn], facets)
 
 
 def solve(problem: Problem, mesh: TetMesh) -> np.ndarray:

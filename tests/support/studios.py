@@ -18,7 +18,7 @@ _FAKE = """
 import sys
 from pathlib import Path
 from fea.__main__ import _end_quietly
-from geometry.system import interrupt_once
+from fea.machine.system import interrupt_once
 interrupt_once()
 from fea.apps.studio.run_studio import run_studio
 from fea.study.study import load_study

@@ -18,8 +18,7 @@ from fea.verify.cases.assemblies import EDGE, HALF_WIDTH, PRELOAD, SIDES, STIFFN
 from fea.verify.cases.assemblies import joint as joint_of
 from geometry.surfaces import Surface
 from mesh.generate import mesh_body
-from mesh.separate import separated
-from mesh.tetmesh import numbered
+from mesh.tetmesh import numbered, separated
 
 MODULI = (STEEL.youngs_modulus, STEEL.poissons_ratio)
 

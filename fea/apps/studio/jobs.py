@@ -23,12 +23,13 @@ from fea.apps.studio.frame import MODES, Frame
 from fea.apps.studio.operation import Operation, applied, controls
 from fea.apps.studio.session import State
 from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
+from fea.machine.system import replaced
 from fea.output.json_file import JsonObject
 from fea.output.pictures.shown import VON_MISES
 from fea.output.report.scene import case_fields
 from fea.output.text import csv_text, write_text
 from fea.study.study import Study
-from geometry.cad.formats import export_step
+from geometry.cad.formats import step_file
 from geometry.session import session
 
 MODEL = "fea.apps.studio.live_rod"
@@ -164,8 +165,8 @@ def export(what: str, state: State, variants: Mapping[str, Any], folder: str, na
         write_text(path, text)
         return {"path": str(path), "text": text}
     if what == "step":
-        with session():
-            export_step(study.rod.solid(), path)
+        with session(), replaced(path) as part:
+            part.write_bytes(step_file(study.rod.solid()))
         return {"path": str(path)}
     output = replace(study.output, directory=str(path.resolve()), report=True, screenshot=False)
     run_study(replace(study, output=output))

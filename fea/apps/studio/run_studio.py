@@ -17,10 +17,10 @@ from websockets.http11 import Request, Response
 from fea.apps.studio.jobs import MODEL, Worker, open_live, open_worker
 from fea.apps.studio.session import State, session
 from fea.apps.studio.studio import Studio
+from fea.machine.system import saying
 from fea.output.html import html_page, joined_script, page_file, policy
 from fea.output.target import near
 from fea.study.study import Study
-from geometry.system import saying
 
 SOCKET = "/socket"
 

@@ -14,12 +14,12 @@ from fea.apps.sweep.sweep_file import RowState, Sweep, SweepRow, rows
 from fea.apps.sweep.workers import DEFAULT_MINUTES, EVALUATE, Task, cluster, compute_pending
 from fea.base.version import __version__
 from fea.machine.clock import duration, progress_line
+from fea.machine.system import saying
 from fea.machine.threads import threads
 from fea.output.folder import REPORT, owned
 from fea.output.target import OccupiedError, StorageError, near
 from fea.output.text import make_directory
 from geometry.errors import require
-from geometry.system import saying
 
 JOURNAL = "sweep.sqlite"
 _A_YEAR = 365 * 24 * 60

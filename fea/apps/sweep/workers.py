@@ -18,10 +18,10 @@ from fea.apps.sweep.journal import Journal, RodResult
 from fea.apps.sweep.sweep_file import BaseStudy, SweepOutputs
 from fea.base.version import __version__
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
+from fea.machine.system import usable_processors
 from fea.machine.threads import variables
 from fea.study.study import parse_study
 from geometry.errors import InvalidValue, require
-from geometry.system import usable_processors
 
 _LONGEST_REASON = 600
 # Longest time of a rod: the largest shipped study takes some minutes on one core.

@@ -12,6 +12,7 @@ import pyvista
 from PIL import Image
 
 from fea.machine.isolated import IsolatedProcess, copied
+from fea.machine.system import CAN_FORK
 from fea.output.pictures import strokes
 from fea.output.pictures.scale import Bands, exaggeration, round_down
 from fea.output.pictures.shown import MODE, VON_MISES, Field, Picture, field_of
@@ -20,7 +21,6 @@ from fea.output.pictures.surface import DrawnSurface, refined_line
 from fea.output.units import bar, coordinates, quantity, scale, shown_in, unit
 from fea.output.vtu import point_name
 from geometry.arrays import Floats, Ints
-from geometry.system import CAN_FORK
 
 
 @dataclass(frozen=True)

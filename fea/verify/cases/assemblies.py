@@ -25,8 +25,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
 from mesh.generate import Fine, mesh_body
-from mesh.separate import separated
-from mesh.tetmesh import TetMesh
+from mesh.tetmesh import TetMesh, separated
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from geometry import system
+from fea.machine import system
 
 fcntl = pytest.importorskip("fcntl", reason="not on Windows")
 

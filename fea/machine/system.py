@@ -1,4 +1,4 @@
-"""What differs between operating systems; it stands with the geometry because gmsh's session needs it."""
+"""What differs between operating systems: interrupts, limits of time and memory, locks, files."""
 
 import atexit
 import ctypes
@@ -15,9 +15,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import ClassVar
 
-# Sent by Ctrl-C, by `kill` or a batch system at its time limit, and by a terminal that is closed.
-_ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
-ENDS = tuple(getattr(signal, name) for name in _ENDS if hasattr(signal, name))
+from geometry.signals import ENDS
+
 # Whether this process can be copied: what macOS's libraries do in threads does not survive it.
 CAN_FORK = hasattr(os, "fork") and sys.platform != "darwin"
 # Exit codes of a process that has exceeded a limit which it watches itself.
@@ -26,40 +25,6 @@ _CALM = 1.0  # seconds during which further signals are ignored
 # Seconds after which an interrupted program has ended, and those of them that it may remove files in.
 _LONGEST, _CLEANING = 1.5, 0.3
 _PR_SET_PDEATHSIG = 1
-
-
-@contextmanager
-def held_back() -> Iterator[None]:
-    """Defer `ENDS` here, and in processes started meanwhile until those call `through`.
-
-    The first signal that arrived is raised afterwards. Signals that are ignored stay ignored, and signals
-    whose handlers Python did not set (and could not restore) are left alone. Has no effect in threads other
-    than the main one, which receive no signals.
-    """
-    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    # A mask alone would do if this were the only thread, but the system may deliver a signal to any thread.
-    handlers = {number: signal.getsignal(number) for number in ENDS}
-    awaited = {number: how for number, how in handlers.items() if how not in (signal.SIG_IGN, None)}
-    for number in awaited:
-        signal.signal(number, lambda number, _frame: came.append(number))
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, awaited)
-    try:
-        yield
-    finally:
-        for number, handler in awaited.items():
-            signal.signal(number, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        for number in came[:1]:
-            signal.raise_signal(number)
-
-
-def through() -> None:
-    """Accept `ENDS` again, in a process that was started while they were deferred."""
-    if sys.platform != "win32":
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
 
 
 def interrupt_once(*, afresh: bool = False) -> None:
@@ -198,12 +163,6 @@ def broken_pipes_raise() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def ignore_broken_pipes_again() -> None:
-    """Ignore SIGPIPE where Python does, whatever a library set: from any thread, unlike Python's own call."""
-    if sys.platform != "win32" and signal.getsignal(signal.SIGPIPE) == signal.SIG_IGN:
-        ctypes.CDLL(None).signal(signal.SIGPIPE, ctypes.c_void_p(int(signal.SIG_IGN)))
-
-
 def die_with_parent() -> None:
     """Ask the system to end this process when the thread that started it ends, even by ``kill -9``."""
     if sys.platform == "linux":
@@ -282,8 +241,8 @@ def usable_processors() -> int:
 
 
 if sys.platform == "win32":
-    from geometry.windows import PathLock as PathLock  # noqa: PLC0414 - exported
-    from geometry.windows import Watch, machine_memory, process_memory
+    from fea.machine.windows import PathLock as PathLock  # noqa: PLC0414 - exported
+    from fea.machine.windows import Watch, machine_memory, process_memory
 
     _watch = Watch(OVERTIME, OUT_OF_MEMORY)
 else:

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from geometry.system import replaced
+from fea.machine.system import replaced
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="links need rights there, and pipes have no path")
 
