@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from fea.pins.lubrication import Films
+    from fea.pins.yielding import End
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,6 +212,7 @@ class PinModel(ABC):
 
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
+        self.films: Mapping[End, Films] = {}  #: oil films that load the bores
 
     @property
     def excluded_because(self) -> str:

@@ -12,7 +12,7 @@ from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights, in
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, BoreLoad, bore_facets
 from fea.solid.inertia import Inertia, Tilt
-from fea.solid.parity import Split
+from fea.solid.parity import Parity, Split
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
@@ -37,7 +37,7 @@ class LoadedBore:
 
 
 class PrescribedPins(PinModel):
-    """Pins whose load on a bore follows from their force: in proportion to it, unless `span` says otherwise.
+    """Pins whose load on a bore follows from their force alone.
 
     `support`: with a clamped big end, the crank force is a reaction and not applied.
     """
@@ -96,6 +96,10 @@ class PrescribedPins(PinModel):
             tilt=tilt,
         )
 
+
+class LinearPins(PrescribedPins):
+    """Pins whose load on a bore is linear in the components of the force: the sum of those along x and y."""
+
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:  # noqa: ARG002
         """Return forces along x and y on each bore, and inertia: they span every instant."""
         return UnitForces(self)
@@ -144,19 +148,29 @@ class StoredFields:
         return {surface: values[..., units] for surface, values in self.pressed.items()}
 
 
+# Of the nodal forces of a load that is linear in its force: what rounding leaves.
+_LINEAR = 1e-9
+_Load = tuple[Surface, Floats, Floats]  # forces and traction (n_nodes, 3) on a bore
+
+
 class UnitForces(UnitLoads):
     """Unit forces along x and y on each bore, and inertia."""
 
-    def __init__(self, pins: PrescribedPins) -> None:
+    def __init__(self, pins: LinearPins) -> None:
         self._pins = pins
 
     def fields(self) -> tuple[StoredFields, StoredFields]:
         """Return the even and the odd unit loads."""
         pins, (even_inertia, odd_inertia) = self._pins, inertial_fields(self._pins.inertia)
-        of_x = [(bore.surface, pins.load(bore, (1.0, 0.0))) for bore in pins.bores]
-        of_y = [(bore.surface, pins.load(bore, (0.0, 1.0))) for bore in pins.bores]
-        even = [(surface, load.forces.symmetric, load.traction.symmetric) for surface, load in of_x]
-        odd = [(surface, odd_part(load.forces), odd_part(load.traction)) for surface, load in of_y]
+        even, odd = list[_Load](), list[_Load]()
+        for bore in pins.bores:
+            along, across, both = (pins.load(bore, force) for force in ((1.0, 0.0), (0.0, 1.0), (-1.0, 2.0)))
+            x, y, mixed = (np.stack([load.forces.part(p) for p in Parity]) for load in (along, across, both))
+            if np.abs(mixed + x - 2 * y).max() > _LINEAR * np.abs(x).max():
+                rule = "is not linear in the components of the force: give it a span of its own"
+                raise TypeError(f"{type(pins).__name__}.load {rule}")
+            even.append((bore.surface, along.forces.symmetric, along.traction.symmetric))
+            odd.append((bore.surface, odd_part(across.forces), odd_part(across.traction)))
         first = StoredFields.of(len(even), even, even_inertia, pins.tilt)
         return first, StoredFields.of(len(odd), odd, odd_inertia, pins.tilt)
 

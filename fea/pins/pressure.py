@@ -13,7 +13,7 @@ from fea.pins.prescribed import LoadedBore, PrescribedPins, StoredFields
 from fea.solid.bore import BoreFacets, BoreLoad, bore_load, radial_loads, wrapped
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
-from loads.bearing import Arc, BorePressure, Shape
+from loads.bearing import BorePressure, PressureArc
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
@@ -39,21 +39,21 @@ class Series:
 
 
 @cache
-def series(arc: Arc, highest: int | None = None) -> Series:
+def series(arc: PressureArc, highest: int | None = None) -> Series:
     """Expand an arc's pressure: up to order `highest`, or to an error of `TOLERANCE`, at most `HIGHEST`."""
     return _enough(arc, np.cos, 1.0) if highest is None else _truncated(arc, highest, np.cos)
 
 
 @cache
-def _enough(arc: Arc, wave: Wave, share: float) -> Series:
+def _enough(arc: PressureArc, wave: Wave, share: float) -> Series:
     """Expand s(ψ) or s(ψ) sin ψ with the weight `share`: a smaller weight needs fewer terms."""
-    highest = _AT_JUMPS if arc.shape is Shape.UNIFORM else HIGHEST
+    highest = _AT_JUMPS if arc.profile.jumps else HIGHEST
     candidates = (_truncated(arc, order, wave) for order in range(8, highest + 1, 4))
     fit = (each for each in candidates if share * each.error <= TOLERANCE)
     return next(fit, _truncated(arc, highest, wave))
 
 
-def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:
+def _truncated(arc: PressureArc, highest: int, wave: Wave) -> Series:
     psi = 2 * math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     orders = np.arange(highest + 1)
     terms = _coefficients(arc, orders, wave)
@@ -62,7 +62,7 @@ def _truncated(arc: Arc, highest: int, wave: Wave) -> Series:
     return Series(orders[used], float(np.abs(sums - _pressure(arc, psi, wave)).max()))
 
 
-def _coefficients(arc: Arc, orders: Ints, wave: Wave) -> Floats:
+def _coefficients(arc: PressureArc, orders: Ints, wave: Wave) -> Floats:
     """Coefficients by Gauss quadrature over the arc, within which the pressure is smooth."""
     half = arc.angle / 2
     psi = _PLACES * half
@@ -70,7 +70,7 @@ def _coefficients(arc: Arc, orders: Ints, wave: Wave) -> Floats:
     return np.asarray(integrals / np.where(orders == 0, 2 * math.pi, math.pi))
 
 
-def _pressure(arc: Arc, psi: Floats, wave: Wave) -> Floats:
+def _pressure(arc: PressureArc, psi: Floats, wave: Wave) -> Floats:
     """The pressure function that is even about the force (cosine), or odd (sine)."""
     return arc(psi) if wave is np.cos else arc(psi) * np.sin(psi)
 
@@ -106,7 +106,7 @@ class PressedBore:
     """Harmonic pressures of 1 MPa on one bore."""
 
     bore: LoadedBore
-    arcs: tuple[Arc, Arc]  #: the pressures in tension and in compression
+    arcs: tuple[PressureArc, PressureArc]  #: the pressures in tension and in compression
     orders: Ints  #: (n_terms,) of the harmonics: cos nφ of all, sin nφ of all but n = 0
 
     def pressures(self, angle: Floats) -> tuple[Floats, Floats]:
@@ -152,7 +152,7 @@ class Harmonics(UnitLoads):
         arcs = (pressure.tension, pressure.compression)
         orders = np.union1d(*(series(arc).orders for arc in arcs))
         self.series_error = max(series(arc).error for arc in arcs)
-        self.jumps = any(arc.shape is Shape.UNIFORM for arc in arcs)
+        self.jumps = any(arc.profile.jumps for arc in arcs)
         self.bores = [PressedBore(bore, arcs, _with_skewed(orders, bore.facets, arcs)) for bore in pins.bores]
 
     def fields(self) -> tuple[StoredFields, StoredFields]:
@@ -181,14 +181,14 @@ class Harmonics(UnitLoads):
         return Weights(np.concatenate(even), np.concatenate(odd))
 
 
-def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[Arc, Arc]) -> Ints:
+def _with_skewed(orders: Ints, facets: BoreFacets, arcs: tuple[PressureArc, PressureArc]) -> Ints:
     """Orders plus those of s(ψ) sin ψ, if a bore needs more of it than its mesh irregularity causes."""
     shares = {arc: _skewness(facets, arc) for arc in arcs}
     more = [_enough(arc, np.sin, share).orders for arc, share in shares.items() if share > SKEWED]
     return reduce(np.union1d, more, orders)
 
 
-def _skewness(facets: BoreFacets, arc: Arc) -> float:
+def _skewness(facets: BoreFacets, arc: PressureArc) -> float:
     """Largest |b / a| of s(ψ)(a + b sin ψ) among forces in some directions."""
     angle, area = facets.angle.ravel(), facets.areas.ravel()
     if facets.cut_y:

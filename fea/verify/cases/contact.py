@@ -32,8 +32,7 @@ from geometry.arrays import Floats, Mask
 from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from loads.bearing import Arc as PressedArc
-from loads.bearing import BorePressure
+from loads.bearing import BorePressure, PressureArc
 from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
@@ -308,7 +307,7 @@ def pin_loaded_eye(size: float) -> Quantities:
         arc = BorePressure.parse(name).tension
         peak = arc.peak(force, radius, 2 * half_thickness)
 
-        def pressure(psi: Floats, peak: float = peak, arc: PressedArc = arc) -> Floats:
+        def pressure(psi: Floats, peak: float = peak, arc: PressureArc = arc) -> Floats:
             return peak * arc.unbounded(psi)
 
         load = bore_load(bore, len(mesh.points), (force, 0.0), pressure, arc.angle / 2)
