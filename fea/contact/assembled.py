@@ -14,9 +14,8 @@ import numpy as np
 
 from fea.contact.active_set import ContactSystem
 from fea.contact.block import Guess, Places
-from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import ContactState, FrictionSystem, Load, Steps
-from fea.contact.problem import ContactProblem
+from fea.contact.problem import CondensedInterface, ContactProblem
 from fea.contact.trial import EXACT, Exact
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from fea.contact.condensed import CondensedInterface
+from fea.contact.problem import CondensedInterface
 from geometry.arrays import Floats, Ints, Mask
 
 
@@ -99,7 +99,7 @@ _WEAK, NOTHING = (1e-6, 1e-5, 1e-4), 1e-11
 class Effects:
     """What pressures of the pins and slips do to gaps and stresses."""
 
-    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`
+    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.problem`
     A: Floats
     B: Floats
     S: Floats

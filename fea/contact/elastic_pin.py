@@ -5,7 +5,7 @@ plane problem for each harmonic takes the place of a solid mesh (Wilson 1965). I
 K₀ + n K₁ + n² K₂, so that it is integrated only once.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
@@ -15,6 +15,7 @@ from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 from skfem import Basis, ElementQuad2, MeshQuad
 
+from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 
 # Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
@@ -246,3 +247,68 @@ def _stiffness_terms(basis: Basis, E: float, nu: float, order: Ints) -> tuple[Fl
 
     mixed = product(plain, times)
     return band(product(plain, plain)), band(mixed + mixed.swapaxes(1, 2)), band(product(times, times))
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """Inward displacement of an elastic pin, as moments on the cell."""
+
+    compliance: dict[Parity, Floats]  #: per parity (n, n), of pressures on the bore
+    #: Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
+    carried: dict[Parity, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        pin: Pin,
+        highest: int,
+        z: Floats,
+        harmonic: Callable[[int, Floats], Mapping[Parity, Floats]],
+        *,
+        cut_y: bool,
+        cut_z: bool,
+    ) -> "Deflection":
+        """Add up the harmonics up to the `highest`.
+
+        `z` (n_points,) quadrature points on the bore from its middle, mm; `harmonic`: moments (n, k) of cos
+        nφ and sin nφ times fields (n_points, k) there; `cut_y`, `cut_z`: see `PinInBore`.
+        """
+        compliance, carried = dict[Parity, Floats](), dict[Parity, Floats]()
+        share = (2 if cut_y else 1) * (1 if cut_z else 0.5)
+        for mirrored in (True,) if cut_z else (True, False):
+            stations, answers = harmonics(pin, highest, mirrored=mirrored)
+            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+            for answer in answers:
+                for parity, moments in harmonic(answer.order, along).items():
+                    more = share * moments @ answer.compliance @ moments.T
+                    compliance[parity] = compliance.get(parity, 0.0) + more
+                    if mirrored and answer.order in ORDERS:
+                        every = carried.setdefault(parity, np.zeros((len(moments), len(ORDERS))))
+                        every[:, ORDERS.index(answer.order)] = moments @ answer.carried
+        if not cut_y:
+            compliance = {Parity.SYMMETRIC: compliance[Parity.SYMMETRIC] + compliance[Parity.ANTISYMMETRIC]}
+        return cls(compliance, carried)
+
+    def pressed(self, pin: Pin, force: Floats) -> dict[Parity, Floats]:
+        """Moments (n, …) of the deflection by the supports, for forces (2, …) of the pin on the whole rod, N.
+
+        They press with half a cosine around the side opposite to the force, constant along their length.
+        """
+        near, far = pin.carried or (0.0, np.inf)
+        peak = 2 * np.hypot(*force) / (np.pi * pin.radius * 2 * (far - near))
+        share = np.multiply.outer(HALF_COSINE, peak)
+        turned = np.multiply.outer(ORDERS, np.arctan2(force[1], force[0]) + np.pi)
+        waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
+        return {parity: self.carried[parity] @ (share * wave) for parity, wave in waves.items()}
+
+
+def _between(stations: Floats, z: Floats) -> Floats:
+    """Values (n, n_stations) at places z of the quadratic functions: every other station ends an element."""
+    ends = stations[::2]
+    element = np.clip(np.searchsorted(ends, z, side="right") - 1, 0, len(ends) - 2)
+    s = np.clip((z - ends[element]) / (ends[element + 1] - ends[element]), 0.0, 1.0)
+    values = np.zeros((len(z), len(stations)))
+    rows = np.arange(len(z))
+    for place, value in enumerate(((1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1))):
+        values[rows, 2 * element + place] = value
+    return values

@@ -5,7 +5,7 @@ Unilateral contact and Coulomb friction, implicit in the step:
     λ_n ≥ 0,  y_n ≥ 0,  λ_n y_n = 0
     |λ_t| ≤ μ λ_n,  and where it slips  λ_t = −μ λ_n Δy_t / |Δy_t|
 
-with the gaps y of `fea.contact.condensed`. The primal-dual active set is a semismooth Newton method (Alart &
+with the gaps y of `fea.contact.problem`. The primal-dual active set is a semismooth Newton method (Alart &
 Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressures of the pins that touch and
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
@@ -19,7 +19,7 @@ from scipy.optimize import nnls
 
 from fea.contact.active_set import BALANCE, balanced
 from fea.contact.block import Block, Blocks, Guess, Offsets, Places
-from fea.contact.condensed import CondensedInterface
+from fea.contact.problem import CondensedInterface
 from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
 from fea.machine.threads import side_by_side
 from fea.solid.errors import ContactError, UnsettledError

@@ -15,11 +15,10 @@ import numpy as np
 
 from fea.contact.assembled import Assembled, Warming
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
-from fea.contact.bolt_bending import BoltBending, BoltEnds
+from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
 from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
-from fea.contact.interfaces import BoltPull, BoltStop, MatingFaces
-from fea.contact.multipliers import radial, uniform
+from fea.contact.interfaces import MatingFaces, radial, uniform
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
 from fea.pins.film_pressure import FilmPressure
@@ -76,10 +75,9 @@ class AssemblyContact(BoreContact):
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
         pulls, stiffness = list[BoltPull](), specification.stiffness
-        for count, (bolt, ends) in enumerate(zip(axes, seated, strict=True), 1):
-            name, seats, share = f"bolt {count}", dict(ends.seats), ends.share
-            along, point = np.array(bolt.direction), np.array(bolt.point)
-            pulls.append(BoltPull.of(mesh, name, seats, along, stiffness, share=share, point=point))
+        for bolt, ends in zip(axes, seated, strict=True):
+            seats, along, point = dict(ends.seats), np.array(bolt.direction), np.array(bolt.point)
+            pulls.append(BoltPull.of(mesh, seats, along, stiffness, share=ends.share, point=point))
         if friction:
             joint = next(face for face in faces if face.name == Surface.JOINT)
             places = mesh.points[joint.pressing.nodes]

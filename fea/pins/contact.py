@@ -17,12 +17,12 @@ from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
 from fea.contact.active_set import Contact, interpolated
 from fea.contact.assembly_state import Touch
+from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
-from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
-from fea.contact.multipliers import Multipliers, radial
+from fea.contact.interfaces import MatingFaces, Multipliers, PinInBore, radial
 from fea.contact.problem import ContactProblem
 from fea.pins.film_pressure import FilmPressure
-from fea.pins.fits import Fits, led_in_notes
+from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
     Contacts,
@@ -35,7 +35,6 @@ from fea.pins.model import (
     Weights,
     inertial_fields,
 )
-from fea.solid.boundary import BoundarySurface
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
 from fea.study.pin_models import contact_excluded_because
@@ -80,7 +79,7 @@ class BoreContact:
         model, bores, inertia = structure.model, structure.bores, structure.inertia
         mesh = model.mesh
         cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
-        self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
+        self._inertia = inertia
         pins = []
         small, big = Surface.SMALL_END_BORE, Surface.BIG_END_BORE
         for surface, x, clearance, pin in (
@@ -123,7 +122,7 @@ class BoreContact:
         problem = self.problem
         pressing = np.where(np.append(counts, True)[problem.nodes], 1.0, 0.0)
         for number, bolt in enumerate(problem.bolts, len(problem.bores) + len(problem.faces)):
-            units = [float(np.abs(unit).max()) for unit in bolt.traction.values()]
+            units = [float(np.abs(unit).max()) for unit in bolt.seated.values()]
             pressing[problem.own(number)] = max(units, default=0.0)
         return np.asarray(pressing)
 
@@ -138,15 +137,13 @@ class BoreContact:
 
     def response(self, instant: Instants, state: State) -> Response:
         """Return what a solution and the inertia of its instant do to the rod."""
-        parts = self.problem.unfolding.parts(state.values)
-        forces = {parity: (self.problem.forces @ values).reshape(-1, 3) for parity, values in parts.items()}
-        if instant.motions.any():
-            inertial = self._inertia.forces(instant)
-            forces = {parity: nodal + inertial.part(parity) for parity, nodal in forces.items()}
-        traction = {
-            parity: {surface: field[..., 0] for surface, field in self.traction(values[:, None]).items()}
-            for parity, values in parts.items()
-        }
+        inertial = self._inertia.forces(instant) if instant.motions.any() else None
+        forces, traction = {}, {}
+        for parity, values in self.problem.unfolding.parts(state.values).items():
+            nodal = (self.problem.forces @ values).reshape(-1, 3)
+            forces[parity] = nodal if inertial is None else nodal + inertial.part(parity)
+            fields = self.problem.traction(values[:, None])
+            traction[parity] = {surface: field[..., 0] for surface, field in fields.items()}
         return Response(
             forces=Split(forces[Parity.SYMMETRIC], forces.get(Parity.ANTISYMMETRIC)),
             traction=_by_surface(traction),
@@ -178,41 +175,10 @@ class BoreContact:
             around.append((bore.multipliers.surface, mine, (angle, z[mine], apart)))
         return around
 
-    def traction(self, pressure: Floats) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
-        tractions: dict[Surface, Floats] = {}
-        for number, bore in enumerate(self.problem.bores):
-            side = bore.multipliers
-            nodes, values = side.at_nodes(pressure[self.problem.own(number)])
-            traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
-            traction[nodes] = values[:, None] * side.direction(self._points[nodes])[..., None]
-            tractions[side.surface] = traction
-        first = len(self.problem.bores)
-        for number, faces in enumerate(self.problem.faces):
-            tractions |= faces.traction(pressure[self.problem.own(first + number)], self._points)
-        for number, bolt in enumerate(self.problem.bolts, first + len(self.problem.faces)):
-            for surface, unit in bolt.traction.items():
-                own_share = unit[..., None] * pressure[self.problem.own(number)]
-                tractions[surface] = tractions.get(surface, 0.0) + own_share
-        return tractions
-
     def pressure(self, values: Floats) -> dict[Surface, Split]:
         """Pressure (n_nodes,) on each surface of unknowns (n,), MPa; 0 beside the surface."""
         parts = self.problem.unfolding.parts(values)
-        return _by_surface({parity: self._pressure_on_cell(part) for parity, part in parts.items()})
-
-    def _pressure_on_cell(self, values: Floats) -> dict[Surface, Floats]:
-        problem, pressures = self.problem, dict[Surface, Floats]()
-        sides = [(bore.multipliers,) for bore in problem.bores] + [faces.sides for faces in problem.faces]
-        for number, surfaces in enumerate(sides):
-            for side in surfaces:
-                at_vertices = values[problem.own(number)][: side.size]
-                pressures[side.surface] = side.on_mesh(at_vertices, self._n_nodes)
-        for bolt, force in zip(problem.bolts, values[len(values) - len(problem.bolts) :], strict=True):
-            for surface, unit in bolt.traction.items():
-                own_share = force * np.linalg.norm(unit, axis=1)
-                pressures[surface] = pressures.get(surface, 0.0) + own_share
-        return pressures
+        return _by_surface({parity: self.problem.pressure(part) for parity, part in parts.items()})
 
 
 def _by_surface(parts: Mapping[Parity, Mapping[Surface, Floats]]) -> dict[Surface, Split]:
@@ -225,54 +191,14 @@ def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
     return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
 
 
-# Least part of the normal beside the end of a bore that points to its axis, where a round or chamfer begins.
-_LEADING_IN = 0.2
-
-
-def _led_in(structure: Structure, fits: Fits) -> tuple[Surface, ...]:
-    """Bores whose ends lead into a round or a chamfer, which the pin is not looked for on.
-
-    Its pressure ends amid a surface then, or at an obtuse edge, where the exact stress is infinite; at the
-    right angle of a plane end face it is finite. A relief that is given or drawn keeps the pin off the ends.
-    """
-    mesh, found = structure.mesh, []
-    ends = {Surface.BIG_END_BORE: 0.0, Surface.SMALL_END_BORE: structure.bores.rod_length}
-    if structure.contact.small_end_relief_mm is not None or fits.drawn_relief:
-        del ends[Surface.SMALL_END_BORE]
-    for bore, x in ends.items():
-        body = BoundarySurface.of(mesh, [bore, Surface.FREE])
-        facet, label = body.edges.facet, body.label[body.edges.facet]
-        border = label[:, 0] != label[:, 1]
-        beyond = np.where(label[border, 0] == 1, facet[border, 0], facet[border, 1])
-        away = body.points[body.facets[beyond, :3]].mean(axis=1)[:, :2] - [x, 0.0]
-        radial = away / np.linalg.norm(away, axis=1, keepdims=True)
-        inwards = -(body.normals[beyond].mean(axis=1)[:, :2] * radial).sum(axis=1)
-        if beyond.size and np.median(inwards) > _LEADING_IN:
-            found.append(bore)
-    return tuple(found)
-
-
 class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
     def __init__(self, structure: Structure) -> None:
         super().__init__(structure)
-        mesh = structure.mesh
-        # The small end's bore may widen towards its ends, like a parabola; edges may have been straightened.
-        x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE][:, :3])].T
-        radius = np.hypot(x - structure.bores.rod_length, y)
-        middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
-        off = np.abs(z - middle) / np.abs(z - middle).max()
-        self.fits = Fits.of(
-            structure.contact,
-            structure.bores,
-            structure.pin_stiffness,
-            structure.largest_pin_forces(),
-            float(np.polyfit(off**2, radius, 1)[0]),
-        )
-        led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
-        self.singular_surfaces = (*self.fits.sharp, *led_in)
-        self.notes = (*self.fits.notes, *led_in_notes(led_in))
+        rod = structure
+        self.fits = Fits.of(rod.contact, rod.mesh, rod.bores, rod.pin_stiffness, rod.largest_pin_forces())
+        self.singular_surfaces, self.notes = self.fits.singular, self.fits.notes
 
     @property
     def excluded_because(self) -> str:
@@ -341,7 +267,7 @@ class ContactFields:
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""
-        traction = self.contact.traction(self.patterns[:, units])
+        traction = self.contact.problem.traction(self.patterns[:, units])
         if self.contact.film is not None:
             traction[Surface.BIG_END_BORE] += self.contact.film.traction(self.others[len(_MOTIONS) :, units])
         return traction

@@ -196,13 +196,10 @@ class TouchedBody:
 
     def stress(self, pressure: Floats) -> Floats:
         """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
-        multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
+        n_nodes = len(self.mesh.points)
         forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
         u = self._solver.solve(0, forces[:, None]).reshape(n_nodes, 3, 1)
-        nodes, values = multipliers.at_nodes(pressure[:, None])
-        traction = np.zeros((n_nodes, 3, 1))
-        traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
-        pressed = {multipliers.surface: traction}
+        pressed = self.problem.traction(pressure[:, None])
         return np.asarray(self._recovery.nodal_stress(u, self._material, Parity.SYMMETRIC, pressed)[:, :, 0])
 
     @cached_property

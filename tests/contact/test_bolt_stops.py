@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fea.contact.assembly_state import BoltBeam
-from fea.contact.interfaces import BoltStop, MatingFaces
-from fea.contact.multipliers import uniform
+from fea.contact.bolts import BoltStop
+from fea.contact.interfaces import MatingFaces, uniform
 from fea.judge.vdi2230 import BoltBody
 from fea.pins.assembly_states import AssemblyStates
 from fea.solid.traction import traction_forces

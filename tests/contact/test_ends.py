@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import block_diag
 
 from fea.contact.block import Block, Blocks, Guess, Places, Product
-from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import FrictionSystem, Load, Steps
+from fea.contact.problem import CondensedInterface
 
 PINS, PLACES, FRICTION = 12, 8, 0.3
 SIZE = PINS + 3 * PLACES

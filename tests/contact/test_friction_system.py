@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
 from fea.contact.block import Guess, Places
-from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import FrictionSystem, Load, Steps
+from fea.contact.problem import CondensedInterface
 from fea.contact.trial import Linear
 from fea.solid.errors import ContactError
 

@@ -8,8 +8,7 @@ from scipy.optimize import brentq
 
 from fea.base.material import Material
 from fea.contact.elastic_pin import ElasticPin, Pin
-from fea.contact.interfaces import PinInBore
-from fea.contact.multipliers import Multipliers, radial
+from fea.contact.interfaces import Multipliers, PinInBore, radial
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.stress import principal
 from fea.solvers.constrained import displacement
