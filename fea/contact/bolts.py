@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 
 from fea.contact.assembly_state import BoltBeam
-from fea.contact.interfaces import Direction, Interface, MatingFaces, Multipliers, uniform
+from fea.contact.interfaces import ContactInterface, Direction, MatingFaces, Multipliers, uniform
 from fea.solid.parity import MirrorUnfolding, Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -34,7 +34,7 @@ _HELD = 1e-9
 
 
 @dataclass(frozen=True)
-class BoltPull(Interface):
+class BoltPull(ContactInterface):
     """A bolt on the cell, or one of a pair of images about z = 0."""
 
     nodal_forces: Floats  #: (3 n_nodes,) on the cell, of a bolt force of 1 N
@@ -155,7 +155,7 @@ def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Dir
     return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
 
 
-class Body(Protocol):
+class _RestrainedBody(Protocol):
     """What of the parts is needed."""
 
     def restrained(self, parity: Parity) -> tuple[Mask, Callable[[Floats], Floats]]:
@@ -224,7 +224,7 @@ class BoltBending:
 
     def __init__(
         self,
-        body: Body,
+        body: _RestrainedBody,
         assembled: "Assembled",
         ends: Sequence[BoltEnds],
         beam: BoltBeam,

@@ -51,7 +51,7 @@ class Pin:
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class _Harmonic:
     """The pin's answer to pressures of one harmonic."""
 
     order: int  #: n
@@ -60,7 +60,7 @@ class Harmonic:
 
 
 @cache
-def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[Harmonic, ...]]:
+def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[_Harmonic, ...]]:
     """Stations along a pin, and its answer to the harmonics 0 … `highest`; parameters as for `ElasticPin`."""
     half = ElasticPin(pin, mirrored=mirrored, highest=highest)
     return half.stations, tuple(half.harmonics_up_to(highest))
@@ -127,10 +127,10 @@ class ElasticPin:
         return float(moved[0] - moved[-1])
 
     @cached_property
-    def _of_half_cosine(self) -> tuple[Harmonic, ...]:
+    def _of_half_cosine(self) -> tuple[_Harmonic, ...]:
         return tuple(self.harmonics(np.array(ORDERS)))
 
-    def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
+    def harmonics(self, orders: Ints) -> Iterator[_Harmonic]:
         """Answer of each harmonic."""
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
         surface = _AXES * np.argsort(self._order)[self._outer[: len(self.stations)]]
@@ -152,9 +152,9 @@ class ElasticPin:
             # The work FᵀK⁻¹F of the loads F is YᵀY with Y = L⁻¹F, for which forward substitution is enough.
             half = dtbtrs(factor, np.where(held[:, None], 0.0, load), uplo="L", overwrite_b=1)[0]
             work = half.T @ half
-            yield Harmonic(order, work[:-1, :-1], work[:-1, -1])
+            yield _Harmonic(order, work[:-1, :-1], work[:-1, -1])
 
-    def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
+    def harmonics_up_to(self, highest: int) -> Iterator[_Harmonic]:
         """Answer of the harmonics 0 … `highest`; of those beyond the twelfth, none to the supports."""
         if highest <= _FEW:
             yield from self.harmonics(np.arange(highest + 1))
@@ -168,7 +168,7 @@ class ElasticPin:
         known = {answer.order: answer for answer in solved}
         nowhere = np.zeros(len(self.stations))
         for order in range(highest + 1):
-            yield known.get(order) or Harmonic(order, between(order) / order, nowhere)
+            yield known.get(order) or _Harmonic(order, between(order) / order, nowhere)
 
     def _along(self, near: float, far: float) -> Floats:
         """Radial forces (n_outer,) of 1 MPa on the surface between two stations, per angle."""

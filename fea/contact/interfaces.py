@@ -123,7 +123,7 @@ class Multipliers:
         return nodes, nodal
 
 
-class Interface(ABC):
+class ContactInterface(ABC):
     """Unknowns of one kind on the cell: stresses on a surface, and against it on one that mates with it."""
 
     opposite: tuple[Surface, Ints] | None = None
@@ -205,7 +205,7 @@ class Interface(ABC):
 
 
 @dataclass(frozen=True)
-class PinInBore(Interface):
+class PinInBore(ContactInterface):
     """A pin in a bore whose axis is parallel to z."""
 
     multipliers: Multipliers  #: the pressures on the bore
@@ -282,7 +282,7 @@ class PinInBore(Interface):
 
 
 @dataclass(frozen=True)
-class MatingFaces(Interface):
+class MatingFaces(ContactInterface):
     """The two sides of an interface on the cell: pressures, then, with friction, shear stresses.
 
     Positive, they push the first side along their direction and the second side against it.
@@ -314,13 +314,13 @@ class MatingFaces(Interface):
         first, second = sides
         pressing, facets = Multipliers.of(mesh, first, direction), mesh.facets[second]
         every = np.arange(pressing.size)
-        rubbing = every if friction else every[:0]
+        frictional = every if friction else every[:0]
         # The shear stress along z of a field that is symmetric about z = 0 vanishes there.
         free = ~np.isin(pressing.nodes, mesh.facets.get(Surface.SYMMETRY_Z, ()))
         kinds = (
             (pressing, every),
-            (replace(pressing, direction=uniform(_Z)), rubbing[free[rubbing]]),
-            (replace(pressing, direction=lambda places: np.cross(_Z, direction(places))), rubbing),
+            (replace(pressing, direction=uniform(_Z)), frictional[free[frictional]]),
+            (replace(pressing, direction=lambda places: np.cross(_Z, direction(places))), frictional),
         )
         return cls(str(first), kinds, (second, facets[:, FACET_TURN[facets.shape[1]]]), interference)
 

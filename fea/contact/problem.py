@@ -22,7 +22,7 @@ from scipy.linalg import cho_factor, cho_solve, lapack
 
 from fea.contact.active_set import ContactSystem, PressureEstimator
 from fea.contact.bolts import BoltPull, BoltStop
-from fea.contact.interfaces import Interface, MatingFaces, PinInBore
+from fea.contact.interfaces import ContactInterface, MatingFaces, PinInBore
 from fea.solid.bore_motion import motions_with
 from fea.solid.parity import MirrorUnfolding, Parity
 from fea.solid.supports import rigid_motions
@@ -31,7 +31,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 
-class Body(Protocol):
+class _ElasticBody(Protocol):
     """What of a body the contact needs."""
 
     def compliance(self, parity: Parity, forces: sparse.csc_array) -> Floats:
@@ -57,7 +57,7 @@ class ContactProblem:
 
     def __init__(
         self,
-        body: Body,
+        body: _ElasticBody,
         mesh: TetMesh,
         bores: Sequence[PinInBore],
         loads: Mapping[Parity, Floats],
@@ -69,7 +69,7 @@ class ContactProblem:
         self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
         self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
         self.cell_loads, self.pulls = loads, sum(not isinstance(bolt, BoltStop) for bolt in bolts)
-        self.interfaces: tuple[Interface, ...] = (*self.bores, *self.faces, *self.bolts)
+        self.interfaces: tuple[ContactInterface, ...] = (*self.bores, *self.faces, *self.bolts)
         self.unfolding = MirrorUnfolding(
             np.concatenate([interface.on_y for interface in self.interfaces]),
             both_sides and self.cut_y,
@@ -109,7 +109,7 @@ class ContactProblem:
         """Bounds the error of estimated pressures of such a body."""
         return PressureEstimator(self.compliance, self.rigid)
 
-    def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
+    def _compliance(self, body: _ElasticBody, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
         n_cell = self.forces.shape[1]
         # With the zeros that the other parity has, so that the loads of both have the same sparsity.
@@ -200,7 +200,7 @@ class ContactProblem:
         return self._on_surfaces(values, lambda interface, own: interface.pressure(own, n_nodes))
 
     def _on_surfaces(
-        self, values: Floats, field: Callable[[Interface, Floats], dict[Surface, Floats]]
+        self, values: Floats, field: Callable[[ContactInterface, Floats], dict[Surface, Floats]]
     ) -> dict[Surface, Floats]:
         fields = dict[Surface, Floats]()
         for number, interface in enumerate(self.interfaces):
@@ -247,7 +247,7 @@ class CondensedInterface:
         values = np.append(values, np.zeros(len(rows) - len(values)))
         resisted = values > _UNRESISTED * values.max(initial=1e-300)
         share = rows.T / size[:, None]
-        kept, loose = share[:, resisted], share[:, ~resisted]
+        kept, pin_held = share[:, resisted], share[:, ~resisted]
         # The transpose is stored by columns, so that LAPACK overwrites it.
         factor = cho_factor(compliance[np.ix_(interface, interface)].T, lower=True, overwrite_a=True)
         C_Jp = compliance[np.ix_(interface, pins)]
@@ -275,15 +275,15 @@ class CondensedInterface:
             S=S,
             G=reach @ inverse @ kept.T,
             V=V @ kept.T,
-            free=(P_p @ loose, loose.T),
+            free=(P_p @ pin_held, pin_held.T),
             _back=kept @ inverse,
             _share=kept,
             _reach=reach,
             _moved=moved,
         )
 
-    def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, loose: Floats) -> Floats:
-        """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and the loose motions (m,)."""
+    def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, pin_held: Floats) -> Floats:
+        """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and motions (m,) of `free`."""
         acting = self._share.T @ forces + self._reach.T @ pressure - self._moved.T @ open_gap
         resisted = self._back @ acting
-        return np.asarray(resisted + self.free[1].T @ loose)
+        return np.asarray(resisted + self.free[1].T @ pin_held)

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fea.film.asperities import Asperities
-from fea.film.oil import Oil
-from fea.film.reynolds import Balance, Conditions, Film, Reynolds, Supply
+from fea.film.constitutive import Asperities, Oil
+from fea.film.reynolds import Conditions, FilmState, OilBalance, Reynolds, Supply
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
 
@@ -89,7 +88,7 @@ class _Response:
 class JournalState:
     """A journal, its film and its bore at an instant."""
 
-    film: Film
+    film: FilmState
     planes: Floats  #: (n_angle, n_width) gap between the mean planes of the surfaces, mm
     position: Floats  #: (k,) of the journal in the bore, mm: see `FilmGrid.outwards_at`
     bulge: Floats  #: (n,) weights of the bore's displacement
@@ -120,7 +119,7 @@ class JournalState:
         return float(min(gap.min(), self.edge.min()))
 
     @cached_property
-    def balance(self) -> Balance:
+    def balance(self) -> OilBalance:
         """How the oil flows."""
         return self.bearing.reynolds.balance(self.film, self.gap, self.conditions)
 
@@ -172,7 +171,7 @@ class JournalState:
 
 
 class _Iterate(NamedTuple):
-    film: Film
+    film: FilmState
     planes: Floats
     position: Floats
     bulge: Floats
@@ -237,7 +236,7 @@ class Bearing:
 
         fill = on_grid(state.film.fill)
         full = fill > 1 - _FULL
-        film = Film(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
+        film = FilmState(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
         planes = np.maximum(self.planes(state.position, state.bulge), state.planes.min())
         return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0))
 
@@ -248,7 +247,7 @@ class Bearing:
 
     def start(self, position: Sequence[float] = (0.0, 0.0)) -> JournalState:
         """A film without pressure round a journal at a position."""
-        film, place = Film.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
+        film, place = FilmState.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
         place[: len(position)] = position
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
         return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0))

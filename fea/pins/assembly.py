@@ -13,15 +13,14 @@ from typing import cast
 
 import numpy as np
 
-from fea.contact.assembled import Assembled, Warming
+from fea.contact.assembled import Assembled, FrictionCycle, Warming
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
-from fea.contact.friction_cycle import FrictionCycle
 from fea.contact.friction_system import ContactState, Load
 from fea.contact.interfaces import MatingFaces, radial, uniform
+from fea.film.functions import FilmPressure
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
-from fea.pins.film_pressure import FilmPressure
 from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
@@ -211,7 +210,7 @@ class AssemblyPins(ContactPins):
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:
         """Return patterns of what acts between the parts, and inertia."""
         self._spanned = frozenset(map(_cycle_key, cycles))
-        return AssemblyUnits(self, cycles)
+        return _AssemblyUnits(self, cycles)
 
 
 def _alike(load: Load, states: Iterable[ContactState]) -> ContactState | None:
@@ -294,7 +293,7 @@ _NOISE = 1e-7
 _Parts = dict[Parity, Floats]
 
 
-class AssemblyUnits(ContactUnits):
+class _AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
     path_dependent = True

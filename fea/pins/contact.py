@@ -21,7 +21,7 @@ from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import MatingFaces, Multipliers, PinInBore, radial
 from fea.contact.problem import ContactProblem
-from fea.pins.film_pressure import FilmPressure
+from fea.film.functions import FilmPressure
 from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
@@ -240,7 +240,7 @@ class ContactPins(PinModel):
 
 
 @dataclass(frozen=True)
-class ContactFields:
+class _ContactFields:
     """Unit loads of one parity on the cell."""
 
     contact: BoreContact
@@ -272,7 +272,7 @@ class ContactFields:
             traction[Surface.BIG_END_BORE] += self.contact.film.traction(self.others[len(_MOTIONS) :, units])
         return traction
 
-    def combined(self, columns: Floats) -> "ContactFields":
+    def combined(self, columns: Floats) -> "_ContactFields":
         """Return sums of the unit loads, whose weights are columns (n, m)."""
         return replace(self, patterns=self.patterns @ columns, others=self.others @ columns)
 
@@ -298,13 +298,13 @@ class ContactUnits(UnitLoads):
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns (n_cell, n) on the cell in each unit load; `BoreContact.unit_loads` are the last."""
 
-    def fields(self) -> tuple[ContactFields, ContactFields]:
+    def fields(self) -> tuple[_ContactFields, _ContactFields]:
         """Return the even and the odd unit loads."""
         fields, every = [], np.eye(len(self.contact.unit_loads))
         for parity, numbers in zip(Parity, self.contact.of_parity, strict=True):
             patterns = self.patterns(parity)
             others = np.pad(every[:, numbers], [(0, 0), (patterns.shape[1] - len(numbers), 0)])
-            fields.append(ContactFields(self.contact, patterns, others))
+            fields.append(_ContactFields(self.contact, patterns, others))
         return fields[0], fields[1]
 
 
@@ -347,7 +347,7 @@ class PressurePatterns(ContactUnits):
         like: Sequence[tuple[float, SampledWeights]] = (),
     ) -> SampledWeights:
         """Estimate between solved instants, or from other cycles: see `UnitLoads.sampled`."""
-        return EstimatedWeights(self, instants, like)
+        return _EstimatedWeights(self, instants, like)
 
     def balanced(self) -> Weights:
         """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
@@ -366,7 +366,7 @@ class PressurePatterns(ContactUnits):
         return Contacts(self.contact.touches(pressure, slice(None)))
 
 
-class EstimatedWeights(SampledWeights):
+class _EstimatedWeights(SampledWeights):
     """Weights of contact: estimated from other cycles, or between solved instants, and solved on demand.
 
     Attributes: `pressure`: (n, n_instants) before further instants are solved on demand.
@@ -377,7 +377,7 @@ class EstimatedWeights(SampledWeights):
     ) -> None:
         self._units, self._instants = units, instants
         problem, every = units.contact.problem, np.arange(len(instants))
-        known = [share * other.pressure for share, other in like if isinstance(other, EstimatedWeights)]
+        known = [share * other.pressure for share, other in like if isinstance(other, _EstimatedWeights)]
         knots = every[:0] if known else np.unique(np.append(every[::KNOTS], every[-1]))
         left, error = np.setdiff1d(every, knots), np.zeros(len(every))
         gaps, forces = (acting[:, left] for acting in units.contact.acting(instants))

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -208,11 +209,11 @@ class PinModel(ABC):
     #: Where the exact stress is infinite because pins press on sharp edges.
     singular_surfaces: tuple[Surface, ...] = ()
     notes: tuple[Note, ...] = ()  #: what a reader must know of the pins
+    films: "Mapping[End, Films]" = MappingProxyType({})  #: oil films that load the bores
     resting: Instants = joined(())  #: load cases of a rod on which nothing acts but the model itself
 
     def __init__(self, structure: Structure) -> None:
         self.structure = structure
-        self.films: Mapping[End, Films] = {}  #: oil films that load the bores
 
     @property
     def excluded_because(self) -> str:

@@ -56,7 +56,7 @@ _FILM_IN_PARTS = (
     "the joint is closed, and otherwise from frictionless contact, as that of the piston pin does."
 )
 PIN_MODELS: tuple[PinModelEntry, ...] = (
-    PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", arcs=BorePressure.parse, shown=NAMES),
+    PinModelEntry(_PRESSURES, "fea.pins.prescribed:PressedPins", arcs=BorePressure.parse, shown=NAMES),
     PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
     PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
     PinModelEntry(FILM, "fea.pins.film_pins:FilmPins", assumption=_FILM),

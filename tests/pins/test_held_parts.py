@@ -12,9 +12,8 @@ from scipy.sparse.linalg import spsolve
 
 from fea.analysis.prepare import prepare
 from fea.pins import lubrication
-from fea.pins.held_parts import HeldParts
 from fea.pins.lubrication import Films
-from fea.pins.yielding import End, YieldingBore, unit_forces
+from fea.pins.yielding import End, HeldParts, YieldingBore, unit_forces
 from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions
 from fea.study.film_table import FilmTable
