@@ -153,7 +153,7 @@ def test_a_joint_without_friction_holds_no_cap(parts):
     class Sliding:
         """A motion of the cap that nothing but the pin resists."""
 
-        problem, system = parts.problem, SimpleNamespace(loose=np.ones((1, 3)))
+        problem, system = parts.problem, SimpleNamespace(pin_held=np.ones((1, 3)))
 
     with pytest.raises(InvalidValue, match=r"joint_friction = 0: leaves a part that nothing but the pins"):
         HeldParts.under(Sliding, {}, {})
