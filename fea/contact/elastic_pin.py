@@ -74,9 +74,17 @@ def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     """
     if pin.carried is None:
         return 0.0
-    half = _under_half_cosines(pin)
-    along = 1.0 if evenly else 1.5 * (1 - (half.stations / half.stations[-1]) ** 2)
-    return half.bending(force, along, *pin.carried)
+    half, (near, far) = _under_half_cosines(pin), pin.carried
+    length = half.stations[-1]
+    pressed, carrying = (force / (np.pi * pin.radius * long) for long in (length, far - near))
+    shape = 1.0 if evenly else 1.5 * (1 - (half.stations / length) ** 2)
+    along = shape * half.along(0.0, length)[: len(half.stations)]
+    moved = np.zeros_like(half.stations)
+    for answer, share in zip(half.of_half_cosine, HALF_COSINE, strict=True):
+        around = np.pi * (1 + (answer.order == 0))
+        moved += share * around * pressed * (answer.compliance @ along)
+        moved += share * (-1) ** answer.order * carrying * answer.carried
+    return float(moved[0] - moved[-1])
 
 
 @lru_cache(maxsize=1)  # for the forces on one pin: a mesh and its stiffness take megabytes
@@ -113,21 +121,9 @@ class ElasticPin:
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
 
-    def bending(self, force: float, shape: Floats | float, near: float, far: float) -> float:
-        """See the function of this name: pressure on the bore over its mean, and where supports carry, mm."""
-        radius, length = self._pin.radius, self.stations[-1]
-        pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
-        along = shape * self._along(0.0, length)[: len(self.stations)]
-        moved = np.zeros_like(self.stations)
-        for answer, share in zip(self._of_half_cosine, HALF_COSINE, strict=True):
-            around = np.pi * (1 + (answer.order == 0))
-            opposite = (-1) ** answer.order
-            moved += share * around * pressed * (answer.compliance @ along)
-            moved += share * opposite * carrying * answer.carried
-        return float(moved[0] - moved[-1])
-
     @cached_property
-    def _of_half_cosine(self) -> tuple[_Harmonic, ...]:
+    def of_half_cosine(self) -> tuple[_Harmonic, ...]:
+        """Answer to each harmonic of half a cosine."""
         return tuple(self.harmonics(np.array(ORDERS)))
 
     def harmonics(self, orders: Ints) -> Iterator[_Harmonic]:
@@ -137,7 +133,7 @@ class ElasticPin:
         load[surface, np.arange(len(surface))] = 1.0
         carrying = np.zeros((self._basis.N, _AXES))  # ∫ N R dz of 1 MPa on the support, per angle
         if self._pin.carried is not None:
-            carrying[self._outer, 0] = self._along(*self._pin.carried)
+            carrying[self._outer, 0] = self.along(*self._pin.carried)
         squeezed = carrying[self._order].ravel()
         for order in orders.tolist():
             around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
@@ -170,7 +166,7 @@ class ElasticPin:
         for order in range(highest + 1):
             yield known.get(order) or _Harmonic(order, between(order) / order, nowhere)
 
-    def _along(self, near: float, far: float) -> Floats:
+    def along(self, near: float, far: float) -> Floats:
         """Radial forces (n_outer,) of 1 MPa on the surface between two stations, per angle."""
         z, forces = self._basis.doflocs[1][self._outer], np.zeros(len(self._outer))
         for start in range(0, len(z) - 2, 2):

@@ -107,15 +107,6 @@ class BoreContact:
         tilting = (resultants(mesh.points, forces.symmetric)[3:5] for forces in unit)
         self._tilting = None if cut_z else np.stack(list(tilting), axis=1)
         self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
-        # Place and bore of each unknown.
-        nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
-        owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
-        unfolding, cells = self.problem.unfolding, np.arange(len(nodes))
-        off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(nodes), dtype=bool)
-        self._pins = unfolding.with_images(cells)
-        images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
-        self._vertices = np.concatenate([mesh.points[nodes], images])
-        self._owner = np.concatenate([owner, owner[off]])
 
     def pressing(self, counts: Mask) -> Floats:
         """Largest pressure (n_cell,) on nodes that count (n_nodes,) of a unit of each unknown, MPa."""
@@ -160,19 +151,21 @@ class BoreContact:
 
     def touch(self, values: Floats) -> dict[Surface, Touch]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
-        pressure = values[self._pins]
-        return {surface: Touch.of(pressure[mine], *around) for surface, mine, around in self._around}
+        return {surface: Touch.of(values[mine], *around) for surface, mine, around in self._around}
 
     @cached_property
     def _around(self) -> list[tuple[Surface, Ints, tuple[Floats, Floats, float]]]:
-        """Of each bore its unknowns among the pins', their angles, rad, z, mm, and distance in angle, rad."""
-        x, y, z = self._vertices.T
-        around = []
-        for number, bore in enumerate(self.problem.bores):
-            mine = np.flatnonzero(self._owner == number)
-            angle = np.arctan2(y[mine], x[mine] - bore.center[0])
+        """Of each bore its unknowns, their angles, rad, z, mm, and distance in angle, rad."""
+        around, problem = [], self.problem
+        for number, bore in enumerate(problem.bores):
+            cells = np.arange(*problem.starts[[number, number + 1]])
+            mine = problem.unfolding.with_images(cells)
+            x, y, z = problem.mesh.points[problem.nodes[cells]].T
+            angle, off = np.arctan2(y, x - bore.center[0]), ~problem.unfolding.on_y[cells]
+            if len(mine) > len(cells):
+                angle, z = np.append(angle, np.arctan2(-y, x - bore.center[0])[off]), np.append(z, z[off])
             apart = float(np.median(np.diff(np.unique(np.round(angle, 6)))))
-            around.append((bore.multipliers.surface, mine, (angle, z[mine], apart)))
+            around.append((bore.multipliers.surface, mine, (angle, z, apart)))
         return around
 
     def pressure(self, values: Floats) -> dict[Surface, Split]:
