@@ -232,50 +232,74 @@ class ContactBlock:
 
 
 @dataclass(frozen=True)
+class Product:
+    """A matrix (n, k), as the product of two that are as narrow as they can be; None where it is nothing."""
+
+    left: Floats | None
+    right: Floats | None
+
+    @classmethod
+    def of(cls, matrix: Floats, rows: Floats, columns: Floats, basis: Floats) -> "Product":
+        """Take a matrix (n, k) apart.
+
+        `rows` (n,) and `columns` (k,) scale it to unknowns of unit stiffness. The basis (k, r) is
+        orthonormal: it may be all that the scaled rows consist of.
+        """
+        scaled = rows[:, None] * matrix * columns
+        left = scaled @ basis
+        if np.abs(scaled - left @ basis.T).max(initial=0.0) > NOTHING:
+            return cls(matrix, None)
+        if np.abs(left).max(initial=0.0) <= NOTHING:
+            return cls(None, None)
+        return cls(left / rows[:, None], (basis / columns[:, None]).T)
+
+    @property
+    def transposed(self) -> "Product":
+        """The transpose (k, n)."""
+        if self.left is None or self.right is None:
+            return Product(None if self.left is None else np.ascontiguousarray(self.left.T), None)
+        return Product(self.right.T, self.left.T)
+
+    def added(self, to: Floats, values: Floats, sign: float = 1.0) -> Floats:
+        """Add what it makes of values (k,), or subtract it."""
+        if self.left is None:
+            return to
+        return np.asarray(to + sign * (self.left @ (values if self.right is None else self.right @ values)))
+
+
+@dataclass(frozen=True)
 class _Coupling:
-    """Effects of pressures and slips of one block on another; None where they are rounding."""
+    """What pressures and slips of one block do to another."""
 
     by: int  #: the number of the other block
     #: gap_by_pins, gap_by_slip, stress_by_pins, stress_by_slip: (n_p, n_p'), (n_p, n_J'), (n_J, n_p'), (n_J,
     #: n_J')
-    gap_by_pins: Floats | None
-    gap_by_slip: Floats | None
-    stress_by_pins: Floats | None
-    stress_by_slip: Floats | None
+    gap_by_pins: Product
+    gap_by_slip: Product
+    stress_by_pins: Product
+    stress_by_slip: Product
 
     @classmethod
     def of(cls, whole: ContactBlock, blocks: Sequence[ContactBlock], to: int, by: int) -> "_Coupling":
         """Between two blocks."""
-        A, B, S = whole.effects.A, whole.effects.B, whole.effects.S
-        both = blocks[to], blocks[by]
-        pins_here, pins_there = ((block.pins, block.effects.press) for block in both)
-        here, there = ((block.interface, block.effects.unit) for block in both)
+        here, other, every = blocks[to], blocks[by], whole.effects
+        own, there = here.interface, other.interface
+        press, unit, its = here.effects.press, here.effects.unit, other.effects
+        nothing = np.zeros((len(there), 0))
+        slip = Product.of(every.B[np.ix_(there, here.pins)], its.unit, press, here.even)
         return cls(
             by=by,
-            gap_by_pins=_unless_rounding(A, pins_here, pins_there),
-            gap_by_slip=_unless_rounding(B.T, pins_here, there),
-            stress_by_pins=_unless_rounding(B, here, pins_there),
-            stress_by_slip=_unless_rounding(S, here, there),
+            gap_by_pins=Product.of(every.A[np.ix_(here.pins, other.pins)], press, its.press, other.even),
+            gap_by_slip=slip.transposed,
+            stress_by_pins=Product.of(every.B[np.ix_(own, other.pins)], unit, its.press, other.even),
+            stress_by_slip=Product.of(every.S[np.ix_(own, there)], unit, its.unit, nothing),
         )
 
     def shifted(self, offsets: StickingState, pressure: Floats, moved: Floats) -> StickingState:
         """The sticking state under pressures and slips of the other block."""
-        stress = _added(offsets.stress, self.stress_by_pins, -pressure)
-        gap = _added(_added(offsets.pin_gap, self.gap_by_pins, pressure), self.gap_by_slip, moved)
-        return replace(offsets, stress=_added(stress, self.stress_by_slip, moved), pin_gap=gap)
-
-
-_Unknowns = tuple[Ints, Floats]  # numbers, and what scales them to unit stiffness
-
-
-def _unless_rounding(matrix: Floats, rows: _Unknowns, columns: _Unknowns) -> Floats | None:
-    part = np.ascontiguousarray(matrix[np.ix_(rows[0], columns[0])])
-    scaled = rows[1][:, None] * part * columns[1]
-    return part if np.abs(scaled).max(initial=0.0) > NOTHING else None
-
-
-def _added(to: Floats, matrix: Floats | None, values: Floats) -> Floats:
-    return to if matrix is None else np.asarray(to + matrix @ values)
+        stress = self.stress_by_pins.added(offsets.stress, pressure, -1.0)
+        gap = self.gap_by_slip.added(self.gap_by_pins.added(offsets.pin_gap, pressure), moved)
+        return replace(offsets, stress=self.stress_by_slip.added(stress, moved), pin_gap=gap)
 
 
 @dataclass(frozen=True)
@@ -317,6 +341,6 @@ class CoupledBlocks:
         stress, pin_gap = block.effects.S @ here, block.effects.B.T @ here
         for other in self.couplings[number]:
             there = gap[self.blocks[other.by].interface]
-            stress = _added(stress, other.stress_by_slip, there)
-            pin_gap = _added(pin_gap, other.gap_by_slip, there)
+            stress = other.stress_by_slip.added(stress, there)
+            pin_gap = other.gap_by_slip.added(pin_gap, there)
         return stress, pin_gap

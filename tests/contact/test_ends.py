@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fea.contact.block import ContactBlock, CoupledBlocks, Guess, Places
+from fea.contact.block import ContactBlock, CoupledBlocks, Guess, Places, Product
 from fea.contact.friction_system import FrictionSystem, Load, Steps
 from fea.contact.problem import CondensedInterface
 
@@ -92,3 +92,18 @@ def test_a_motion_of_both_ends_keeps_them_together():
     problem = TwoEnds(0.0)
     problem.R = np.hstack([problem.R, problem.R[:, :1] + problem.R[:, 2:3]])
     assert len(problem.blocks()) == 1
+
+
+@pytest.mark.parametrize("kind", ["narrow", "full", "nothing"])
+def test_a_product_is_the_matrix(kind):
+    rng = np.random.default_rng(1)
+    rows, columns = rng.uniform(1, 9, 7), rng.uniform(1, 9, 5)
+    basis = np.linalg.qr(rng.normal(size=(5, 2)))[0]
+    scaled = {"narrow": rng.normal(size=(7, 2)) @ basis.T, "full": rng.normal(size=(7, 5))}
+    matrix = scaled.get(kind, np.zeros((7, 5))) / rows[:, None] / columns
+    found, start, values = Product.of(matrix, rows, columns, basis), rng.normal(size=7), rng.normal(size=5)
+    assert (found.left is None) == (kind == "nothing")
+    assert (found.right is not None) == (kind == "narrow")
+    np.testing.assert_allclose(found.added(start, values, -1.0), start - matrix @ values, rtol=1e-12)
+    back = found.transposed.added(values, start)
+    np.testing.assert_allclose(back, values + matrix.T @ start, rtol=1e-12)
