@@ -19,7 +19,6 @@ from fea.base.note import Note
 from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
 from fea.pins.assembly import AssemblyPins
-from fea.pins.film_pins import FilmPartsPins, FilmPins
 from fea.pins.lubrication import Films
 from fea.pins.model import Fields, PinModel, Structure, UnitLoads
 from fea.pins.yielding import End
@@ -129,8 +128,7 @@ class PreparedRod:
         return self._films_of(End.SMALL)
 
     def _films_of(self, end: End) -> Films:
-        own = self.pins.films if isinstance(self.pins, FilmPins | FilmPartsPins) else {}
-        return own.get(end) or Films(self.structure, end, self.assembly_contact)
+        return self.pins.films.get(end) or Films(self.structure, end, self.assembly_contact)
 
     @cached_property
     def prescribed(self) -> PinModel:

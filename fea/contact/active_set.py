@@ -5,6 +5,9 @@
 λ are the pressures, C the compliance of both bodies, g the gap that loads other than λ leave, and F the
 resultants along the rigid motions R that are free. The optimality conditions are those of contact: the gap
 w = Cλ + g − R d ≥ 0 with the rigid motions d, and w λ = 0 in each place.
+
+`fea.contact.friction_system` with μ = 0 finds the same pressures, to 2e-11, but takes three to four times as
+long: its matrices are not symmetric, and it does not keep the factor of the last contact area.
 """
 
 from dataclasses import dataclass

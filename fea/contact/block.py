@@ -1,4 +1,4 @@
-"""The unknowns of a contact problem: places, loads and guesses, and which unknowns hardly know of others."""
+"""The unknowns of a contact problem: places, loads and guesses, in blocks that are hardly coupled."""
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from fea.contact.condensed import CondensedInterface
+from fea.contact.problem import CondensedInterface
 from geometry.arrays import Floats, Ints, Mask
 
 
@@ -20,16 +20,12 @@ class Places:
     tangential: Ints  #: (k, 2) of the shear stresses; −1 where there is none
     friction: Floats  #: (k,) coefficient μ
     bolt: Mask  #: (k,) which are bolts
-    rubbing: Mask  #: (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
+    #: (k,) where friction decides on slip; elsewhere slip is given or there is no shear stress
+    frictional: Mask
 
     def of(self, sites: Ints) -> "Places":
         """Some of the places."""
         return Places(*(values[sites] for values in astuple(self)))
-
-    @property
-    def sticking(self) -> "Places":
-        """The same places, whose slip is given."""
-        return replace(self, rubbing=np.zeros_like(self.rubbing))
 
 
 @dataclass(frozen=True)
@@ -74,7 +70,7 @@ class Guess:
 
 
 @dataclass(frozen=True)
-class Offsets:
+class StickingState:
     """The sticking state under a load, without any pressure of the pins."""
 
     stress: Floats  #: λ_J (n_J,)
@@ -83,10 +79,10 @@ class Offsets:
     gap: Floats  #: y_J (n_J,) at the beginning of the step
     least: float = 1e-300  #: size of the stresses elsewhere, MPa: what is little beside them is nothing
 
-    def of(self, pins: Ints, interface: Ints, motions: Ints) -> "Offsets":
-        """Offsets of some of the unknowns and motions."""
+    def of(self, pins: Ints, interface: Ints, motions: Ints) -> "StickingState":
+        """That of some of the unknowns and motions."""
         stress, gap = self.stress[interface], self.gap[interface]
-        return Offsets(stress, self.pin_gap[pins], self.forces[motions], gap, self.least)
+        return StickingState(stress, self.pin_gap[pins], self.forces[motions], gap, self.least)
 
 
 # Couplings, in terms of unknowns of unit stiffness, up to which unknowns may be in different blocks: the
@@ -96,10 +92,10 @@ _WEAK, NOTHING = (1e-6, 1e-5, 1e-4), 1e-11
 
 
 @dataclass(frozen=True)
-class Effects:
+class _Effects:
     """What pressures of the pins and slips do to gaps and stresses."""
 
-    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.condensed`
+    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J), as in `fea.contact.problem`
     A: Floats
     B: Floats
     S: Floats
@@ -124,25 +120,25 @@ class Effects:
         """Gaps (n_J,) that are one in terms of unknowns of unit stiffness."""
         return np.asarray(1 / np.sqrt(self.stiff))
 
-    def of_unit_stiffness(self) -> "Effects":
+    def of_unit_stiffness(self) -> "_Effects":
         """The same in terms of unknowns of unit stiffness."""
         press, unit = self.press, self.unit
         A, S = press[:, None] * self.A * press, unit[:, None] * self.S * unit
-        return Effects(A, unit[:, None] * self.B * press, S)
+        return _Effects(A, unit[:, None] * self.B * press, S)
 
     @cached_property
-    def scaled(self) -> "Effects":
+    def scaled(self) -> "_Effects":
         """The same in terms of unknowns of unit stiffness, where that is needed again and again."""
         return self.of_unit_stiffness()
 
-    def part(self, interface: Ints, pins: Ints) -> "Effects":
+    def part(self, interface: Ints, pins: Ints) -> "_Effects":
         """Those of some unknowns."""
         matrices = (self.A, pins, pins), (self.B, interface, pins), (self.S, interface, interface)
-        return Effects(*(np.ascontiguousarray(of[np.ix_(rows, columns)]) for of, rows, columns in matrices))
+        return _Effects(*(np.ascontiguousarray(of[np.ix_(rows, columns)]) for of, rows, columns in matrices))
 
 
 @dataclass(frozen=True)
-class Block:
+class ContactBlock:
     """Some of the unknowns, by their numbers in the whole problem, and what is between them."""
 
     #: pins, interface, motions, sites: (n_p,) of the pins' pressures; (n_J,) of stresses between parts and
@@ -151,21 +147,23 @@ class Block:
     interface: Ints
     motions: Ints
     sites: Ints
-    effects: Effects  #: of these pressures and slips
+    effects: _Effects  #: of these pressures and slips
     R: Floats  #: (n_p, m) moments of the motions
     places: Places  #: where parts touch, by positions in `interface`
 
     @classmethod
-    def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "Block":
+    def whole(cls, condensed: CondensedInterface, R: Floats, places: Places) -> "ContactBlock":
         """Everything."""
         sizes = *condensed.B.shape[::-1], R.shape[1], len(places.normal)
         pins, interface, motions, sites = map(np.arange, sizes)
-        return cls(pins, interface, motions, sites, Effects(condensed.A, condensed.B, condensed.S), R, places)
+        return cls(
+            pins, interface, motions, sites, _Effects(condensed.A, condensed.B, condensed.S), R, places
+        )
 
     @cached_property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether friction decides on slip anywhere."""
-        return bool(self.places.rubbing.any())
+        return bool(self.places.frictional.any())
 
     @cached_property
     def against(self) -> Floats:
@@ -173,12 +171,7 @@ class Block:
         at = self.places.tangential
         return np.asarray(np.where(at >= 0, self.effects.stiff[at], 0.0).max(axis=1))
 
-    @property
-    def sticking(self) -> "Block":
-        """The same, where all slip is given."""
-        return replace(self, places=self.places.sticking)
-
-    def part(self, pins: Ints, interface: Ints, motions: Ints) -> "Block":
+    def part(self, pins: Ints, interface: Ints, motions: Ints) -> "ContactBlock":
         """Some of the unknowns; no place may be divided."""
         position = np.full(len(self.interface) + 1, -1)  # the last one stands for none
         position[interface] = np.arange(len(interface))
@@ -186,10 +179,10 @@ class Block:
         every = self.places.of(sites)
         places = replace(every, normal=position[every.normal], tangential=position[every.tangential])
         effects, R = self.effects.part(interface, pins), self.R[np.ix_(pins, motions)]
-        return Block(pins, interface, motions, sites, effects, R, places)
+        return ContactBlock(pins, interface, motions, sites, effects, R, places)
 
-    def divided(self) -> list["Block"]:
-        """Blocks that hardly know of each other."""
+    def divided(self) -> list["ContactBlock"]:
+        """Blocks that are hardly coupled."""
         n_p, n_J = len(self.pins), len(self.interface)
         for weak in _WEAK:
             pins, interface, motions = kinds = np.split(self._labels(weak), [n_p, n_p + n_J])
@@ -231,7 +224,7 @@ class Block:
             pressure[touching] = np.linalg.lstsq(self.R[touching].T, forces, rcond=None)[0]
         return pressure
 
-    def change(self, one: Offsets, other: Offsets) -> float:
+    def change(self, one: StickingState, other: StickingState) -> float:
         """Largest change of a stress from one load to another while nothing moves but the pins, MPa."""
         gap = (one.pin_gap - other.pin_gap) * self.effects.press
         gap = (gap - self.even @ (self.even.T @ gap)) * self.effects.press
@@ -275,7 +268,7 @@ class Product:
 
 
 @dataclass(frozen=True)
-class Coupling:
+class _Coupling:
     """What pressures and slips of one block do to another."""
 
     by: int  #: the number of the other block
@@ -287,7 +280,7 @@ class Coupling:
     stress_by_slip: Product
 
     @classmethod
-    def of(cls, whole: Block, blocks: Sequence[Block], to: int, by: int) -> "Coupling":
+    def of(cls, whole: ContactBlock, blocks: Sequence[ContactBlock], to: int, by: int) -> "_Coupling":
         """Between two blocks."""
         here, other, every = blocks[to], blocks[by], whole.effects
         own, there = here.interface, other.interface
@@ -302,37 +295,41 @@ class Coupling:
             stress_by_slip=Product.of(every.S[np.ix_(own, there)], unit, its.unit, nothing),
         )
 
-    def shifted(self, offsets: Offsets, pressure: Floats, moved: Floats) -> Offsets:
-        """Offsets under pressures and slips of the other block."""
+    def shifted(self, offsets: StickingState, pressure: Floats, moved: Floats) -> StickingState:
+        """The sticking state under pressures and slips of the other block."""
         stress = self.stress_by_pins.added(offsets.stress, pressure, -1.0)
         gap = self.gap_by_slip.added(self.gap_by_pins.added(offsets.pin_gap, pressure), moved)
         return replace(offsets, stress=self.stress_by_slip.added(stress, moved), pin_gap=gap)
 
 
 @dataclass(frozen=True)
-class Blocks:
+class CoupledBlocks:
     """A problem in blocks."""
 
-    blocks: tuple[Block, ...]  #: that hardly know of each other
-    couplings: tuple[tuple[Coupling, ...], ...]  #: for each block, what the others do to it
+    blocks: tuple[ContactBlock, ...]  #: hardly coupled
+    couplings: tuple[tuple[_Coupling, ...], ...]  #: for each block, what the others do to it
 
     @classmethod
-    def of(cls, whole: Block) -> "Blocks":
+    def of(cls, whole: ContactBlock) -> "CoupledBlocks":
         """Divide a problem."""
         blocks = whole.divided()
         count = range(len(blocks))
-        couplings = [tuple(Coupling.of(whole, blocks, to, by) for by in count if by != to) for to in count]
+        couplings = [tuple(_Coupling.of(whole, blocks, to, by) for by in count if by != to) for to in count]
         return cls(tuple(blocks), tuple(couplings))
 
     @cached_property
-    def sticking(self) -> "Blocks":
+    def sticking(self) -> "CoupledBlocks":
         """The same, where all slip is given."""
-        return replace(self, blocks=tuple(block.sticking for block in self.blocks))
+        given = [
+            replace(block.places, frictional=np.zeros_like(block.places.frictional)) for block in self.blocks
+        ]
+        blocks = [replace(block, places=places) for block, places in zip(self.blocks, given, strict=True)]
+        return replace(self, blocks=tuple(blocks))
 
     def shifted(
-        self, number: int, offsets: Offsets, pressure: Sequence[Floats], moved: Sequence[Floats]
-    ) -> Offsets:
-        """Offsets of a block under pressures and slips of the others."""
+        self, number: int, offsets: StickingState, pressure: Sequence[Floats], moved: Sequence[Floats]
+    ) -> StickingState:
+        """The sticking state of a block under pressures and slips of the others."""
         for coupling in self.couplings[number]:
             offsets = coupling.shifted(offsets, pressure[coupling.by], moved[coupling.by])
         return offsets

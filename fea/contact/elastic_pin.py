@@ -5,7 +5,7 @@ plane problem for each harmonic takes the place of a solid mesh (Wilson 1965). I
 K₀ + n K₁ + n² K₂, so that it is integrated only once.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
@@ -15,6 +15,7 @@ from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 from skfem import Basis, ElementQuad2, MeshQuad
 
+from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 
 # Number of elements through the wall, at least; over half of the bore's width, from there to the supports,
@@ -50,7 +51,7 @@ class Pin:
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class _Harmonic:
     """The pin's answer to pressures of one harmonic."""
 
     order: int  #: n
@@ -59,7 +60,7 @@ class Harmonic:
 
 
 @cache
-def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[Harmonic, ...]]:
+def harmonics(pin: Pin, highest: int, *, mirrored: bool) -> tuple[Floats, tuple[_Harmonic, ...]]:
     """Stations along a pin, and its answer to the harmonics 0 … `highest`; parameters as for `ElasticPin`."""
     half = ElasticPin(pin, mirrored=mirrored, highest=highest)
     return half.stations, tuple(half.harmonics_up_to(highest))
@@ -73,9 +74,17 @@ def bending(pin: Pin, force: float, *, evenly: bool = True) -> float:
     """
     if pin.carried is None:
         return 0.0
-    half = _under_half_cosines(pin)
-    along = 1.0 if evenly else 1.5 * (1 - (half.stations / half.stations[-1]) ** 2)
-    return half.bending(force, along, *pin.carried)
+    half, (near, far) = _under_half_cosines(pin), pin.carried
+    length = half.stations[-1]
+    pressed, carrying = (force / (np.pi * pin.radius * long) for long in (length, far - near))
+    shape = 1.0 if evenly else 1.5 * (1 - (half.stations / length) ** 2)
+    along = shape * half.along(0.0, length)[: len(half.stations)]
+    moved = np.zeros_like(half.stations)
+    for answer, share in zip(half.of_half_cosine, HALF_COSINE, strict=True):
+        around = np.pi * (1 + (answer.order == 0))
+        moved += share * around * pressed * (answer.compliance @ along)
+        moved += share * (-1) ** answer.order * carrying * answer.carried
+    return float(moved[0] - moved[-1])
 
 
 @lru_cache(maxsize=1)  # for the forces on one pin: a mesh and its stiffness take megabytes
@@ -112,31 +121,19 @@ class ElasticPin:
         self._outer = outer[np.argsort(z[outer])]
         self.stations = z[self._outer][: 2 * TOUCHING + 1]
 
-    def bending(self, force: float, shape: Floats | float, near: float, far: float) -> float:
-        """See the function of this name: pressure on the bore over its mean, and where supports carry, mm."""
-        radius, length = self._pin.radius, self.stations[-1]
-        pressed, carrying = (force / (np.pi * radius * long) for long in (length, far - near))
-        along = shape * self._along(0.0, length)[: len(self.stations)]
-        moved = np.zeros_like(self.stations)
-        for answer, share in zip(self._of_half_cosine, HALF_COSINE, strict=True):
-            around = np.pi * (1 + (answer.order == 0))
-            opposite = (-1) ** answer.order
-            moved += share * around * pressed * (answer.compliance @ along)
-            moved += share * opposite * carrying * answer.carried
-        return float(moved[0] - moved[-1])
-
     @cached_property
-    def _of_half_cosine(self) -> tuple[Harmonic, ...]:
+    def of_half_cosine(self) -> tuple[_Harmonic, ...]:
+        """Answer to each harmonic of half a cosine."""
         return tuple(self.harmonics(np.array(ORDERS)))
 
-    def harmonics(self, orders: Ints) -> Iterator[Harmonic]:
+    def harmonics(self, orders: Ints) -> Iterator[_Harmonic]:
         """Answer of each harmonic."""
         load = np.zeros((_AXES * self._basis.N, len(self.stations) + 1))
         surface = _AXES * np.argsort(self._order)[self._outer[: len(self.stations)]]
         load[surface, np.arange(len(surface))] = 1.0
         carrying = np.zeros((self._basis.N, _AXES))  # ∫ N R dz of 1 MPa on the support, per angle
         if self._pin.carried is not None:
-            carrying[self._outer, 0] = self._along(*self._pin.carried)
+            carrying[self._outer, 0] = self.along(*self._pin.carried)
         squeezed = carrying[self._order].ravel()
         for order in orders.tolist():
             around = np.pi * (1 + (order == 0))  # ∫ cos² nφ dφ
@@ -151,9 +148,9 @@ class ElasticPin:
             # The work FᵀK⁻¹F of the loads F is YᵀY with Y = L⁻¹F, for which forward substitution is enough.
             half = dtbtrs(factor, np.where(held[:, None], 0.0, load), uplo="L", overwrite_b=1)[0]
             work = half.T @ half
-            yield Harmonic(order, work[:-1, :-1], work[:-1, -1])
+            yield _Harmonic(order, work[:-1, :-1], work[:-1, -1])
 
-    def harmonics_up_to(self, highest: int) -> Iterator[Harmonic]:
+    def harmonics_up_to(self, highest: int) -> Iterator[_Harmonic]:
         """Answer of the harmonics 0 … `highest`; of those beyond the twelfth, none to the supports."""
         if highest <= _FEW:
             yield from self.harmonics(np.arange(highest + 1))
@@ -167,9 +164,9 @@ class ElasticPin:
         known = {answer.order: answer for answer in solved}
         nowhere = np.zeros(len(self.stations))
         for order in range(highest + 1):
-            yield known.get(order) or Harmonic(order, between(order) / order, nowhere)
+            yield known.get(order) or _Harmonic(order, between(order) / order, nowhere)
 
-    def _along(self, near: float, far: float) -> Floats:
+    def along(self, near: float, far: float) -> Floats:
         """Radial forces (n_outer,) of 1 MPa on the surface between two stations, per angle."""
         z, forces = self._basis.doflocs[1][self._outer], np.zeros(len(self._outer))
         for start in range(0, len(z) - 2, 2):
@@ -246,3 +243,68 @@ def _stiffness_terms(basis: Basis, E: float, nu: float, order: Ints) -> tuple[Fl
 
     mixed = product(plain, times)
     return band(product(plain, plain)), band(mixed + mixed.swapaxes(1, 2)), band(product(times, times))
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """Inward displacement of an elastic pin, as moments on the cell."""
+
+    compliance: dict[Parity, Floats]  #: per parity (n, n), of pressures on the bore
+    #: Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
+    carried: dict[Parity, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        pin: Pin,
+        highest: int,
+        z: Floats,
+        harmonic: Callable[[int, Floats], Mapping[Parity, Floats]],
+        *,
+        cut_y: bool,
+        cut_z: bool,
+    ) -> "Deflection":
+        """Add up the harmonics up to the `highest`.
+
+        `z` (n_points,) quadrature points on the bore from its middle, mm; `harmonic`: moments (n, k) of cos
+        nφ and sin nφ times fields (n_points, k) there; `cut_y`, `cut_z`: see `PinInBore`.
+        """
+        compliance, carried = dict[Parity, Floats](), dict[Parity, Floats]()
+        share = (2 if cut_y else 1) * (1 if cut_z else 0.5)
+        for mirrored in (True,) if cut_z else (True, False):
+            stations, answers = harmonics(pin, highest, mirrored=mirrored)
+            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
+            for answer in answers:
+                for parity, moments in harmonic(answer.order, along).items():
+                    more = share * moments @ answer.compliance @ moments.T
+                    compliance[parity] = compliance.get(parity, 0.0) + more
+                    if mirrored and answer.order in ORDERS:
+                        every = carried.setdefault(parity, np.zeros((len(moments), len(ORDERS))))
+                        every[:, ORDERS.index(answer.order)] = moments @ answer.carried
+        if not cut_y:
+            compliance = {Parity.SYMMETRIC: compliance[Parity.SYMMETRIC] + compliance[Parity.ANTISYMMETRIC]}
+        return cls(compliance, carried)
+
+    def pressed(self, pin: Pin, force: Floats) -> dict[Parity, Floats]:
+        """Moments (n, …) of the deflection by the supports, for forces (2, …) of the pin on the whole rod, N.
+
+        They press with half a cosine around the side opposite to the force, constant along their length.
+        """
+        near, far = pin.carried or (0.0, np.inf)
+        peak = 2 * np.hypot(*force) / (np.pi * pin.radius * 2 * (far - near))
+        share = np.multiply.outer(HALF_COSINE, peak)
+        turned = np.multiply.outer(ORDERS, np.arctan2(force[1], force[0]) + np.pi)
+        waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
+        return {parity: self.carried[parity] @ (share * wave) for parity, wave in waves.items()}
+
+
+def _between(stations: Floats, z: Floats) -> Floats:
+    """Values (n, n_stations) at places z of the quadratic functions: every other station ends an element."""
+    ends = stations[::2]
+    element = np.clip(np.searchsorted(ends, z, side="right") - 1, 0, len(ends) - 2)
+    s = np.clip((z - ends[element]) / (ends[element + 1] - ends[element]), 0.0, 1.0)
+    values = np.zeros((len(z), len(stations)))
+    rows = np.arange(len(z))
+    for place, value in enumerate(((1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1))):
+        values[rows, 2 * element + place] = value
+    return values

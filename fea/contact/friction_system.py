@@ -5,7 +5,7 @@ Unilateral contact and Coulomb friction, implicit in the step:
     λ_n ≥ 0,  y_n ≥ 0,  λ_n y_n = 0
     |λ_t| ≤ μ λ_n,  and where it slips  λ_t = −μ λ_n Δy_t / |Δy_t|
 
-with the gaps y of `fea.contact.condensed`. The primal-dual active set is a semismooth Newton method (Alart &
+with the gaps y of `fea.contact.problem`. The primal-dual active set is a semismooth Newton method (Alart &
 Curnier 1991; Hüeber, Stadler & Wohlmuth 2008), whose unknowns are the pressures of the pins that touch and
 the gaps of what opens or slips: few, as long as the parts hold together.
 """
@@ -18,20 +18,20 @@ import numpy as np
 from scipy.optimize import nnls
 
 from fea.contact.active_set import BALANCE, balanced
-from fea.contact.block import Block, Blocks, Guess, Offsets, Places
-from fea.contact.condensed import CondensedInterface
-from fea.contact.trial import EXACT, ROUNDING, Exact, Trial
+from fea.contact.block import ContactBlock, CoupledBlocks, Guess, Places, StickingState
+from fea.contact.problem import CondensedInterface
+from fea.contact.trial import ROUNDING, TOLERANCES, Tolerances, Trial
 from fea.machine.threads import side_by_side
 from fea.solid.errors import ContactError, UnsettledError
 from geometry.arrays import Floats, Ints, Mask
 
 # Guesses in the beginning that change everything at once.
-_EAGER = 40
+_ALL_AT_ONCE = 40
 # Share of the largest violation from which on only the worst place is changed.
 _SINGLE = 0.8
 
 
-class Correction:
+class GuessCorrection:
     """Corrects guesses until one obeys every law.
 
     A semismooth Newton method changes all places that are wrong. If that does not settle, pins come first and
@@ -40,21 +40,21 @@ class Correction:
     are changed, fewer each time, down to single ones.
     """
 
-    def __init__(self, exact: Exact) -> None:
+    def __init__(self, exact: Tolerances) -> None:
         self._exact = exact
         self._seen = set[bytes]()
         self._least = np.zeros(3)
-        self._eager = _EAGER
+        self._all_at_once = _ALL_AT_ONCE
         self.in_circle = False  #: whether single changes, too, return to a guess
 
     def of(self, trial: Trial) -> Guess | None:
         """Return the next guess, or None if this one obeys every law."""
         if trial.obeys(self._exact):
             return None
-        eager = self._eager > 0
-        self._eager -= 1
+        all_at_once = self._all_at_once > 0
+        self._all_at_once -= 1
         pins, normal, _ = trial.violations
-        kind = 2 if eager else 0 if pins.any() else 1 if normal.any() else 2
+        kind = 2 if all_at_once else 0 if pins.any() else 1 if normal.any() else 2
         wrong = []
         for number, (violation, least) in enumerate(zip(trial.violations, self._least, strict=True)):
             worst = (violation > 0) & (violation >= least * violation.max(initial=0.0))
@@ -64,8 +64,8 @@ class Correction:
             key = np.packbits(np.concatenate([better.touching, better.opened, better.slipping])).tobytes()
             returned = key in self._seen
             self._seen = {key} if returned else self._seen | {key}
-            if returned and self._eager > 0:
-                self._eager = 0
+            if returned and self._all_at_once > 0:
+                self._all_at_once = 0
             elif returned:
                 self.in_circle = self.in_circle or bool(self._least[kind] == 1)
                 halfway = (1 + self._least[kind]) / 2
@@ -81,18 +81,19 @@ UNSETTLED = (
 )
 
 
-class BlockSearch:
+class _BlockSearch:
     """Searches the state of a block.
 
-    `loose` (m, k) is the share of the motions that only the pins resist in those of the parts; they are the
-    last of all `motions` of the pins. `names` (k,) are those of the parts that these motions move, with their
-    articles.
+    `pin_held` (m, k): share of the motions that only the pins resist in those of the parts; they are the last
+    of all `motions` of the pins. `names` (k,): of the parts that these motions move, with their articles.
     """
 
-    def __init__(self, loose: Floats, motions: int, names: Sequence[str] = ()) -> None:
-        self._loose, self._motions, self._names = loose, motions, names
+    def __init__(self, pin_held: Floats, motions: int, names: Sequence[str] = ()) -> None:
+        self._pin_held, self._motions, self._names = pin_held, motions, names
 
-    def __call__(self, problem: tuple[Block, Offsets, Guess, Exact, Trial | None]) -> tuple[Trial, int]:
+    def __call__(
+        self, problem: tuple[ContactBlock, StickingState, Guess, Tolerances, Trial | None]
+    ) -> tuple[Trial, int]:
         """Find the solution of a block, and how many states were tried.
 
         `problem`: a block, its sticking state, the first guess, the exactness of the laws, an earlier
@@ -100,7 +101,7 @@ class BlockSearch:
         was found that obeys contact and friction.
         """
         block, offsets, guess, exact, trial = problem
-        correction = Correction(exact)
+        correction = GuessCorrection(exact)
         for change in range(1, _MOST + 1):
             trial = Trial.of(block, offsets, guess, trial)
             better = correction.of(trial)
@@ -109,7 +110,7 @@ class BlockSearch:
             if better is None and balance:
                 return trial, change
             # Where slip is given that friction does not allow, a place is wrong whether open or closed.
-            if correction.in_circle and not trial.block.rubs:
+            if correction.in_circle and not trial.block.has_friction:
                 break
             guess = better or guess
             if not balance and change == 1:
@@ -121,12 +122,12 @@ class BlockSearch:
             raise UnsettledError(UNSETTLED)
         raise self._unresisted(trial)
 
-    def _balancing(self, block: Block, forces: Floats) -> Mask:
+    def _balancing(self, block: ContactBlock, forces: Floats) -> Mask:
         """Which pressures (n_p,) of the pins can have the resultants along R together."""
         try:
             return balanced(block.R, forces) > 0
         except ContactError as error:
-            if not len(self._loose):
+            if not len(self._pin_held):
                 raise
             left = forces - block.R.T @ nnls(block.R.T, forces)[0]
             raise ContactError(self._slides(block, left)) from error
@@ -141,12 +142,12 @@ class BlockSearch:
         return np.asarray(way <= way.min())
 
     def _unresisted(self, trial: Trial) -> UnsettledError:
-        return UnsettledError(self._slides(trial.block, trial.left) if len(self._loose) else UNSETTLED)
+        return UnsettledError(self._slides(trial.block, trial.left) if len(self._pin_held) else UNSETTLED)
 
-    def _slides(self, block: Block, resultants: Floats) -> str:
+    def _slides(self, block: ContactBlock, resultants: Floats) -> str:
         left = np.zeros(self._motions)
         left[block.motions] = resultants
-        moved = np.abs(left[-len(self._loose) :] @ self._loose)
+        moved = np.abs(left[-len(self._pin_held) :] @ self._pin_held)
         name = self._names[int(moved.argmax())] if len(self._names) else "a part"
         return (
             f"{name} slides away, because nothing but friction holds it: give assembly.joint_friction, or "
@@ -187,7 +188,7 @@ class ContactState:
     #: y_J (n_J,), moments of the gaps and slips of the interfaces since the parts were put together
     gap: Floats
     guess: Guess  #: what touches, opens and slips
-    loose: Floats  #: (m,) motions of the parts that only the pins resist
+    pin_held: Floats  #: (m,) motions of the parts that only the pins resist
     residual: float  #: largest violation of contact or friction, relative to the largest stress
     imbalance: float  #: largest error of the resultants of the pins, relative to them
     changes: int  #: how many states were tried
@@ -203,17 +204,17 @@ class FrictionSystem:
         self, condensed: CondensedInterface, rigid: Floats, places: Places, names: Sequence[str] = ()
     ) -> None:
         self.condensed, self.places = condensed, places
-        free, self.loose = condensed.free
+        free, self.pin_held = condensed.free
         R = np.hstack([rigid[condensed.pins], free])
         scale = np.abs(R).max(axis=0, initial=0.0)
         self.scale = np.where(scale > 0, scale, 1.0)
-        self.whole = Block.whole(condensed, R / self.scale, places)
-        self.coupled = Blocks.of(self.whole)
-        self.search = BlockSearch(self.loose, len(scale), names)
+        self.whole = ContactBlock.whole(condensed, R / self.scale, places)
+        self.coupled = CoupledBlocks.of(self.whole)
+        self.search = _BlockSearch(self.pin_held, len(scale), names)
 
     @property
     def every(self) -> range:
-        """Numbers of the blocks, which hardly know of each other: the ends of a rod."""
+        """Numbers of the blocks, which are hardly coupled: the ends of a rod."""
         return range(len(self.coupled.blocks))
 
     def together(self, states: Sequence[ContactState]) -> ContactState:
@@ -230,7 +231,7 @@ class FrictionSystem:
             values=values,
             gap=gap,
             guess=Guess.together(len(guess.touching), len(guess.opened), parts),
-            loose=np.sum([state.loose for state in states], axis=0),
+            pin_held=np.sum([state.pin_held for state in states], axis=0),
             residual=max(state.residual for state in states),
             imbalance=max(state.imbalance for state in states),
             changes=sum(state.changes for state in states),
@@ -240,7 +241,7 @@ class FrictionSystem:
         """Motions (k,) of the parts."""
         condensed, load = self.condensed, state.load
         open_gap = state.gap - load.gap[condensed.interface]
-        return condensed.motions(open_gap, state.values[condensed.pins], load.parts, state.loose)
+        return condensed.motions(open_gap, state.values[condensed.pins], load.parts, state.pin_held)
 
 
 # How often a step that does not settle is halved.
@@ -255,7 +256,9 @@ class Steps:
     `UnsettledError` where no state was found that obeys contact and friction.
     """
 
-    def __init__(self, system: FrictionSystem, exact: Exact = EXACT, numbers: range | None = None) -> None:
+    def __init__(
+        self, system: FrictionSystem, exact: Tolerances = TOLERANCES, numbers: range | None = None
+    ) -> None:
         self._system, self._exact = system, exact
         self._numbers = system.every if numbers is None else numbers
         self._trials = Trials()
@@ -276,14 +279,14 @@ class Steps:
         middle = self._halved(state.load.halfway(load), state, halvings - 1)
         return self._halved(load, middle, halvings - 1)
 
-    def at_once(self, load: Load, gap: Floats, guess: Guess, *, rubbing: bool = True) -> ContactState:
-        """Find the state from gaps y_J (n_J,) and a guess; without `rubbing` these hold the final slip."""
+    def at_once(self, load: Load, gap: Floats, guess: Guess, *, frictional: bool = True) -> ContactState:
+        """Find the state from gaps y_J (n_J,) and a guess; without `frictional` these hold the final slip."""
         [offsets] = self._offsets([load], [gap])
-        return self._solved(load, offsets, guess, rubbing=rubbing)
+        return self._solved(load, offsets, guess, frictional=frictional)
 
-    def _solved(self, load: Load, offsets: Offsets, guess: Guess, *, rubbing: bool) -> ContactState:
+    def _solved(self, load: Load, offsets: StickingState, guess: Guess, *, frictional: bool) -> ContactState:
         coupled = self._system.coupled
-        trials, changes = self._settled(coupled if rubbing else coupled.sticking, offsets, guess)
+        trials, changes = self._settled(coupled if frictional else coupled.sticking, offsets, guess)
         self._trials.update(trials)
         condensed, whole = self._system.condensed, self._system.whole
         pressure, stress = np.zeros(len(condensed.pins)), np.zeros(len(condensed.interface))
@@ -301,13 +304,13 @@ class Steps:
             values=values,
             gap=gap,
             guess=Guess.together(len(condensed.pins), len(whole.sites), parts),
-            loose=(motion / self._system.scale)[len(load.pins) :],
+            pin_held=(motion / self._system.scale)[len(load.pins) :],
             residual=max(trial.residual for trial in trials.values()),
             imbalance=max(trial.imbalance for trial in trials.values()),
             changes=changes,
         )
 
-    def _settled(self, coupled: Blocks, offsets: Offsets, guess: Guess) -> tuple[Trials, int]:
+    def _settled(self, coupled: CoupledBlocks, offsets: StickingState, guess: Guess) -> tuple[Trials, int]:
         """Solution of each block under what the others do to it, and how many states were tried."""
         blocks = coupled.blocks
         calm = _CALM * max(self._pressed(offsets, guess), self._exact.elsewhere)
@@ -353,14 +356,14 @@ class Steps:
             raise UnsettledError(UNSETTLED)
         return trials, changes
 
-    def _pressed(self, offsets: Offsets, guess: Guess) -> float:
+    def _pressed(self, offsets: StickingState, guess: Guess) -> float:
         """Largest pressure between the parts while nothing moves, MPa."""
         places = self._system.places
         sites = np.concatenate([self._system.coupled.blocks[number].sites for number in self._numbers])
         closed = places.normal[sites[~guess.opened[sites] & ~places.bolt[sites]]]
         return float(np.abs(offsets.stress[closed]).max(initial=0.0))
 
-    def _offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[Offsets]:
+    def _offsets(self, loads: Sequence[Load], gaps: Sequence[Floats]) -> list[StickingState]:
         """Sticking states under loads, from gaps y_J (n_J,) at the beginning of each step."""
         condensed = self._system.condensed
         begin, given = np.stack(gaps, axis=1), np.stack([load.gap for load in loads], axis=1)
@@ -375,9 +378,9 @@ class Steps:
             by_slip = self._system.coupled.slipped(number, left)
             stress[block.interface] += by_slip[0]
             pin_gap[block.pins] += by_slip[1]
-        forces = np.concatenate([pins, self._system.loose @ parts]) / self._system.scale[:, None]
+        forces = np.concatenate([pins, self._system.pin_held @ parts]) / self._system.scale[:, None]
         columns = (np.ascontiguousarray(columns_of.T) for columns_of in (stress, pin_gap, forces, begin))
-        return [Offsets(*instant) for instant in zip(*columns, strict=True)]
+        return [StickingState(*instant) for instant in zip(*columns, strict=True)]
 
     def between(
         self, loads: Sequence[Load], increments: tuple[ContactState, ContactState], shares: Sequence[float]
@@ -389,7 +392,7 @@ class Steps:
         for load, offsets in zip(loads, self._offsets(loads, gaps), strict=True):
             sticking = replace(like.guess, slipping=np.zeros_like(like.guess.slipping))
             try:
-                like = self._solved(load, offsets, sticking, rubbing=False)
+                like = self._solved(load, offsets, sticking, frictional=False)
             except UnsettledError:
                 like = Steps(self._system, self._exact, self._numbers).step(load, earlier)
             states.append(like)

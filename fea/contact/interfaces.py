@@ -1,47 +1,152 @@
 """What acts between separate bodies, as unknowns on the cell: in bores, between mating faces, along bolts.
 
+Pressures on a surface are linear over each facet and belong to its vertices, while the displacement is
+quadratic. The moments of the linear functions are all positive, those of the quadratic ones are not: a
+uniform pressure on a facet of six nodes has no nodal force at its vertices, so that contact conditions at
+single nodes of quadratic elements go wrong (Hüeber & Wohlmuth 2005; Wriggers 2006, section 9.3).
+
 Mating faces have matching facets, so that the pressures at the vertices of one side act on both, and their
-moments are those of the gap between the sides. Friction acts along two tangents of the face. A bolt is one
-unknown: its force, which presses under the head and at the other end of the grip.
+moments are those of the gap between the sides. Friction acts along two tangents of the face. Bolts are in
+`fea.contact.bolts`.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from fea.contact.assembly_state import BoltBeam
-from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, harmonics
-from fea.contact.multipliers import Direction, Multipliers, uniform
+from fea.contact.elastic_pin import Deflection, Pin
+from fea.solid.bore import facet_areas
+from fea.solid.element import tabulate
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
-from mesh.tetmesh import FACET_TURN, TetMesh
+from mesh.tetmesh import FACET_EDGES, FACET_TURN, TetMesh
 
 # Harmonics of an elastic pin's deflection, at least and at most: facets follow none that are finer.
 FEWEST, HARMONICS = 16, 64
-
+# Enough for linear times quadratic functions on a curved facet, and for the harmonics of an elastic pin.
+_DEGREE = 12
 _Z = np.array([0.0, 0.0, 1.0])
 
+# From places (…, 3) on the surface to unit directions (…, 3) into the body, in which a pressure pushes.
+Direction = Callable[[Floats], Floats]
 
-class Interface(ABC):
-    """Unknowns of one kind on the cell."""
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Pressures on one surface of a cell, linear over its facets."""
+
+    surface: Surface
+    facets: Ints  #: (n_facets, n_facet_nodes) nodes of the cell
+    nodes: Ints  #: (n,) their vertices in ascending order: the nodes of the cell that the pressures belong to
+    corners: Ints  #: (n_facets, 3) vertices of each facet, as positions in `nodes`
+    places: Floats  #: (n_facets, n_points, 3) quadrature points, mm
+    areas: Floats  #: (n_facets, n_points) weight times area, mm²
+    direction: Direction  #: in which a pressure pushes
+    on_y: Mask  #: (n,) which of the vertices lie on the mirror plane y = 0 that the cell is cut at
+
+    @classmethod
+    def of(cls, mesh: TetMesh, surface: Surface, direction: Direction) -> "Multipliers":
+        """Set up the pressures on a surface of a cell."""
+        facets = mesh.facets[surface]
+        nodes, corners = np.unique(facets[:, :3], return_inverse=True)
+        table = tabulate(facets.shape[1], _DEGREE)
+        at = mesh.points[facets]
+        return cls(
+            surface=surface,
+            facets=facets,
+            nodes=nodes,
+            corners=corners.reshape(-1, 3),
+            places=table.values @ at,
+            areas=facet_areas(at, table.gradients) * table.weights,
+            direction=direction,
+            on_y=np.isin(nodes, mesh.facets.get(Surface.SYMMETRY_Y, ())),
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of pressures on the cell."""
+        return len(self.nodes)
+
+    @cached_property
+    def directions(self) -> Floats:
+        """Direction at the quadrature points, (n_facets, n_points, 3)."""
+        return self.direction(self.places)
+
+    @cached_property
+    def averaging(self) -> sparse.csr_array:
+        """Matrix (n, n_facets n_points) that gives ∫ φ f dA with the function φ of each vertex."""
+        linear = tabulate(3, _DEGREE).values
+        local = self.areas[:, :, None] * linear
+        points = np.arange(self.areas.size).reshape(*self.areas.shape, 1)
+        rows, columns = np.broadcast_arrays(self.corners[:, None], points)
+        shape = (self.size, self.areas.size)
+        return sparse.csr_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+    def moments(self, field: Floats) -> Floats:
+        """∫ φ f dA (n, …) of a field f at the quadrature points, (n_facets, n_points, …)."""
+        flat = self.averaging @ field.reshape(self.areas.size, -1)
+        return np.asarray(flat.reshape(self.size, *field.shape[2:]))
+
+    @cached_property
+    def weights(self) -> Floats:
+        """∫ φ dA of each vertex (n,), mm²."""
+        return self.moments(np.ones_like(self.areas))
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, n) of a pressure of 1 MPa at each vertex, N."""
+        linear, values = (tabulate(count, _DEGREE).values for count in (3, self.facets.shape[1]))
+        local = np.einsum("fq,qc,qa,fqd->fcad", self.areas, linear, values, self.directions, optimize=True)
+        rows = 3 * self.facets[:, None, :, None] + np.arange(3)
+        columns = np.broadcast_to(self.corners[:, :, None, None], local.shape)
+        rows = np.broadcast_to(rows, local.shape)
+        shape = (3 * n_nodes, self.size)
+        return sparse.csr_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+    @cached_property
+    def _nodes(self) -> tuple[Ints, Ints]:
+        """Nodes (m,) of the facets, and the place of each facet's nodes among them."""
+        nodes, local = np.unique(self.facets, return_inverse=True)
+        return nodes, local.reshape(self.facets.shape)
+
+    def at_nodes(self, pressure: Floats) -> tuple[Ints, Floats]:
+        """Nodes (m,) of the facets, and the values (m, k) there of pressures (n, k)."""
+        nodes, local = self._nodes
+        nodal = np.zeros((len(nodes), pressure.shape[1]))
+        nodal[local[:, :3]] = pressure[self.corners]
+        for middle, ends in zip(local[:, 3:].T, FACET_EDGES, strict=False):
+            nodal[middle] = nodal[local[:, ends]].mean(axis=1)
+        return nodes, nodal
+
+
+class ContactInterface(ABC):
+    """Unknowns of one kind on the cell: stresses on a surface, and against it on one that mates with it."""
+
+    opposite: tuple[Surface, Ints] | None = None
 
     @property
     @abstractmethod
-    def size(self) -> int:
-        """Number of unknowns."""
+    def kinds(self) -> tuple[tuple[Multipliers, Ints], ...]:
+        """Stresses on the surface, pressures first, each with the vertices (m,) that have it."""
 
-    @abstractmethod
-    def forces(self, n_nodes: int) -> sparse.csr_array:
-        """Nodal forces (3 n_nodes, size) of a unit of each, N."""
+    @property
+    def pressing(self) -> Multipliers:
+        """The pressures on the surface."""
+        return self.kinds[0][0]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns on the cell."""
+        return sum(len(vertices) for _, vertices in self.kinds)
 
     @property
     def on_y(self) -> Mask:
         """Which unknowns (size,) are at places on y = 0."""
-        return np.zeros(self.size, dtype=bool)
+        return np.concatenate([kind.on_y[vertices] for kind, vertices in self.kinds])
 
     @property
     def across(self) -> Mask:
@@ -51,7 +156,22 @@ class Interface(ABC):
     @property
     def nodes(self) -> Ints:
         """Node (size,) of the cell at which each unknown acts; −1 where it acts at many."""
-        return np.full(self.size, -1)
+        return np.concatenate([kind.nodes[vertices] for kind, vertices in self.kinds])
+
+    def sides(self, kind: Multipliers) -> list[tuple[Multipliers, float]]:
+        """The surface and the one opposite with a stress on them, and its sign there."""
+        if self.opposite is None:
+            return [(kind, 1.0)]
+        surface, facets = self.opposite
+        return [(kind, 1.0), (replace(kind, surface=surface, facets=facets), -1.0)]
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:
+        """Nodal forces (3 n_nodes, size) of a unit of each unknown, N."""
+        columns = []
+        for kind, vertices in self.kinds:
+            first, *others = (sign * side.forces(n_nodes) for side, sign in self.sides(kind))
+            columns.append(sum(others, first)[:, vertices])
+        return sparse.csr_array(sparse.hstack(columns))
 
     def initial(self) -> Floats:
         """Moments (size,) of the gap as made."""
@@ -61,9 +181,31 @@ class Interface(ABC):
         """Moments (size, size) of what a unit of each moves beside the body; 0 for nothing."""
         return 0.0
 
+    def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, k) on each surface of unknowns (size, k), MPa."""
+        ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
+        tractions = {}
+        for side, sign in self.sides(self.pressing):
+            tractions[side.surface] = traction = np.zeros((len(points), 3, values.shape[1]))
+            for (kind, vertices), stress in zip(self.kinds, np.split(values, ends[:-1]), strict=True):
+                every = np.zeros((kind.size, values.shape[1]))
+                every[vertices] = stress
+                nodes, nodal = side.at_nodes(every)
+                traction[nodes] += sign * nodal[:, None] * kind.direction(points[nodes])[..., None]
+        return tractions
+
+    def pressure(self, values: Floats, n_nodes: int) -> dict[Surface, Floats]:
+        """Pressure (n_nodes,) on each surface of unknowns (size,), MPa; 0 beside the surface."""
+        pressures = {}
+        for side, _ in self.sides(self.pressing):
+            nodes, nodal = side.at_nodes(values[: side.size, None])
+            pressures[side.surface] = np.zeros(n_nodes)
+            pressures[side.surface][nodes] = nodal[:, 0]
+        return pressures
+
 
 @dataclass(frozen=True)
-class PinInBore(Interface):
+class PinInBore(ContactInterface):
     """A pin in a bore whose axis is parallel to z."""
 
     multipliers: Multipliers  #: the pressures on the bore
@@ -80,23 +222,9 @@ class PinInBore(Interface):
     harmonics: int | None = None
 
     @property
-    def size(self) -> int:
-        """Number of pressures on the cell."""
-        return self.multipliers.size
-
-    @property
-    def on_y(self) -> Mask:
-        """Which of them (size,) are at places on y = 0."""
-        return self.multipliers.on_y
-
-    @property
-    def nodes(self) -> Ints:
-        """Vertices (size,) of the bore."""
-        return self.multipliers.nodes
-
-    def forces(self, n_nodes: int) -> sparse.csr_array:
-        """Nodal forces (3 n_nodes, size) of unit pressures, N."""
-        return self.multipliers.forces(n_nodes)
+    def kinds(self) -> tuple[tuple[Multipliers, Ints], ...]:
+        """Pressures alone, at all vertices."""
+        return ((self.multipliers, np.arange(self.multipliers.size)),)
 
     def flexibility(self, parity: Parity) -> Floats | float:
         """Moments (size, size) of the deflection of an elastic pin under unit pressures."""
@@ -144,79 +272,26 @@ class PinInBore(Interface):
         return -waves[Parity.ANTISYMMETRIC][:, 0], waves[Parity.SYMMETRIC][:, 0]
 
     @cached_property
-    def deflection(self) -> "Deflection | None":
+    def deflection(self) -> Deflection | None:
         """How the pin gives way, on the cell; None for a rigid one."""
-        return None if self.pin is None else Deflection.of(self, self.pin)
+        if self.pin is None:
+            return None
+        harmonics = self.harmonics or self.resolved()
+        z = self.multipliers.places[..., 2].ravel() - self.center[1]
+        return Deflection.of(self.pin, harmonics, z, self.harmonic, cut_y=self.cut_y, cut_z=self.cut_z)
 
 
 @dataclass(frozen=True)
-class Deflection:
-    """Inward displacement of an elastic pin, as moments on the cell."""
+class MatingFaces(ContactInterface):
+    """The two sides of an interface on the cell: pressures, then, with friction, shear stresses.
 
-    compliance: dict[Parity, Floats]  #: per parity (n, n), of pressures on the bore
-    #: Per parity (n, n_orders), of pressures of 1 MPa times cos nφ or sin nφ on the supports
-    carried: dict[Parity, Floats]
-
-    @classmethod
-    def of(cls, bore: PinInBore, pin: Pin) -> "Deflection":
-        """Add up the harmonics."""
-        size = bore.multipliers.size
-        compliance = {parity: np.zeros((size, size)) for parity in Parity}
-        carried = {parity: np.zeros((size, len(ORDERS))) for parity in Parity}
-        z = bore.multipliers.places[..., 2].ravel() - bore.center[1]
-        highest = bore.harmonics or bore.resolved()
-        share = (2 if bore.cut_y else 1) * (1 if bore.cut_z else 0.5)
-        for mirrored in (True,) if bore.cut_z else (True, False):
-            stations, answers = harmonics(pin, highest, mirrored=mirrored)
-            along = _between(stations, np.abs(z)) * (1.0 if mirrored else np.sign(z)[:, None])
-            for answer in answers:
-                for parity, moments in bore.harmonic(answer.order, along).items():
-                    compliance[parity] += share * moments @ answer.compliance @ moments.T
-                    if mirrored and answer.order in ORDERS:
-                        column = list(ORDERS).index(answer.order)
-                        carried[parity][:, column] = moments @ answer.carried
-        if not bore.cut_y:
-            compliance = {Parity.SYMMETRIC: sum(compliance.values(), np.zeros((size, size)))}
-        return cls(compliance, carried)
-
-    def pressed(self, pin: Pin, force: Floats) -> dict[Parity, Floats]:
-        """Moments (n, …) of the deflection by the supports, for forces (2, …) of the pin on the whole rod, N.
-
-        They press with half a cosine around the side opposite to the force, constant along their length.
-        """
-        near, far = pin.carried or (0.0, np.inf)
-        peak = 2 * np.hypot(*force) / (np.pi * pin.radius * 2 * (far - near))
-        share = np.multiply.outer(HALF_COSINE, peak)
-        turned = np.multiply.outer(ORDERS, np.arctan2(force[1], force[0]) + np.pi)
-        waves = {Parity.SYMMETRIC: np.cos(turned), Parity.ANTISYMMETRIC: np.sin(turned)}
-        return {parity: self.carried[parity] @ (share * wave) for parity, wave in waves.items()}
-
-
-def _between(stations: Floats, z: Floats) -> Floats:
-    """Values (n, n_stations) at places z of the quadratic functions: every other station ends an element."""
-    ends = stations[::2]
-    element = np.clip(np.searchsorted(ends, z, side="right") - 1, 0, len(ends) - 2)
-    s = np.clip((z - ends[element]) / (ends[element + 1] - ends[element]), 0.0, 1.0)
-    values = np.zeros((len(z), len(stations)))
-    rows = np.arange(len(z))
-    for place, value in enumerate(((1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1))):
-        values[rows, 2 * element + place] = value
-    return values
-
-
-@dataclass(frozen=True)
-class MatingFaces(Interface):
-    """The two sides of an interface on the cell.
-
-    The unknowns are the pressures at the vertices, then, with friction, the shear stresses along the first
-    tangent and along the second one. Positive, they push the first side along the direction and the second
-    side against it.
+    Positive, they push the first side along their direction and the second side against it.
     """
 
     name: str  #: of the interface
     #: Pressures on the first side, then shear stresses along z and along the tangent square to it, which
     #: reverses under reflection about y = 0; each with the vertices (m,) that have it
-    kinds: tuple[tuple[Multipliers, Ints], ...]
+    stresses: tuple[tuple[Multipliers, Ints], ...]
     #: The surface of the second side, and (n_facets, n_facet_nodes) its facets in the order of the first
     opposite: tuple[Surface, Ints]
     #: By how much the parts overlap before they are put together, normal to the face, mm
@@ -239,35 +314,20 @@ class MatingFaces(Interface):
         first, second = sides
         pressing, facets = Multipliers.of(mesh, first, direction), mesh.facets[second]
         every = np.arange(pressing.size)
-        rubbing = every if friction else every[:0]
+        frictional = every if friction else every[:0]
         # The shear stress along z of a field that is symmetric about z = 0 vanishes there.
         free = ~np.isin(pressing.nodes, mesh.facets.get(Surface.SYMMETRY_Z, ()))
         kinds = (
             (pressing, every),
-            (replace(pressing, direction=uniform(_Z)), rubbing[free[rubbing]]),
-            (replace(pressing, direction=lambda places: np.cross(_Z, direction(places))), rubbing),
+            (replace(pressing, direction=uniform(_Z)), frictional[free[frictional]]),
+            (replace(pressing, direction=lambda places: np.cross(_Z, direction(places))), frictional),
         )
         return cls(str(first), kinds, (second, facets[:, FACET_TURN[facets.shape[1]]]), interference)
 
     @property
-    def pressing(self) -> Multipliers:
-        """The pressures on the first side."""
-        return self.kinds[0][0]
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns on the cell."""
-        return sum(len(vertices) for _, vertices in self.kinds)
-
-    @property
-    def on_y(self) -> Mask:
-        """Which unknowns (size,) are at places on y = 0."""
-        return np.concatenate([self.pressing.on_y[vertices] for _, vertices in self.kinds])
-
-    @property
-    def nodes(self) -> Ints:
-        """Vertices (size,) of the first side."""
-        return np.concatenate([self.pressing.nodes[vertices] for _, vertices in self.kinds])
+    def kinds(self) -> tuple[tuple[Multipliers, Ints], ...]:
+        """Pressures and shear stresses."""
+        return self.stresses
 
     @property
     def across(self) -> Mask:
@@ -283,135 +343,21 @@ class MatingFaces(Interface):
             start += len(vertices)
         return numbers[0], numbers[1]
 
-    @cached_property
-    def sides(self) -> tuple[Multipliers, Multipliers]:
-        """The pressures on the first and on the second side."""
-        surface, facets = self.opposite
-        return self.pressing, replace(self.pressing, surface=surface, facets=facets)
-
-    def forces(self, n_nodes: int) -> sparse.csr_array:
-        """Nodal forces (3 n_nodes, size) of unit stresses, N."""
-        columns = [
-            (stress.forces(n_nodes) - replace(stress, facets=self.opposite[1]).forces(n_nodes))[:, vertices]
-            for stress, vertices in self.kinds
-        ]
-        return sparse.csr_array(sparse.hstack(columns))
-
     def initial(self) -> Floats:
         """Moments (size,) of the gap between the parts as made."""
         return np.pad(-self.interference * self.pressing.weights, (0, self.size - self.pressing.size))
 
-    def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, k) on each side of stresses (size, k), MPa."""
-        ends = np.cumsum([len(vertices) for _, vertices in self.kinds])
-        tractions = {}
-        for side, sign in zip(self.sides, (1.0, -1.0), strict=True):
-            traction = np.zeros((len(points), 3, values.shape[1]))
-            for (kind, vertices), stress in zip(self.kinds, np.split(values, ends[:-1]), strict=True):
-                every = np.zeros((side.size, values.shape[1]))
-                every[vertices] = stress
-                nodes, nodal = side.at_nodes(every)
-                traction[nodes] += sign * nodal[:, None] * kind.direction(points[nodes])[..., None]
-            tractions[side.surface] = traction
-        return tractions
+
+def uniform(vector: Floats) -> Direction:
+    """Return the same direction everywhere."""
+    return lambda places: np.broadcast_to(vector, places.shape)
 
 
-@dataclass(frozen=True)
-class BoltPull(Interface):
-    """A bolt on the cell, or one of a pair of images about z = 0."""
+def radial(center_x: float) -> Direction:
+    """Exact radius from the axis of a bore that is parallel to z and passes through (`center_x`, 0)."""
 
-    name: str
-    nodal_forces: Floats  #: (3 n_nodes,) on the cell, of a bolt force of 1 N
-    share: float  #: of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
-    stiffness: float  #: of what the mesh does not hold, head, shank and thread, N/mm
-    traction: dict[Surface, Floats]  #: per surface (n_nodes, 3) of a bolt force of 1 N, MPa
-    area: float = 1.0  #: force over its unknown, mm² where this is a stress
+    def direction(places: Floats) -> Floats:
+        away = places * [1.0, 1.0, 0.0] - [center_x, 0.0, 0.0]
+        return np.asarray(away / np.linalg.norm(away, axis=-1, keepdims=True))
 
-    @classmethod
-    def of(
-        cls,
-        mesh: TetMesh,
-        name: str,
-        seats: dict[Surface, Ints],
-        axis: Floats,
-        stiffness: float,
-        *,
-        share: float,
-        point: Floats | None = None,
-    ) -> "BoltPull":
-        """Spread the force of a bolt over its seats, as a traction along its axis.
-
-        The axis (3,) leads from the thread to the head. The traction is uniform but for a small linear part,
-        which leads its resultant through a point (3,) on the axis, mm, where that is given: the centroids of
-        meshed annuli lie beside it, on either end by another distance, and a pair of forces that do not
-        oppose each other would be a moment. `seats` are the facets of `BOLT_HEAD` and `BOLT_THREAD` that
-        belong to this bolt.
-        """
-        n_nodes = len(mesh.points)
-        forces, traction = np.zeros(3 * n_nodes), {}
-        # Axes across the bolt's in which the cell holds the whole seat: not z if z = 0 halves it.
-        in_plane = np.cross(_Z, axis)
-        across = np.array([in_plane] if share < 1 else [in_plane, np.cross(axis, in_plane)])
-        across, origin = (across[:0], np.zeros(3)) if point is None else (across, point)
-        for surface, sign in ((Surface.BOLT_HEAD, -1.0), (Surface.BOLT_THREAD, 1.0)):
-            facets = mesh.facets[surface][seats[surface]]
-            seat = TetMesh(mesh.points, mesh.tets, {surface: facets})
-            pull = sign * axis
-            pressed = Multipliers.of(seat, surface, uniform(pull))
-            # Coefficients of the traction 1, (x − origin) · across of resultant 1 through the origin.
-            levers = np.einsum("nk,fqk->nfq", across, pressed.places - origin)
-            basis = np.concatenate([np.ones((1, *pressed.areas.shape)), levers])
-            moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
-            spread = share * np.linalg.solve(moments, np.eye(len(basis))[0])
-            led = replace(pressed, direction=_linear(pull, across, origin, spread))
-            forces += np.asarray(led.forces(n_nodes).sum(axis=1)).ravel()
-            nodes = np.unique(facets)
-            traction[surface] = np.zeros((n_nodes, 3))
-            traction[surface][nodes] = led.direction(mesh.points[nodes])
-        return cls(name, forces, share, stiffness, traction)
-
-    @property
-    def size(self) -> int:
-        """One unknown: its force."""
-        return 1
-
-    def forces(self, n_nodes: int) -> sparse.csr_array:  # noqa: ARG002
-        """Nodal forces (3 n_nodes, 1) of a bolt force of 1 N."""
-        return sparse.csr_array(self.nodal_forces[:, None])
-
-    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
-        """Elongation of what the mesh does not hold, for the share of the bolt."""
-        return self.share / self.stiffness
-
-
-@dataclass(frozen=True)
-class BoltStop(BoltPull):
-    """A bolt that bears on its hole as the joint slips one way: its unknown is its force over `area`, MPa.
-
-    Its force acts on the joint around it, along the tangent in the plane of motion, on either part.
-    """
-
-    play: float = 0.0  #: slip from which on it bears, mm
-
-    @classmethod
-    def pair(
-        cls, joint: MatingFaces, around: Mask, beam: BoltBeam, share: float, n_nodes: int
-    ) -> tuple["BoltStop", "BoltStop"]:
-        """The stops either way of a bolt with these vertices (n,) of the joint around it."""
-        tangent, _ = joint.kinds[-1]
-        both = tangent.forces(n_nodes) - replace(tangent, facets=joint.opposite[1]).forces(n_nodes)
-        unit, area = np.asarray(both @ around.astype(float)), float(joint.pressing.weights @ around) / share
-        one, other = (cls("stop", way * unit, share, beam.lateral, {}, area, beam.play) for way in (1, -1))
-        return one, other
-
-    def initial(self) -> Floats:
-        """Moment (1,) of the play."""
-        return np.array([self.share * self.area * self.play])
-
-    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
-        """Moment of the offset of the parts that a unit bends it by."""
-        return self.share * self.area**2 / self.stiffness
-
-
-def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:
-    return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
+    return direction

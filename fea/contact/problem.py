@@ -1,14 +1,28 @@
-"""Contact in small: from the stiffness of the parts to a dense problem for what acts between them."""
+"""From the stiffness of the parts to a dense problem for what acts between them, and its condensed form.
 
-from collections.abc import Mapping, Sequence
+Interfaces are condensed in the state in which they are closed and stick: the parts then move as one body.
+With the stresses λ_J between the parts and the bolt forces as unknowns that keep their gaps y_J, what is left
+is the compliance of the joined body for its pins:
+
+    w_p = A λ_p + Bᵀ (y_J − g_J) + G f + g_p − R d
+    λ_J = S (y_J − g_J) − B λ_p + V f
+
+This is a principal pivot transform of the contact problem (Cottle, Pang & Stone 1992, section 2.3), in which
+the rigid motions of the parts have gone as well. Only what opens or slips is an unknown beside the pins.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import cho_factor, cho_solve, lapack
 
 from fea.contact.active_set import ContactSystem, PressureEstimator
-from fea.contact.interfaces import BoltPull, BoltStop, Interface, MatingFaces, PinInBore
+from fea.contact.bolts import BoltPull, BoltStop
+from fea.contact.interfaces import ContactInterface, MatingFaces, PinInBore
 from fea.solid.parity import MirrorUnfolding, Parity
 from fea.solid.supports import motions_with, rigid_motions
 from geometry.arrays import Floats, Ints
@@ -16,7 +30,7 @@ from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
 
 
-class Body(Protocol):
+class _ElasticBody(Protocol):
     """What of a body the contact needs."""
 
     def compliance(self, parity: Parity, forces: sparse.csc_array) -> Floats:
@@ -42,7 +56,7 @@ class ContactProblem:
 
     def __init__(
         self,
-        body: Body,
+        body: _ElasticBody,
         mesh: TetMesh,
         bores: Sequence[PinInBore],
         loads: Mapping[Parity, Floats],
@@ -54,23 +68,23 @@ class ContactProblem:
         self.mesh, self.bores, self.faces, self.bolts = mesh, tuple(bores), tuple(faces), tuple(bolts)
         self.cut_y, self.cut_z = (plane in mesh.facets for plane in (Surface.SYMMETRY_Y, Surface.SYMMETRY_Z))
         self.cell_loads, self.pulls = loads, sum(not isinstance(bolt, BoltStop) for bolt in bolts)
-        self._interfaces: tuple[Interface, ...] = (*self.bores, *self.faces, *self.bolts)
+        self.interfaces: tuple[ContactInterface, ...] = (*self.bores, *self.faces, *self.bolts)
         self.unfolding = MirrorUnfolding(
-            np.concatenate([interface.on_y for interface in self._interfaces]),
+            np.concatenate([interface.on_y for interface in self.interfaces]),
             both_sides and self.cut_y,
             (2 if self.cut_y else 1) * (2 if self.cut_z else 1),
-            np.concatenate([interface.across for interface in self._interfaces]),
+            np.concatenate([interface.across for interface in self.interfaces]),
         )
-        self.nodes = np.concatenate([interface.nodes for interface in self._interfaces])
-        forces = [interface.forces(len(mesh.points)) for interface in self._interfaces]
+        self.nodes = np.concatenate([interface.nodes for interface in self.interfaces])
+        forces = [interface.forces(len(mesh.points)) for interface in self.interfaces]
         self.forces = sparse.csr_array(sparse.hstack(forces))
-        self.starts = np.cumsum([0, *(interface.size for interface in self._interfaces)])
+        self.starts = np.cumsum([0, *(interface.size for interface in self.interfaces)])
         compliance, loaded = {}, {}
         for parity in self.unfolding.parities():
             compliance[parity], loaded[parity] = self._compliance(body, parity, loads[parity])
         self.loaded = self.unfolding.moments(loaded)
         self.cell_compliance, self.compliance = compliance, self.unfolding.compliance(compliance)
-        self.initial = self.gaps(np.concatenate([interface.initial() for interface in self._interfaces]))
+        self.initial = self.gaps(np.concatenate([interface.initial() for interface in self.interfaces]))
         columns = []
         for number, bore in enumerate(self.bores):
             along_x, along_y = (self._on_cell(number, shift) for shift in bore.shifted())
@@ -94,7 +108,7 @@ class ContactProblem:
         """Bounds the error of estimated pressures of such a body."""
         return PressureEstimator(self.compliance, self.rigid)
 
-    def _compliance(self, body: Body, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
+    def _compliance(self, body: _ElasticBody, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""
         n_cell = self.forces.shape[1]
         # With the zeros that the other parity has, so that the loads of both have the same sparsity.
@@ -104,7 +118,7 @@ class ContactProblem:
         others = sparse.csc_array((loads[row, column], row.astype(np.int32), starts), shape=loads.shape)
         work = body.compliance(parity, sparse.hstack([self.forces, others], format="csc"))
         compliance = (work[:n_cell, :n_cell] + work[:n_cell, :n_cell].T) / 2
-        for number, interface in enumerate(self._interfaces):
+        for number, interface in enumerate(self.interfaces):
             compliance[self.own(number), self.own(number)] += interface.flexibility(parity)
         return compliance, work[:n_cell, n_cell:]
 
@@ -174,3 +188,101 @@ class ContactProblem:
     def own(self, number: int) -> slice:
         """The unknowns of the cell of one bore, then of one pair of faces, then of one bolt."""
         return slice(self.starts[number], self.starts[number + 1])
+
+    def traction(self, values: Floats) -> dict[Surface, Floats]:
+        """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
+        return self._on_surfaces(values, lambda interface, own: interface.traction(own, self.mesh.points))
+
+    def pressure(self, values: Floats) -> dict[Surface, Floats]:
+        """Pressure (n_nodes,) on each surface of unknowns (n_cell,) on the cell, MPa; 0 beside it."""
+        n_nodes = len(self.mesh.points)
+        return self._on_surfaces(values, lambda interface, own: interface.pressure(own, n_nodes))
+
+    def _on_surfaces(
+        self, values: Floats, field: Callable[[ContactInterface, Floats], dict[Surface, Floats]]
+    ) -> dict[Surface, Floats]:
+        fields = dict[Surface, Floats]()
+        for number, interface in enumerate(self.interfaces):
+            for surface, part in field(interface, values[self.own(number)]).items():
+                fields[surface] = fields[surface] + part if surface in fields else part
+        return fields
+
+
+# Motions of the parts whose moments are smaller than this part of the largest are resisted by no interface.
+_UNRESISTED = 1e-9
+
+
+@dataclass(frozen=True)
+class CondensedInterface:
+    """The condensed problem. The private ones are the terms of `motions`."""
+
+    #: pins, interface: (n_p,), (n_J,) numbers of the unknowns: pressures of the pins; stresses between parts
+    #: and bolt forces
+    pins: Ints
+    interface: Ints
+    #: A, B, S: (n_p, n_p), (n_J, n_p), (n_J, n_J) as in the module's description
+    A: Floats
+    B: Floats
+    S: Floats
+    #: G, V: (n_p, k), (n_J, k) of the forces (k,) of other loads along the motions of the parts
+    G: Floats
+    V: Floats
+    #: (n_p, m) moments of motions that only the pins resist, and (m, k) their share in the motions of the
+    #: parts
+    free: tuple[Floats, Floats]
+    _back: Floats
+    _share: Floats
+    _reach: Floats
+    _moved: Floats
+
+    @classmethod
+    def of(cls, compliance: Floats, parts: Floats, pins: Ints) -> "CondensedInterface":
+        """Condense C (n, n) to the pins (n_p,), with moments P (n, k) of the parts' free motions."""
+        interface = np.setdiff1d(np.arange(len(compliance)), pins)
+        P_p, P_J = parts[pins], parts[interface]
+        size = np.abs(parts).max(axis=0, initial=0.0)
+        size[size == 0] = 1.0
+        _, values, rows = np.linalg.svd(P_J / size, full_matrices=len(interface) < len(size))
+        values = np.append(values, np.zeros(len(rows) - len(values)))
+        resisted = values > _UNRESISTED * values.max(initial=1e-300)
+        share = rows.T / size[:, None]
+        kept, pin_held = share[:, resisted], share[:, ~resisted]
+        # The transpose is stored by columns, so that LAPACK overwrites it.
+        factor = cho_factor(compliance[np.ix_(interface, interface)].T, lower=True, overwrite_a=True)
+        C_Jp = compliance[np.ix_(interface, pins)]
+        moved = cho_solve(factor, P_J @ kept)
+        schur = (P_J @ kept).T @ moved
+        inverse = np.linalg.inv((schur + schur.T) / 2)
+        V = moved @ inverse
+        of_pins = P_p @ kept
+        # S C_Jp, of which the product would lose several digits to rigid motions.
+        solved = cho_solve(factor, C_Jp)
+        stiff = solved - V @ ((P_J @ kept).T @ solved)
+        B = stiff + V @ of_pins.T
+        reach = C_Jp.T @ moved - of_pins
+        A = compliance[np.ix_(pins, pins)] - C_Jp.T @ stiff
+        inverted, _ = lapack.dpotri(factor[0], lower=1, overwrite_c=1)
+        below = np.tril(inverted - V @ moved.T)
+        S = below + below.T
+        S[np.diag_indices_from(S)] /= 2
+        A += of_pins @ inverse @ of_pins.T - C_Jp.T @ V @ of_pins.T - of_pins @ V.T @ C_Jp
+        return cls(
+            pins=pins,
+            interface=interface,
+            A=(A + A.T) / 2,
+            B=B,
+            S=S,
+            G=reach @ inverse @ kept.T,
+            V=V @ kept.T,
+            free=(P_p @ pin_held, pin_held.T),
+            _back=kept @ inverse,
+            _share=kept,
+            _reach=reach,
+            _moved=moved,
+        )
+
+    def motions(self, open_gap: Floats, pressure: Floats, forces: Floats, pin_held: Floats) -> Floats:
+        """Motions (k,) of the parts from y_J − g_J (n_J,), λ_p (n_p,), f (k,) and motions (m,) of `free`."""
+        acting = self._share.T @ forces + self._reach.T @ pressure - self._moved.T @ open_gap
+        resisted = self._back @ acting
+        return np.asarray(resisted + self.free[1].T @ pin_held)

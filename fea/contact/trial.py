@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import get_lapack_funcs, lapack
 
-from fea.contact.block import Block, Guess, Offsets
+from fea.contact.block import ContactBlock, Guess, StickingState
 from geometry.arrays import Floats, Ints, Mask, Reals
 
 # Reciprocal condition number, of a scaled matrix, below which a motion counts as free; smallest over largest
@@ -29,7 +29,7 @@ def _lapack(name: str, precision: np.dtype[Any]) -> Callable[..., Any]:
 
 
 @dataclass(frozen=True)
-class Factor:
+class _Factor:
     """Triangular factors of the transpose of a matrix (n, n) and their pivots (n,), as LAPACK has them.
 
     Single precision takes little more than half the time; iterative refinement makes up for it.
@@ -39,7 +39,7 @@ class Factor:
     pivots: Ints
 
     @classmethod
-    def of(cls, matrix: Reals, *, overwrite: bool = False) -> "Factor | None":
+    def of(cls, matrix: Reals, *, overwrite: bool = False) -> "_Factor | None":
         """Factorise, in the precision of the matrix, which may be overwritten; None if a pivot is zero."""
         triangles, pivots, broken = _lapack("getrf", matrix.dtype)(matrix.T, overwrite_a=overwrite)
         return cls(triangles, pivots) if broken == 0 else None
@@ -70,7 +70,7 @@ class Factor:
         return None
 
 
-def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Floats, Factor | None]:
+def solved(matrix: Floats, side: Floats, near: _Factor | None = None) -> tuple[Floats, _Factor | None]:
     """Solve a matrix (n, n) with a diagonal near one; a motion that nothing resists stays zero.
 
     `near` factorises a matrix that may be nearly the same. Also returned is a factor of use for the next such
@@ -80,12 +80,12 @@ def solved(matrix: Floats, side: Floats, near: Factor | None = None) -> tuple[Fl
         return side, None
     if near is not None and (solution := near.refined(matrix, side)) is not None:
         return solution, near
-    single = Factor.of(matrix.astype(np.float32), overwrite=True)
+    single = _Factor.of(matrix.astype(np.float32), overwrite=True)
     if single is not None and single.least_pivot > _SAFE_SINGLE:
         solution = single.refined(matrix, side)
         if solution is not None:
             return solution, single
-    factor = Factor.of(matrix)
+    factor = _Factor.of(matrix)
     if factor is not None:
         norm = np.abs(matrix).sum(axis=1).max()
         if factor.least_pivot > _SAFE or lapack.dgecon(factor.triangles, norm)[0] > _SINGULAR:
@@ -98,7 +98,7 @@ _NOWHERE = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
 
 
 @dataclass(frozen=True)
-class Law:
+class _Law:
     """D L λ_J + D K D (Δy / D) = 0 of the gaps that are unknown, with D that scales them to unit stiffness.
 
     Where a place is open, λ = 0. Where it slips, λ_t = μ λ_n d, with the direction d of the shear stress less
@@ -115,7 +115,7 @@ class Law:
         return np.asarray(values[self.moving] if self.weights is None else self.weights @ values)
 
     @classmethod
-    def of(cls, block: Block, guess: Guess) -> "Law":
+    def of(cls, block: ContactBlock, guess: Guess) -> "_Law":
         """The law of a guess."""
         places, tangential, unit = block.places, block.places.tangential, block.effects.unit
         opened, slips = np.flatnonzero(guess.opened), np.flatnonzero(guess.slipping & ~guess.opened)
@@ -149,7 +149,7 @@ class Law:
         return cls(moving, weights, (one, other, give))
 
 
-class Solution(NamedTuple):
+class _Solution(NamedTuple):
     """What solves it."""
 
     pressure: Floats  #: (n_p,) of the pins, MPa
@@ -164,9 +164,9 @@ class Linear:
     """The pressures of the pins that touch, the gaps of what opens or slips, and the motions of the pins."""
 
     #: block, guess, law: what it belongs to, and the law of the gaps
-    block: Block
+    block: ContactBlock
     guess: Guess
-    law: Law
+    law: _Law
     active: Ints  #: (n_a,) which pressures of the pins act
     matrix: Floats  #: (n, n)
     #: by_pins, by_slip: (n_J, n_a), (n_J, n_d) what pressures and gaps do to the stresses between the parts
@@ -175,9 +175,9 @@ class Linear:
     reach: Floats  #: (m,) the scale of the motions
 
     @classmethod
-    def of(cls, block: Block, guess: Guess) -> "Linear":
+    def of(cls, block: ContactBlock, guess: Guess) -> "Linear":
         """Set it up."""
-        active, law, scaled = np.flatnonzero(guess.touching), Law.of(block, guess), block.effects.scaled
+        active, law, scaled = np.flatnonzero(guess.touching), _Law.of(block, guess), block.effects.scaled
         by_pins, by_slip = np.take(scaled.B, active, axis=1), np.take(scaled.S, law.moving, axis=1)
         rigid = block.effects.press[active, None] * block.R[active]
         reach = np.linalg.norm(rigid, axis=0)
@@ -195,7 +195,7 @@ class Linear:
         matrix[pins, motions] = -matrix[motions, pins].T
         return cls(block, guess, law, active, matrix, by_pins, by_slip, reach)
 
-    def solve(self, offsets: Offsets, near: Factor | None) -> tuple[Solution, Factor | None]:
+    def solve(self, offsets: StickingState, near: _Factor | None) -> tuple[_Solution, _Factor | None]:
         """Solve it, with the factor of one that it resembles if there is any."""
         block, scaled, active, moving = self.block, self.block.effects.scaled, self.active, self.law.moving
         press, unit = block.effects.press, block.effects.unit
@@ -208,14 +208,14 @@ class Linear:
         stress = offsets.stress + (self.by_slip @ slid - self.by_pins @ pressed) / unit
         pin_gap = pressed @ scaled.A[active] + slid @ scaled.B[moving]
         pin_gap = offsets.pin_gap + pin_gap / press - block.R @ motion
-        return Solution(pressure, motion, moved, stress, pin_gap), factor
+        return _Solution(pressure, motion, moved, stress, pin_gap), factor
 
 
 # What rounding leaves, relative to the largest stress.
 ROUNDING = 1e-11
 
 
-class Exact(NamedTuple):
+class Tolerances(NamedTuple):
     """How exactly laws shall hold, relative to the largest stress."""
 
     violation: float = ROUNDING  #: of contact and friction
@@ -225,7 +225,7 @@ class Exact(NamedTuple):
     elsewhere: float = 0.0
 
 
-EXACT = Exact()
+TOLERANCES = Tolerances()
 
 
 @dataclass(frozen=True)
@@ -234,12 +234,14 @@ class Trial:
 
     #: linear, offsets: the problem that is solved, and under what load
     linear: Linear
-    offsets: Offsets
-    solution: Solution  #: what solves it
-    factor: Factor | None  #: of its matrix, or of one nearby
+    offsets: StickingState
+    solution: _Solution  #: what solves it
+    factor: _Factor | None  #: of its matrix, or of one nearby
 
     @classmethod
-    def of(cls, block: Block, offsets: Offsets, guess: Guess, last: "Trial | None" = None) -> "Trial":
+    def of(
+        cls, block: ContactBlock, offsets: StickingState, guess: Guess, last: "Trial | None" = None
+    ) -> "Trial":
         """Solve for what touches, opens and slips.
 
         An earlier trial, `last`, may have solved the same problem under another load, or one in which only
@@ -256,7 +258,7 @@ class Trial:
         return cls(linear, offsets, *linear.solve(offsets, near))
 
     @property
-    def block(self) -> Block:
+    def block(self) -> ContactBlock:
         """The unknowns."""
         return self.linear.block
 
@@ -301,16 +303,16 @@ class Trial:
         gaps = (self.offsets.gap + found.moved)[at]
         normal = np.where(guess.opened, -gaps * effects.stiff[at], -self._normal)
         wrong = np.zeros(0)
-        if self.block.rubs:
+        if self.block.has_friction:
             excess = np.hypot(*self._tangential[1].T) - self._allowed
-            wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.rubbing & ~guess.opened)
+            wrong = np.where(guess.slipping, -excess, excess) * (self.block.places.frictional & ~guess.opened)
         little = ROUNDING * self.size
         return tuple(np.where(values > little, values, 0.0) for values in (pins, normal, wrong))  # type: ignore[return-value]
 
     @cached_property
     def _turned(self) -> Floats:
         """Error (k,) of the direction of the shear stress where places slip, MPa."""
-        if not self.block.rubs:
+        if not self.block.has_friction:
             return np.zeros(0)
         shear, trial = self._tangential
         slips = self.guess.slipping & ~self.guess.opened
@@ -334,7 +336,7 @@ class Trial:
         size = float(np.linalg.norm(self.offsets.forces))
         return float(np.linalg.norm(self.left)) / size if size > 0 else 0.0
 
-    def obeys(self, exact: "Exact") -> bool:
+    def obeys(self, exact: "Tolerances") -> bool:
         """Whether every law holds."""
         worst = max(float(values.max(initial=0.0)) for values in self.violations)
         turned = float(self._turned.max(initial=0.0))
@@ -344,14 +346,14 @@ class Trial:
         """Return the guess that follows where this one is wrong about pins, openings and slips."""
         guess = self.guess
         touching, opened = guess.touching ^ pins, guess.opened ^ normal
-        if not self.block.rubs:
+        if not self.block.has_friction:
             return replace(guess, touching=touching, opened=opened)
         _, trial = self._tangential
         length = np.hypot(*trial.T)
         # Where slip would turn round, there is none.
         turns_round = guess.slipping & ((guess.direction * trial).sum(axis=1) < 0)
         slipping = (guess.slipping ^ friction) & ~opened & ~turns_round
-        slipping |= guess.opened & ~opened & self.block.places.rubbing & (length > 0)
+        slipping |= guess.opened & ~opened & self.block.places.frictional & (length > 0)
         ratio = np.divide(self._allowed, length, out=np.zeros_like(length), where=length > 0)
         return replace(
             guess,

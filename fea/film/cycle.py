@@ -10,8 +10,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fea.base.units import UM
+from fea.film.constitutive import Oil, WarmOil
 from fea.film.journal import Bearing, JournalState
-from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Conditions, Supply
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
@@ -226,7 +226,7 @@ def _rate(values: Floats, step: float) -> Floats:
 
 
 @dataclass
-class _Course:
+class _Integration:
     """A film on its way through its steps."""
 
     bearing: Bearing
@@ -239,7 +239,7 @@ class _Course:
     failed: float = 0.0  #: times that a step, or its parts, was not solved, fewer the longer ago
 
     @classmethod
-    def begun(cls, bearing: Bearing, acting: JournalLoads, before: FilmCycle | None) -> "_Course":
+    def begun(cls, bearing: Bearing, acting: JournalLoads, before: FilmCycle | None) -> "_Integration":
         """Bring up the loads, or begin a quarter before the end of a cycle of the same bearing."""
         count, lead = acting.count, math.ceil(_RAMP * acting.count)
         if before is not None:
@@ -316,7 +316,7 @@ class HeatBalance:
 
 
 @dataclass
-class _Warming:
+class _HeatSearch:
     """The film's temperature on its way to the heat balance."""
 
     heat: HeatBalance
@@ -370,9 +370,9 @@ def integrate(
     count, warming, settled = acting.count, None, _SETTLED if before is None else _SETTLED_AGAIN
     if heat is not None:
         guess = None if before is None else before.temperature
-        warming = _Warming(heat, heat.inlet + _WARMER if guess is None else guess)
+        warming = _HeatSearch(heat, heat.inlet + _WARMER if guess is None else guess)
         bearing = bearing.with_oil(warming.oil)
-    course = _Course.begun(bearing, acting, before)
+    course = _Integration.begun(bearing, acting, before)
     unchanged, left = 0, most * count
     while True:
         course.advance()

@@ -4,13 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from fea.film.asperities import Asperities
-from fea.film.oil import Oil
-from fea.film.reynolds import Balance, Conditions, Film, Reynolds, Supply
+from fea.film.constitutive import Asperities, Oil
+from fea.film.reynolds import Conditions, FilmState, OilBalance, Reynolds, Supply
 from fea.solid.errors import FilmError
 from geometry.arrays import Floats
 
@@ -89,7 +87,7 @@ class _Response:
 class JournalState:
     """A journal, its film and its bore at an instant."""
 
-    film: Film
+    film: FilmState
     planes: Floats  #: (n_angle, n_width) gap between the mean planes of the surfaces, mm
     position: Floats  #: (k,) of the journal in the bore, mm: see `FilmGrid.outwards_at`
     bulge: Floats  #: (n,) weights of the bore's displacement
@@ -99,9 +97,14 @@ class JournalState:
     parts: Sequence["JournalState"] = ()  #: earlier states of the step, where that was solved in equal parts
 
     @cached_property
+    def space(self) -> tuple[Floats, Floats]:
+        """Gap h (n_angle, n_width) that oil can fill, mm, and its derivative: see `Bearing.space`."""
+        return self.bearing.space(self.planes, self.conditions.supply)
+
+    @property
     def gap(self) -> Floats:
         """Gap h (n_angle, n_width) that oil can fill, mm."""
-        return self.bearing.space(self.planes, self.conditions.supply)[0]
+        return self.space[0]
 
     @cached_property
     def edge(self) -> Floats:
@@ -120,7 +123,7 @@ class JournalState:
         return float(min(gap.min(), self.edge.min()))
 
     @cached_property
-    def balance(self) -> Balance:
+    def balance(self) -> OilBalance:
         """How the oil flows."""
         return self.bearing.reynolds.balance(self.film, self.gap, self.conditions)
 
@@ -140,9 +143,14 @@ class JournalState:
         return force + math.copysign(rubbed, speed), power + rubbed * abs(speed)
 
     @cached_property
+    def contact(self) -> tuple[Floats, Floats]:
+        """Pressure (n_angle, n_width) of asperities, MPa, and its derivative: see `Bearing.touching`."""
+        return self.bearing.touching(self.planes, self.conditions.supply)
+
+    @property
     def touching(self) -> Floats:
         """Pressure (n_angle, n_width) of asperities, MPa."""
-        return self.bearing.touching(self.planes, self.conditions.supply)[0]
+        return self.contact[0]
 
     @property
     def pressure(self) -> Floats:
@@ -160,6 +168,15 @@ class JournalState:
         """Oil θh (n_angle, n_width), mm."""
         return self.film.fill * self.gap
 
+    def close_to(self, other: "JournalState") -> bool:
+        """Whether the same cells are full, and the changes of pressures, filling and gaps are small."""
+        new, old, bearing = self.film.pressure, other.film.pressure, self.bearing
+        pressed = np.abs(new - old).max() / (max(new.max(), old.max()) or 1.0)
+        wider = (np.abs(self.gap - other.gap) / np.maximum(other.gap, _MET * bearing.clearance)).max()
+        filled = np.abs(self.film.fill - other.film.fill).max()
+        same = (self.film.full == other.film.full).all()
+        return bool(same and filled * wider + (pressed + wider) ** 2 <= bearing.slack * _TOLERANCE)
+
     def ahead(self, start: "JournalState", end: "JournalState") -> "JournalState":
         """Guess of the state a step later, if it changes as from a start to an end."""
         return replace(
@@ -169,24 +186,6 @@ class JournalState:
             position=self.position + end.position - start.position,
             bulge=self.bulge + end.bulge - start.bulge,
         )
-
-
-class _Iterate(NamedTuple):
-    film: Film
-    planes: Floats
-    position: Floats
-    bulge: Floats
-    response: _Response | None
-    space: tuple[Floats, Floats]  #: of `Bearing.space`
-
-    def close_to(self, other: "_Iterate", bearing: "Bearing") -> bool:
-        """Whether the same cells are full, and the changes of pressures, filling and gaps are small."""
-        new, old, gap, before = self.film.pressure, other.film.pressure, self.space[0], other.space[0]
-        pressed = np.abs(new - old).max() / (max(new.max(), old.max()) or 1.0)
-        wider = (np.abs(gap - before) / np.maximum(before, _MET * bearing.clearance)).max()
-        filled = np.abs(self.film.fill - other.film.fill).max()
-        same = (self.film.full == other.film.full).all()
-        return bool(same and filled * wider + (pressed + wider) ** 2 <= bearing.slack * _TOLERANCE)
 
 
 @dataclass(frozen=True)
@@ -237,7 +236,7 @@ class Bearing:
 
         fill = on_grid(state.film.fill)
         full = fill > 1 - _FULL
-        film = Film(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
+        film = FilmState(np.where(full, on_grid(state.film.pressure), 0.0), fill, full)
         planes = np.maximum(self.planes(state.position, state.bulge), state.planes.min())
         return JournalState(film, planes, state.position, state.bulge, self, Conditions(0.0))
 
@@ -248,7 +247,7 @@ class Bearing:
 
     def start(self, position: Sequence[float] = (0.0, 0.0)) -> JournalState:
         """A film without pressure round a journal at a position."""
-        film, place = Film.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
+        film, place = FilmState.at_rest(self.reynolds.grid), np.zeros(self.reynolds.grid.outwards.shape[-1])
         place[: len(position)] = position
         bulge = np.zeros(0 if self.bore is None else len(self.bore.compliance))
         return JournalState(film, self.planes(place, bulge), place, bulge, self, Conditions(0.0))
@@ -267,48 +266,43 @@ class Bearing:
         film on the bore, N, or (4,) with the moments, 0 by default, of a journal that may tilt, over half the
         width; `loaded`: g (n,) of `ElasticBore`. Raises `FilmError`: the iteration did not end.
         """
-        space = self.space(guess.planes, conditions.supply)
-        iterate = _Iterate(guess.film, guess.planes, guess.position, guess.bulge, guess.response, space)
+        at, bettered = replace(guess, bearing=self, conditions=conditions, parts=()), 0
         if loaded is None:
             loaded = np.zeros_like(guess.bulge)
-        bettered = 0
         for step in range(_STEPS):
             hard = step >= _HARD
-            before = iterate._replace(response=None) if hard else iterate
-            most = _CAREFUL if hard else _LARGEST
+            before = replace(at, response=None) if hard else at
             try:
-                iterate, limited = self._improved(before, conditions, load, loaded, most)
-                iterate = self._settled(iterate, conditions, load) if hard else iterate
+                at, limited = self._improved(before, load, loaded, _CAREFUL if hard else _LARGEST)
+                at = self._settled(at, load) if hard else at
             except np.linalg.LinAlgError as error:
                 raise FilmError("the equations of the oil film are singular") from error
-            if self.asperities is None and iterate.planes.min() < _MET * self.clearance:
+            if self.asperities is None and at.planes.min() < _MET * self.clearance:
                 raise FilmError("smooth surfaces meet, which only oil keeps apart. Give film.roughness_um")
-            if limited or not iterate.close_to(before, self):
+            if limited or not at.close_to(before):
                 continue
-            off, pressed = self._unbalanced(iterate, conditions, load)
+            off, pressed = self._unbalanced(at, load)
             if off <= self.slack * _MISSED * pressed:
-                state = JournalState(*iterate[:4], self, conditions, iterate.response)
-                flows = state.balance.supplied + state.balance.leaked
-                if bettered == _BETTERED or state.balance.lost <= self.slack * _LOST * flows:
-                    return state
+                flows = at.balance.supplied + at.balance.leaked
+                if bettered == _BETTERED or at.balance.lost <= self.slack * _LOST * flows:
+                    return at
                 bettered += 1
         raise FilmError(f"no balance within {_STEPS} steps. Reduce the load or check roughness and clearance")
 
-    def _unbalanced(self, at: "_Iterate", conditions: Conditions, load: Floats | None) -> tuple[float, float]:
+    def _unbalanced(self, at: JournalState, load: Floats | None) -> tuple[float, float]:
         """What pressures on the bore, of oil and asperities, lack of the load, and their integral, N."""
-        pressure = at.film.pressure + self.touching(at.planes, conditions.supply)[0]
-        count, pressed = len(at.bulge), self.reynolds.grid.total(pressure)
-        off = 0.0 if load is None else self._works[count : count + len(load)] @ pressure.ravel() + load
+        count, pressed = len(at.bulge), self.reynolds.grid.total(at.pressure)
+        off = 0.0 if load is None else self._works[count : count + len(load)] @ at.pressure.ravel() + load
         return float(np.abs(off).max()), pressed
 
-    def _settled(self, at: "_Iterate", conditions: Conditions, load: Floats | None) -> "_Iterate":
+    def _settled(self, at: JournalState, load: Floats | None) -> JournalState:
         """The same with a film closer to that at these gaps, if that bears the load better."""
         film = at.film
         for _ in range(_SETTLING):
-            balance = self.reynolds.balance(film, at.space[0], conditions)
+            balance = self.reynolds.balance(film, at.gap, at.conditions)
             change = self.reynolds.stencil.solver(balance.by_film)(-balance.excess.reshape(-1, 1))
             film = film.changed(change.reshape(film.full.shape), self.reynolds.oil)
-        return min((at._replace(film=film), at), key=lambda each: self._unbalanced(each, conditions, load)[0])
+        return min((replace(at, film=film), at), key=lambda each: self._unbalanced(each, load)[0])
 
     @cached_property
     def _follows(self) -> Floats:
@@ -330,8 +324,8 @@ class Bearing:
         return works
 
     def _improved(
-        self, at: "_Iterate", conditions: Conditions, load: Floats | None, loaded: Floats, most: float
-    ) -> tuple["_Iterate", bool]:
+        self, at: JournalState, load: Floats | None, loaded: Floats, most: float
+    ) -> tuple[JournalState, bool]:
         """One of Newton's steps, and whether it was limited.
 
         The film is eliminated first: what it does to the oil's balance is a band matrix. What is left is the
@@ -341,10 +335,9 @@ class Bearing:
         grid, count = self.reynolds.grid, len(at.bulge)
         unknowns = count + (len(at.position) if load is not None else 0)
         follows, works = self._follows[:, :unknowns], self._works[:unknowns]
-        gap, widens = at.space
-        balance, stencil = self.reynolds.balance(at.film, gap, conditions), self.reynolds.stencil
+        (gap, widens), (touching, slope) = at.space, at.contact
+        balance, stencil = at.balance, self.reynolds.stencil
         ajar = at.planes - self.planes(at.position, at.bulge)  # what an earlier limited step left open
-        touching, slope = self.touching(at.planes, conditions.supply)
         full, stiffness = at.film.full.reshape(-1, 1), slope.reshape(-1, 1)
         by_planes = stencil.matrix(balance.by_gap, widens)
 
@@ -379,23 +372,26 @@ class Bearing:
         change = before - solve(by_planes @ (follows @ solution))
         if not np.isfinite(moved).all():
             raise FilmError("the oil film has no finite pressure")
-        part, planes, held = self._moved(at, (follows @ moved).reshape(grid.shape) - ajar, most, conditions)
-        space = self.space(planes, conditions.supply)
-        thinner = np.where(at.film.full, 1.0, gap / space[0])  # what changes is θh, not θ
-        by = part * thinner * change.reshape(grid.shape)
-        film = at.film.changed(by, self.reynolds.oil)
-        position = at.position + part * moved[count:] if load is not None else at.position
-        bulge = at.bulge + part * moved[:count]
-        return _Iterate(film, planes, position, bulge, response, space), part < 1 or held
+        part, planes, held_open = self._moved(at, (follows @ moved).reshape(grid.shape) - ajar, most)
+        space = self.space(planes, at.conditions.supply)[0]
+        thinner = np.where(at.film.full, 1.0, gap / space)  # what changes is θh, not θ
+        after = replace(
+            at,
+            film=at.film.changed(part * thinner * change.reshape(grid.shape), self.reynolds.oil),
+            planes=planes,
+            position=at.position + part * moved[count:] if load is not None else at.position,
+            bulge=at.bulge + part * moved[:count],
+            response=response,
+        )
+        return after, part < 1 or held_open
 
-    def _moved(
-        self, at: "_Iterate", wider: Floats, most: float, on: Conditions
-    ) -> tuple[float, Floats, bool]:
+    def _moved(self, at: JournalState, wider: Floats, most: float) -> tuple[float, Floats, bool]:
         """Part of a step that is made, gaps after it, mm, and whether some are held open."""
+        supply = at.conditions.supply
         part = 1 / max(1.0, float(np.abs(wider).max()) / (most * self.clearance))
         least, after = _KEPT * at.planes, at.planes + part * wider
         if self.asperities is not None:
-            land = 1.0 if on.supply is None else on.supply.land + _FULL
+            land = 1.0 if supply is None else supply.land + _FULL
             least = np.minimum(least, at.planes - _NEARER * self.asperities.roughness / land)
         return part, np.maximum(after, least), bool((after < least).any())
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fea.film.constitutive import Oil
 from fea.film.grid import FilmGrid, Stencil
-from fea.film.oil import Oil
 from geometry.arrays import Floats, Mask
 
 # Pressure that may arise in one of Newton's steps, MPa.
@@ -80,7 +80,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Film:
+class FilmState:
     """The oil in the gap."""
 
     pressure: Floats  #: (n_angle, n_width) above the surroundings, MPa
@@ -88,11 +88,11 @@ class Film:
     full: Mask  #: (n_angle, n_width)
 
     @classmethod
-    def at_rest(cls, grid: FilmGrid) -> "Film":
+    def at_rest(cls, grid: FilmGrid) -> "FilmState":
         """A full film without pressure."""
         return cls(np.zeros(grid.shape), np.ones(grid.shape), np.ones(grid.shape, dtype=bool))
 
-    def changed(self, by: Floats, oil: Oil) -> "Film":
+    def changed(self, by: Floats, oil: Oil) -> "FilmState":
         """Add a change (n_angle, n_width), of p where the film is full and of θ elsewhere.
 
         The viscosity grows exponentially with the pressure, until the oil is solid. So a pressure at most
@@ -107,9 +107,9 @@ class Film:
         pressure = np.where(self.full, np.minimum(self.pressure + by, most), 0.0)
         fill = np.where(self.full, 1.0, self.fill + by)
         full = np.where(self.full, pressure >= 0, fill > 1)
-        return Film(np.maximum(pressure, 0.0), np.minimum(fill, 1.0), full)
+        return FilmState(np.maximum(pressure, 0.0), np.minimum(fill, 1.0), full)
 
-    def ahead(self, start: "Film", end: "Film") -> "Film":
+    def ahead(self, start: "FilmState", end: "FilmState") -> "FilmState":
         """Guess of the film a step later, if it changes as from a start to an end."""
         now, before, after = (
             np.where(film.full, film.pressure / _FIRST, film.fill - 1) for film in (self, start, end)
@@ -118,11 +118,11 @@ class Film:
         full = later >= 0
         most = np.where(self.full, 2 * self.pressure, 0.0)
         pressure = np.where(full, np.minimum(_FIRST * later, most), 0.0)
-        return Film(pressure, np.where(full, 1.0, np.maximum(1 + later, 0.0)), full)
+        return FilmState(pressure, np.where(full, 1.0, np.maximum(1 + later, 0.0)), full)
 
 
 @dataclass(frozen=True)
-class Balance:
+class OilBalance:
     """Oil that leaves each cell beyond what it may, and its derivatives as entries of `Stencil`."""
 
     excess: Floats  #: (n_angle, n_width), mm³/s
@@ -165,7 +165,7 @@ class Reynolds:
         leaking[ends] = 2 * across[ends]
         return leaking, across + grid.dz / grid.dx / (12 * self.oil.viscosity)
 
-    def balance(self, film: Film, gap: Floats, conditions: Conditions) -> Balance:
+    def balance(self, film: FilmState, gap: Floats, conditions: Conditions) -> OilBalance:
         """Balance the oil of each cell; `gap`: h (n_angle, n_width), mm."""
         grid, rate = self.grid, conditions.rate
         q, slope = self.oil.generalised(film.pressure)
@@ -190,7 +190,7 @@ class Reynolds:
         by_film[0] += np.where(film.full, 0.0, grid.area * rate * gap) + ends.by_film[0] + supplied.by_film[0]
         by_gap[0] += grid.area * rate * film.fill + ends.by_gap[0] + supplied.by_gap[0]
         power = around.power + along.power + ends.power + supplied.power
-        return Balance(
+        return OilBalance(
             excess,
             by_film,
             by_gap,
@@ -202,7 +202,7 @@ class Reynolds:
         )
 
     def _around(
-        self, film: Film, gap: Floats, q: Floats, slope: Floats, speed: float, *, shorter: Floats | float
+        self, film: FilmState, gap: Floats, q: Floats, slope: Floats, speed: float, *, shorter: Floats | float
     ) -> _Flow:
         """Flow to the next angle, at the filled share of the cell from which the journal carries the oil.
 
@@ -221,7 +221,9 @@ class Reynolds:
         pushed, rise = conducts * drop, _next(film.pressure) - film.pressure
         return _Flow(drags * upstream * middle - pushed, by_film, (by_middle, by_middle), pushed * rise)
 
-    def _along(self, film: Film, gap: Floats, q: Floats, slope: Floats, shorter: Floats | float) -> _Flow:
+    def _along(
+        self, film: FilmState, gap: Floats, q: Floats, slope: Floats, shorter: Floats | float
+    ) -> _Flow:
         """Flow to the next cell along the width; none from the last."""
         grid = self.grid
         middle = gap.copy()
@@ -238,7 +240,7 @@ class Reynolds:
 
     def _drained(
         self,
-        film: Film,
+        film: FilmState,
         gap: Floats,
         potential: tuple[Floats, Floats],
         conducts: Floats,
@@ -261,7 +263,7 @@ class Reynolds:
         return entries
 
     def friction(
-        self, film: Film, gap: Floats, speed: float, *, full_shear: bool = False
+        self, film: FilmState, gap: Floats, speed: float, *, full_shear: bool = False
     ) -> tuple[float, float]:
         """Force of the film against the journal's motion, N, and the power that shear dissipates, N·mm/s.
 

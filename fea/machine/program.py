@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import IO, TYPE_CHECKING, TextIO
 
 from fea.machine.exit_codes import MACHINE
-from fea.machine.system import CAN_FORK, ENDS, memory_limit
+from fea.machine.system import CAN_FORK, memory_limit
 from geometry.signals import ENDS
 
 if TYPE_CHECKING:

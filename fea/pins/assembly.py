@@ -13,16 +13,14 @@ from typing import cast
 
 import numpy as np
 
-from fea.contact.assembled import Assembled, Warming
+from fea.contact.assembled import Assembled, FrictionCycle, Warming
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
-from fea.contact.bolt_bending import BoltBending, BoltEnds
-from fea.contact.friction_cycle import FrictionCycle
+from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
 from fea.contact.friction_system import ContactState, Load
-from fea.contact.interfaces import BoltPull, BoltStop, MatingFaces
-from fea.contact.multipliers import radial, uniform
+from fea.contact.interfaces import MatingFaces, radial, uniform
+from fea.film.functions import FilmPressure
 from fea.pins.assembly_states import AssemblyStates, gap_at_nodes
 from fea.pins.contact import BoreContact, ContactPins, ContactUnits, acting, of_unit_work
-from fea.pins.film_pressure import FilmPressure
 from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
@@ -75,10 +73,9 @@ class AssemblyContact(BoreContact):
         axes = _of_cell(mesh, specification.bolts)
         seated = _ends(mesh, axes)
         pulls, stiffness = list[BoltPull](), specification.stiffness
-        for count, (bolt, ends) in enumerate(zip(axes, seated, strict=True), 1):
-            name, seats, share = f"bolt {count}", dict(ends.seats), ends.share
-            along, point = np.array(bolt.direction), np.array(bolt.point)
-            pulls.append(BoltPull.of(mesh, name, seats, along, stiffness, share=share, point=point))
+        for bolt, ends in zip(axes, seated, strict=True):
+            seats, along, point = dict(ends.seats), np.array(bolt.direction), np.array(bolt.point)
+            pulls.append(BoltPull.of(mesh, seats, along, stiffness, share=ends.share, point=point))
         if friction:
             joint = next(face for face in faces if face.name == Surface.JOINT)
             places = mesh.points[joint.pressing.nodes]
@@ -212,7 +209,7 @@ class AssemblyPins(ContactPins):
     def span(self, cycles: Sequence[CrankCycle]) -> UnitLoads:
         """Return patterns of what acts between the parts, and inertia."""
         self._spanned = frozenset(map(_cycle_key, cycles))
-        return AssemblyUnits(self, cycles)
+        return _AssemblyUnits(self, cycles)
 
 
 def _alike(load: Load, states: Iterable[ContactState]) -> ContactState | None:
@@ -295,7 +292,7 @@ _NOISE = 1e-7
 _Parts = dict[Parity, Floats]
 
 
-class AssemblyUnits(ContactUnits):
+class _AssemblyUnits(ContactUnits):
     """The unit loads of a rod of separate parts, for instants of cycles and for their peak cases."""
 
     path_dependent = True

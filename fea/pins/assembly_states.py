@@ -6,7 +6,7 @@ import numpy as np
 
 from fea.contact.assembled import Assembled
 from fea.contact.assembly_state import AssemblyState, BoltState, FaceState
-from fea.contact.bolt_bending import BoltBending
+from fea.contact.bolts import BoltBending
 from fea.contact.friction_system import ContactState
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity, Split
@@ -137,7 +137,7 @@ def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
     for parity, part in problem.unfolding.parts(every).items():
         parts[parity] = np.zeros(len(problem.mesh.points))
         for number, faces in reversed(list(enumerate(problem.faces, len(problem.bores)))):
-            for side in faces.sides:
+            for side, _ in faces.sides(faces.pressing):
                 nodes, values = side.at_nodes(part[problem.own(number)][: side.size, None])
                 parts[parity][nodes] = values[:, 0]
     return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))

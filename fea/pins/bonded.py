@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.pins.prescribed import LoadedBore, PrescribedPins
+from fea.pins.prescribed import LinearPins, LoadedBore
 from fea.solid.bore import BoreFacets, BoreLoad
 from fea.solid.parity import Split
 from geometry.arrays import Floats
@@ -66,7 +66,7 @@ class BondedBore:
         return Split.of(force[0] * units[0], force[1] * units[1], cut=self.cut_y)
 
 
-class BondedPins(PrescribedPins):
+class BondedPins(LinearPins):
     """Pins that pull one side of their bores as hard as they press on the other."""
 
     @cached_property

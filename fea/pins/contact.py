@@ -17,12 +17,12 @@ from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
 from fea.contact.active_set import Contact, interpolated
 from fea.contact.assembly_state import Touch
+from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
-from fea.contact.interfaces import BoltPull, MatingFaces, PinInBore
-from fea.contact.multipliers import Multipliers, radial
+from fea.contact.interfaces import MatingFaces, Multipliers, PinInBore, radial
 from fea.contact.problem import ContactProblem
-from fea.pins.film_pressure import FilmPressure
-from fea.pins.fits import Fits, led_in_notes
+from fea.film.functions import FilmPressure
+from fea.pins.fits import Fits
 from fea.pins.model import (
     SMOOTH,
     Contacts,
@@ -35,7 +35,6 @@ from fea.pins.model import (
     Weights,
     inertial_fields,
 )
-from fea.solid.boundary import BoundarySurface
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
 from fea.solid.parity import Parity, Split
 from fea.study.pin_models import contact_excluded_because
@@ -80,7 +79,7 @@ class BoreContact:
         model, bores, inertia = structure.model, structure.bores, structure.inertia
         mesh = model.mesh
         cut_y, cut_z = Surface.SYMMETRY_Y in mesh.facets, Surface.SYMMETRY_Z in mesh.facets
-        self._n_nodes, self._points, self._inertia = len(mesh.points), mesh.points, inertia
+        self._inertia = inertia
         pins = []
         small, big = Surface.SMALL_END_BORE, Surface.BIG_END_BORE
         for surface, x, clearance, pin in (
@@ -108,22 +107,13 @@ class BoreContact:
         tilting = (resultants(mesh.points, forces.symmetric)[3:5] for forces in unit)
         self._tilting = None if cut_z else np.stack(list(tilting), axis=1)
         self.problem = ContactProblem(model, mesh, pins, loads, both_sides=True, faces=faces, bolts=bolts)
-        # Place and bore of each unknown.
-        nodes = np.concatenate([bore.multipliers.nodes for bore in pins])
-        owner = np.repeat(np.arange(len(pins)), [bore.multipliers.size for bore in pins])
-        unfolding, cells = self.problem.unfolding, np.arange(len(nodes))
-        off = ~unfolding.on_y[cells] if unfolding.both_sides else np.zeros(len(nodes), dtype=bool)
-        self._pins = unfolding.with_images(cells)
-        images = mesh.points[nodes[off]] * [1.0, -1.0, 1.0]
-        self._vertices = np.concatenate([mesh.points[nodes], images])
-        self._owner = np.concatenate([owner, owner[off]])
 
     def pressing(self, counts: Mask) -> Floats:
         """Largest pressure (n_cell,) on nodes that count (n_nodes,) of a unit of each unknown, MPa."""
         problem = self.problem
         pressing = np.where(np.append(counts, True)[problem.nodes], 1.0, 0.0)
         for number, bolt in enumerate(problem.bolts, len(problem.bores) + len(problem.faces)):
-            units = [float(np.abs(unit).max()) for unit in bolt.traction.values()]
+            units = [float(np.abs(unit).max()) for unit in bolt.seated.values()]
             pressing[problem.own(number)] = max(units, default=0.0)
         return np.asarray(pressing)
 
@@ -138,15 +128,13 @@ class BoreContact:
 
     def response(self, instant: Instants, state: State) -> Response:
         """Return what a solution and the inertia of its instant do to the rod."""
-        parts = self.problem.unfolding.parts(state.values)
-        forces = {parity: (self.problem.forces @ values).reshape(-1, 3) for parity, values in parts.items()}
-        if instant.motions.any():
-            inertial = self._inertia.forces(instant)
-            forces = {parity: nodal + inertial.part(parity) for parity, nodal in forces.items()}
-        traction = {
-            parity: {surface: field[..., 0] for surface, field in self.traction(values[:, None]).items()}
-            for parity, values in parts.items()
-        }
+        inertial = self._inertia.forces(instant) if instant.motions.any() else None
+        forces, traction = {}, {}
+        for parity, values in self.problem.unfolding.parts(state.values).items():
+            nodal = (self.problem.forces @ values).reshape(-1, 3)
+            forces[parity] = nodal if inertial is None else nodal + inertial.part(parity)
+            fields = self.problem.traction(values[:, None])
+            traction[parity] = {surface: field[..., 0] for surface, field in fields.items()}
         return Response(
             forces=Split(forces[Parity.SYMMETRIC], forces.get(Parity.ANTISYMMETRIC)),
             traction=_by_surface(traction),
@@ -163,56 +151,27 @@ class BoreContact:
 
     def touch(self, values: Floats) -> dict[Surface, Touch]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
-        pressure = values[self._pins]
-        return {surface: Touch.of(pressure[mine], *around) for surface, mine, around in self._around}
+        return {surface: Touch.of(values[mine], *around) for surface, mine, around in self._around}
 
     @cached_property
     def _around(self) -> list[tuple[Surface, Ints, tuple[Floats, Floats, float]]]:
-        """Of each bore its unknowns among the pins', their angles, rad, z, mm, and distance in angle, rad."""
-        x, y, z = self._vertices.T
-        around = []
-        for number, bore in enumerate(self.problem.bores):
-            mine = np.flatnonzero(self._owner == number)
-            angle = np.arctan2(y[mine], x[mine] - bore.center[0])
+        """Of each bore its unknowns, their angles, rad, z, mm, and distance in angle, rad."""
+        around, problem = [], self.problem
+        for number, bore in enumerate(problem.bores):
+            cells = np.arange(*problem.starts[[number, number + 1]])
+            mine = problem.unfolding.with_images(cells)
+            x, y, z = problem.mesh.points[problem.nodes[cells]].T
+            angle, off = np.arctan2(y, x - bore.center[0]), ~problem.unfolding.on_y[cells]
+            if len(mine) > len(cells):
+                angle, z = np.append(angle, np.arctan2(-y, x - bore.center[0])[off]), np.append(z, z[off])
             apart = float(np.median(np.diff(np.unique(np.round(angle, 6)))))
-            around.append((bore.multipliers.surface, mine, (angle, z[mine], apart)))
+            around.append((bore.multipliers.surface, mine, (angle, z, apart)))
         return around
-
-    def traction(self, pressure: Floats) -> dict[Surface, Floats]:
-        """Traction (n_nodes, 3, k) on each surface of unknowns (n_cell, k) on the cell, MPa."""
-        tractions: dict[Surface, Floats] = {}
-        for number, bore in enumerate(self.problem.bores):
-            side = bore.multipliers
-            nodes, values = side.at_nodes(pressure[self.problem.own(number)])
-            traction = np.zeros((self._n_nodes, 3, pressure.shape[1]))
-            traction[nodes] = values[:, None] * side.direction(self._points[nodes])[..., None]
-            tractions[side.surface] = traction
-        first = len(self.problem.bores)
-        for number, faces in enumerate(self.problem.faces):
-            tractions |= faces.traction(pressure[self.problem.own(first + number)], self._points)
-        for number, bolt in enumerate(self.problem.bolts, first + len(self.problem.faces)):
-            for surface, unit in bolt.traction.items():
-                own_share = unit[..., None] * pressure[self.problem.own(number)]
-                tractions[surface] = tractions.get(surface, 0.0) + own_share
-        return tractions
 
     def pressure(self, values: Floats) -> dict[Surface, Split]:
         """Pressure (n_nodes,) on each surface of unknowns (n,), MPa; 0 beside the surface."""
         parts = self.problem.unfolding.parts(values)
-        return _by_surface({parity: self._pressure_on_cell(part) for parity, part in parts.items()})
-
-    def _pressure_on_cell(self, values: Floats) -> dict[Surface, Floats]:
-        problem, pressures = self.problem, dict[Surface, Floats]()
-        sides = [(bore.multipliers,) for bore in problem.bores] + [faces.sides for faces in problem.faces]
-        for number, surfaces in enumerate(sides):
-            for side in surfaces:
-                at_vertices = values[problem.own(number)][: side.size]
-                pressures[side.surface] = side.on_mesh(at_vertices, self._n_nodes)
-        for bolt, force in zip(problem.bolts, values[len(values) - len(problem.bolts) :], strict=True):
-            for surface, unit in bolt.traction.items():
-                own_share = force * np.linalg.norm(unit, axis=1)
-                pressures[surface] = pressures.get(surface, 0.0) + own_share
-        return pressures
+        return _by_surface({parity: self.problem.pressure(part) for parity, part in parts.items()})
 
 
 def _by_surface(parts: Mapping[Parity, Mapping[Surface, Floats]]) -> dict[Surface, Split]:
@@ -225,54 +184,14 @@ def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
     return zip(instants.pin.T, instants.crank.T, instants.motions.T, strict=True)
 
 
-# Least part of the normal beside the end of a bore that points to its axis, where a round or chamfer begins.
-_LEADING_IN = 0.2
-
-
-def _led_in(structure: Structure, fits: Fits) -> tuple[Surface, ...]:
-    """Bores whose ends lead into a round or a chamfer, which the pin is not looked for on.
-
-    Its pressure ends amid a surface then, or at an obtuse edge, where the exact stress is infinite; at the
-    right angle of a plane end face it is finite. A relief that is given or drawn keeps the pin off the ends.
-    """
-    mesh, found = structure.mesh, []
-    ends = {Surface.BIG_END_BORE: 0.0, Surface.SMALL_END_BORE: structure.bores.rod_length}
-    if structure.contact.small_end_relief_mm is not None or fits.drawn_relief:
-        del ends[Surface.SMALL_END_BORE]
-    for bore, x in ends.items():
-        body = BoundarySurface.of(mesh, [bore, Surface.FREE])
-        facet, label = body.edges.facet, body.label[body.edges.facet]
-        border = label[:, 0] != label[:, 1]
-        beyond = np.where(label[border, 0] == 1, facet[border, 0], facet[border, 1])
-        away = body.points[body.facets[beyond, :3]].mean(axis=1)[:, :2] - [x, 0.0]
-        radial = away / np.linalg.norm(away, axis=1, keepdims=True)
-        inwards = -(body.normals[beyond].mean(axis=1)[:, :2] * radial).sum(axis=1)
-        if beyond.size and np.median(inwards) > _LEADING_IN:
-            found.append(bore)
-    return tuple(found)
-
-
 class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
     def __init__(self, structure: Structure) -> None:
         super().__init__(structure)
-        mesh = structure.mesh
-        # The small end's bore may widen towards its ends, like a parabola; edges may have been straightened.
-        x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE][:, :3])].T
-        radius = np.hypot(x - structure.bores.rod_length, y)
-        middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
-        off = np.abs(z - middle) / np.abs(z - middle).max()
-        self.fits = Fits.of(
-            structure.contact,
-            structure.bores,
-            structure.pin_stiffness,
-            structure.largest_pin_forces(),
-            float(np.polyfit(off**2, radius, 1)[0]),
-        )
-        led_in = tuple(bore for bore in _led_in(structure, self.fits) if bore not in self.fits.sharp)
-        self.singular_surfaces = (*self.fits.sharp, *led_in)
-        self.notes = (*self.fits.notes, *led_in_notes(led_in))
+        rod = structure
+        self.fits = Fits.of(rod.contact, rod.mesh, rod.bores, rod.pin_stiffness, rod.largest_pin_forces())
+        self.singular_surfaces, self.notes = self.fits.singular, self.fits.notes
 
     @property
     def excluded_because(self) -> str:
@@ -314,7 +233,7 @@ class ContactPins(PinModel):
 
 
 @dataclass(frozen=True)
-class ContactFields:
+class _ContactFields:
     """Unit loads of one parity on the cell."""
 
     contact: BoreContact
@@ -341,12 +260,12 @@ class ContactFields:
 
     def traction(self, units: slice) -> dict[Surface, Floats]:
         """Traction (n_nodes, 3, n) of some of them on each surface."""
-        traction = self.contact.traction(self.patterns[:, units])
+        traction = self.contact.problem.traction(self.patterns[:, units])
         if self.contact.film is not None:
             traction[Surface.BIG_END_BORE] += self.contact.film.traction(self.others[len(_MOTIONS) :, units])
         return traction
 
-    def combined(self, columns: Floats) -> "ContactFields":
+    def combined(self, columns: Floats) -> "_ContactFields":
         """Return sums of the unit loads, whose weights are columns (n, m)."""
         return replace(self, patterns=self.patterns @ columns, others=self.others @ columns)
 
@@ -372,13 +291,13 @@ class ContactUnits(UnitLoads):
     def patterns(self, parity: Parity) -> Floats:
         """Unknowns (n_cell, n) on the cell in each unit load; `BoreContact.unit_loads` are the last."""
 
-    def fields(self) -> tuple[ContactFields, ContactFields]:
+    def fields(self) -> tuple[_ContactFields, _ContactFields]:
         """Return the even and the odd unit loads."""
         fields, every = [], np.eye(len(self.contact.unit_loads))
         for parity, numbers in zip(Parity, self.contact.of_parity, strict=True):
             patterns = self.patterns(parity)
             others = np.pad(every[:, numbers], [(0, 0), (patterns.shape[1] - len(numbers), 0)])
-            fields.append(ContactFields(self.contact, patterns, others))
+            fields.append(_ContactFields(self.contact, patterns, others))
         return fields[0], fields[1]
 
 
@@ -421,7 +340,7 @@ class PressurePatterns(ContactUnits):
         like: Sequence[tuple[float, SampledWeights]] = (),
     ) -> SampledWeights:
         """Estimate between solved instants, or from other cycles: see `UnitLoads.sampled`."""
-        return EstimatedWeights(self, instants, like)
+        return _EstimatedWeights(self, instants, like)
 
     def balanced(self) -> Weights:
         """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
@@ -440,7 +359,7 @@ class PressurePatterns(ContactUnits):
         return Contacts(self.contact.touches(pressure, slice(None)))
 
 
-class EstimatedWeights(SampledWeights):
+class _EstimatedWeights(SampledWeights):
     """Weights of contact: estimated from other cycles, or between solved instants, and solved on demand.
 
     Attributes: `pressure`: (n, n_instants) before further instants are solved on demand.
@@ -451,7 +370,7 @@ class EstimatedWeights(SampledWeights):
     ) -> None:
         self._units, self._instants = units, instants
         problem, every = units.contact.problem, np.arange(len(instants))
-        known = [share * other.pressure for share, other in like if isinstance(other, EstimatedWeights)]
+        known = [share * other.pressure for share, other in like if isinstance(other, _EstimatedWeights)]
         knots = every[:0] if known else np.unique(np.append(every[::KNOTS], every[-1]))
         left, error = np.setdiff1d(every, knots), np.zeros(len(every))
         gaps, forces = (acting[:, left] for acting in units.contact.acting(instants))

@@ -13,11 +13,11 @@ import numpy as np
 from fea.base.note import assumption
 from fea.contact.friction_system import Load
 from fea.film.cycle import between
+from fea.film.functions import FilmPressure
 from fea.pins.assembly import AssemblyContact, AssemblyPins
-from fea.pins.film_pressure import FilmPressure
 from fea.pins.lubrication import TOPIC, Films
 from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
-from fea.pins.pressure import Harmonics, PressedBore, PressedPins
+from fea.pins.prescribed import Harmonics, PressedBore, PressedPins
 from fea.pins.yielding import End
 from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
@@ -39,8 +39,8 @@ class FilmPins(PinModel):
         self._prescribed = PressedPins.of(replace(structure, pressure=PRESCRIBED))
 
     @cached_property
-    def _units(self) -> "FilmUnits":
-        return FilmUnits(self._prescribed, self.films, self.structure.crank_cycle)
+    def _units(self) -> "_FilmUnits":
+        return _FilmUnits(self._prescribed, self.films, self.structure.crank_cycle)
 
     def respond(self, instants: Instants, cycle: CrankCycle | None = None) -> list[Response]:
         """Return what acts on the rod at instants: see `PinModel.respond`."""
@@ -58,7 +58,7 @@ class FilmPins(PinModel):
         return self._units
 
 
-class FilmUnits(Harmonics):
+class _FilmUnits(Harmonics):
     """Smooth functions on bores with films, harmonics on others, and inertia."""
 
     def __init__(
@@ -67,7 +67,7 @@ class FilmUnits(Harmonics):
         super().__init__(pins)
         at_rest = {pressed.bore.surface: pressed for pressed in self.bores}
         self.films = {
-            end.bore: FilmLoad(own, crank_cycle, pins.n_nodes, at_rest.pop(end.bore))
+            end.bore: _FilmLoad(own, crank_cycle, pins.n_nodes, at_rest.pop(end.bore))
             for end, own in films.items()
         }
         self.bores = list(at_rest.values())
@@ -90,7 +90,7 @@ class FilmUnits(Harmonics):
         return Weights(np.concatenate(even), np.concatenate(odd))
 
 
-class FilmLoad(FilmPressure):
+class _FilmLoad(FilmPressure):
     """What a film presses on its bore at instants; `at_rest`: on a rod at rest, else nothing."""
 
     def __init__(
@@ -150,8 +150,8 @@ class FilmPartsPins(AssemblyPins):
         self.films = {End.BIG: self._own}
 
     @cached_property
-    def _film(self) -> FilmLoad:
-        return FilmLoad(self._own, self.structure.crank_cycle, len(self.structure.mesh.points))
+    def _film(self) -> _FilmLoad:
+        return _FilmLoad(self._own, self.structure.crank_cycle, len(self.structure.mesh.points))
 
     def _problem(self) -> AssemblyContact:
         return AssemblyContact(self.structure, self.fits, self._film)

@@ -16,13 +16,17 @@ those patents. A relief keeps the pin off the ends if it is as steep there.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fea.base.choices import PinBody
 from fea.base.note import SINGULAR, Assumed, Note, assumptions, warning
 from fea.contact.elastic_pin import Pin, bending
 from fea.rod.meshed_rod import Bores
+from fea.solid.boundary import BoundarySurface
 from fea.study.option_tables import CRANK_PIN, PISTON_PIN, ContactTable
 from geometry.errors import require
 from geometry.surfaces import Surface
+from mesh.tetmesh import TetMesh
 
 # Diametral clearance over the diameter of the bore; bore over the diameter of a piston pin; distance of the
 # piston's bosses over the width of the rod; length over which a boss carries the pin over its diameter.
@@ -36,6 +40,8 @@ LARGEST_CLEARANCE, LARGEST_INTERFERENCE = 0.02, 0.003
 DRAWN_RELIEF = 2e-4
 # Share of the depth asked for that is enough: it is printed with two digits, and errs on the safe side.
 _ENOUGH = 0.9
+# Least part of the normal beside the end of a bore that points to its axis, where a round or chamfer begins.
+_LEADING_IN = 0.2
 # What rounding to three digits adds to a length: that of the assumed relief can be given as it is printed.
 _PRINTED = 5e-3
 _RELIEF, _BIG_END = "contact.small_end_relief_mm", "contact.big_end_clearance_mm"
@@ -59,6 +65,7 @@ class Fits:
     half: float = 0.0
     bends: float = 0.0
     eased: float = 0.0  #: depth over `half` of a relief as steep as that of the small end, mm
+    led_in: tuple[Surface, ...] = ()  #: bores whose ends lead into rounds or chamfers
     #: Where the relief is assumed, as deep as the pin bends under its largest force if it presses evenly, mm
     even: float | None = None
 
@@ -81,34 +88,46 @@ class Fits:
         return tuple(surface for surface, touches in pressed.items() if touches)
 
     @property
+    def singular(self) -> tuple[Surface, ...]:
+        """Bores beside whose ends the exact stress is infinite."""
+        return self.sharp + tuple(bore for bore in self.led_in if bore not in self.sharp)
+
+    @property
     def notes(self) -> tuple[Note, ...]:
         """What a reader must know of the pins."""
-        assumed = assumptions("contact", self.assumed)
-        if not self.sharp:
-            return assumed
-        ends = " and ".join(surface.value.replace("_", " ") for surface in self.sharp)
-        text = (
-            f"the bending pin presses on the sharp ends of the {ends}, where the exact stress is infinite, "
-            "and the figures leave out the places near them"
-        )
-        if Surface.SMALL_END_BORE in self.sharp:
-            text += f" (a relief as steep as [{self.half:.3g}, {self.bends:.2g}] mm keeps it off: {_RELIEF})"
-        return (*assumed, warning(text, SINGULAR))
+        notes = [*assumptions("contact", self.assumed)]
+        if self.sharp:
+            text = (
+                f"the bending pin presses on the sharp ends of the {_words(self.sharp)}, where the exact "
+                "stress is infinite, and the figures leave out the places near them"
+            )
+            if Surface.SMALL_END_BORE in self.sharp:
+                text += (
+                    f" (a relief as steep as [{self.half:.3g}, {self.bends:.2g}] mm keeps it off: {_RELIEF})"
+                )
+            notes.append(warning(text, SINGULAR))
+        if rounded := self.singular[len(self.sharp) :]:
+            text = (
+                f"rounds or chamfers end the {_words(rounded)}, and the pin is not looked for on them: where "
+                "its pressure ends the exact stress is infinite, and the figures leave out the places near "
+                "it (contact.small_end_relief_mm keeps the pin off the ends of the small end)"
+            )
+            notes.append(warning(text, SINGULAR))
+        return tuple(notes)
 
     @classmethod
     def of(
         cls,
         table: ContactTable,
+        mesh: TetMesh,
         bores: Bores,
         stiffness: Mapping[str, tuple[float, float]],
         largest_forces: tuple[float, float],
-        widens: float = 0.0,
     ) -> "Fits":
         """Complete what a study says of the pins.
 
         `stiffness`: E, MPa, and ν of pins, by their names, where they are given; `largest_forces`: of the
-        piston pin away from the crank and towards it, N; `widens`: by how much the radius of the small end's
-        bore grows towards its ends as it is drawn, mm. Raises `InvalidValue`: a pin does not fit the rod.
+        piston pin away from the crank and towards it, N. Raises `InvalidValue`: a pin does not fit the rod.
         """
         assumed = Assumed()
 
@@ -140,6 +159,7 @@ class Fits:
                 assumed.append("piston pin of steel, 206 GPa ([material.piston_pin])")
             E, nu = stiffness.get(PISTON_PIN, STEEL)
             piston_pin = Pin(bores.small_radius, bore / 2, width / 2, (gap / 2, length / 2), E, nu)
+        widens = _widening(mesh, bores)
         relief, drawn = _relief(table, bores), widens > DRAWN_RELIEF * bores.small_radius
         half = bores.small_width / 2
         bends, even, (pull, push) = 0.0, None, largest_forces
@@ -166,6 +186,9 @@ class Fits:
             bends=bends,
             eased=widens if relief is None else relief[1] * half / relief[0],
             even=even,
+            led_in=_led_in(
+                mesh, bores, eased=table.small_end_relief_mm is not None or (drawn and relief is None)
+            ),
         )
 
 
@@ -173,17 +196,43 @@ def _assumed(relief: tuple[float, float]) -> str:
     return f"small-end relief [{relief[0]:.3g}, {relief[1]:.2g}] mm ({_RELIEF})"
 
 
-def led_in_notes(bores: Sequence[Surface]) -> tuple[Note, ...]:
-    """Say that the ends of bores are left out because they lead into rounds or chamfers."""
-    if not bores:
-        return ()
-    ends = " and ".join(surface.value.replace("_", " ") for surface in bores)
-    text = (
-        f"rounds or chamfers end the {ends}, and the pin is not looked for on them: where its pressure ends "
-        "the exact stress is infinite, and the figures leave out the places near it "
-        "(contact.small_end_relief_mm keeps the pin off the ends of the small end)"
-    )
-    return (warning(text, SINGULAR),)
+def _words(bores: Sequence[Surface]) -> str:
+    return " and ".join(surface.value.replace("_", " ") for surface in bores)
+
+
+def _widening(mesh: TetMesh, bores: Bores) -> float:
+    """By how much the radius of the small end's bore grows towards its ends as it is drawn, mm.
+
+    It may widen like a parabola; edges may have been straightened.
+    """
+    x, y, z = mesh.points[np.unique(mesh.facets[Surface.SMALL_END_BORE][:, :3])].T
+    radius = np.hypot(x - bores.rod_length, y)
+    middle = 0.0 if Surface.SYMMETRY_Z in mesh.facets else (z.min() + z.max()) / 2
+    off = np.abs(z - middle) / np.abs(z - middle).max()
+    return float(np.polyfit(off**2, radius, 1)[0])
+
+
+def _led_in(mesh: TetMesh, bores: Bores, *, eased: bool) -> tuple[Surface, ...]:
+    """Bores whose ends lead into a round or a chamfer, which the pin is not looked for on.
+
+    Its pressure ends amid a surface then, or at an obtuse edge, where the exact stress is infinite; at the
+    right angle of a plane end face it is finite. A relief that is given or drawn (`eased`) keeps the pin off
+    the ends of the small end.
+    """
+    ends, led_in = {Surface.BIG_END_BORE: 0.0}, []
+    if not eased:
+        ends[Surface.SMALL_END_BORE] = bores.rod_length
+    for bore, x in ends.items():
+        body = BoundarySurface.of(mesh, [bore, Surface.FREE])
+        facet, label = body.edges.facet, body.label[body.edges.facet]
+        border = label[:, 0] != label[:, 1]
+        beyond = np.where(label[border, 0] == 1, facet[border, 0], facet[border, 1])
+        away = body.points[body.facets[beyond, :3]].mean(axis=1)[:, :2] - [x, 0.0]
+        radial = away / np.linalg.norm(away, axis=1, keepdims=True)
+        inwards = -(body.normals[beyond].mean(axis=1)[:, :2] * radial).sum(axis=1)
+        if beyond.size and np.median(inwards) > _LEADING_IN:
+            led_in.append(bore)
+    return tuple(led_in)
 
 
 def _clearance(key: str, clearance: float, radius: float) -> float:

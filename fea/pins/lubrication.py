@@ -11,12 +11,11 @@ import numpy as np
 from fea.base.note import Assumed, Note, assumption, assumptions, warning
 from fea.base.units import BAR, DEG, UM
 from fea.contact.friction_system import ContactState
-from fea.film.asperities import Asperities
+from fea.film.constitutive import Asperities, Oil, WarmOil
 from fea.film.cycle import MOST_CYCLES, FilmCycle, HeatBalance, JournalLoads, integrate
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing
-from fea.film.oil import Oil, WarmOil
 from fea.film.reynolds import Reynolds
 from fea.pins.contact import ContactPins
 from fea.pins.fits import BIG_CLEARANCE, STEEL, Fits

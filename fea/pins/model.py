@@ -3,7 +3,8 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, NamedTuple, Protocol, Self
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -26,6 +27,10 @@ from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants, joined
 from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from fea.pins.lubrication import Films
+    from fea.pins.yielding import End
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,6 +209,7 @@ class PinModel(ABC):
     #: Where the exact stress is infinite because pins press on sharp edges.
     singular_surfaces: tuple[Surface, ...] = ()
     notes: tuple[Note, ...] = ()  #: what a reader must know of the pins
+    films: "Mapping[End, Films]" = MappingProxyType({})  #: oil films that load the bores
     resting: Instants = joined(())  #: load cases of a rod on which nothing acts but the model itself
 
     def __init__(self, structure: Structure) -> None:

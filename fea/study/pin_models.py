@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from fea.base.choices import CONTACT, SolverName, Support
 from geometry.errors import InvalidValue
-from loads.bearing import BorePressure
+from loads.bearing import NAMES, PROFILES, BorePressure
 
 
 class PinModelEntry(NamedTuple):
@@ -20,20 +20,24 @@ class PinModelEntry(NamedTuple):
     implementation: str  #: "module:class" of a `fea.pins.model.PinModel`, loaded when a rod is prepared
     in_contact: bool = False  #: whether the bores touch pins as [contact] says, which needs fine meshes there
     in_parts: bool = False  #: whether it is for rods of separate parts, which [assembly] describes
-    parse: Callable[[str], object] = str  #: raises `InvalidValue` where the rest of the name is wrong
+    #: Of pressures over an arc: the arcs by the name, or `InvalidValue` where the rest of it is wrong
+    arcs: Callable[[str], BorePressure] | None = None
     shown: str = ""  #: the names it is listed by; the pattern by default
-    assumption: str = ""  #: what a run assumes of the pins, for its report
+    assumption: str = ""  #: what a run assumes of the pins, for its report; by default what the arcs say
 
     def load(self) -> Any:
         """Return the class that implements it."""
         module, name = self.implementation.split(":")
         return getattr(import_module(module), name)
 
+    def assumed(self, pressure: str) -> str:
+        """Return what a run assumes of the pins, for its report."""
+        return self.assumption or (self.arcs(pressure).words if self.arcs else "")
+
 
 # What takes the place of contact where only a prescribed load will do.
 PRESCRIBED = "cosine-180"
-_PRESSURES = r"webster|(cosine|uniform)-\d+(\.\d+)?"
-_SHOWN = "cosine-180, uniform-120, cosine-<arc in degrees>, webster"
+_PRESSURES = rf"webster|({'|'.join(PROFILES)})-\d+(\.\d+)?"
 _BONDED = (
     "Each pin is bonded to its bore: its force is a uniform traction over the whole bore, so that it pulls "
     "one half as hard as it presses on the other."
@@ -52,7 +56,7 @@ _FILM_IN_PARTS = (
     "the joint is closed, and otherwise from frictionless contact, as that of the piston pin does."
 )
 PIN_MODELS: tuple[PinModelEntry, ...] = (
-    PinModelEntry(_PRESSURES, "fea.pins.pressure:PressedPins", parse=BorePressure.parse, shown=_SHOWN),
+    PinModelEntry(_PRESSURES, "fea.pins.prescribed:PressedPins", arcs=BorePressure.parse, shown=NAMES),
     PinModelEntry("bonded", "fea.pins.bonded:BondedPins", assumption=_BONDED),
     PinModelEntry(CONTACT, "fea.pins.contact:ContactPins", in_contact=True, assumption=_CONTACT),
     PinModelEntry(FILM, "fea.pins.film_pins:FilmPins", assumption=_FILM),
@@ -72,7 +76,8 @@ def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
     """
     for entry in sorted(PIN_MODELS, key=lambda entry: entry.in_parts != in_parts):
         if re.fullmatch(entry.pattern, pressure):
-            entry.parse(pressure)
+            if entry.arcs is not None:
+                entry.arcs(pressure)
             return entry
     *others, last = dict.fromkeys(entry.shown or entry.pattern for entry in PIN_MODELS)
     raise InvalidValue("analysis.pressure", pressure, f"must be {', '.join(others)} or {last}")

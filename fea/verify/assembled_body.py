@@ -10,8 +10,9 @@ import numpy as np
 from fea.base.choices import Support
 from fea.base.material import Material, of_parts
 from fea.contact.assembled import Assembled, Warming
+from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
-from fea.contact.interfaces import BoltPull, MatingFaces
+from fea.contact.interfaces import MatingFaces
 from fea.contact.problem import ContactProblem
 from fea.solid.parity import Parity
 from fea.solid.recovery import ElementStress, PartRecovery
@@ -146,13 +147,7 @@ class AssembledBody:
         On the surfaces that the loads act on it is that of free ones.
         """
         u = self.displacement(state, weights)[..., None]
-        traction: dict[Surface, Floats] = {}
-        for number, face in enumerate(self.problem.faces):
-            values = self._on_cell(state)[self.problem.own(number)]
-            traction |= face.traction(values[:, None], self.mesh.points)
-        for bolt, force in zip(self.problem.bolts, self.tension(state), strict=True):
-            for surface, unit in bolt.traction.items():
-                traction[surface] = traction.get(surface, 0.0) + force * unit[..., None]
+        traction = self.problem.traction(self._on_cell(state)[:, None])
         of_parts = self._recovery.nodal_stress(u, self.materials, Parity.SYMMETRIC, traction)
         return [stress[..., 0] for stress in of_parts]
 
@@ -169,4 +164,4 @@ class AssembledBody:
 def pulled(mesh: TetMesh, stiffness: float, *, share: float) -> BoltPull:
     """A bolt along x whose seats are all of `BOLT_THREAD`, at smaller x, and of `BOLT_HEAD`."""
     seats = {side: np.arange(len(mesh.facets[side])) for side in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
-    return BoltPull.of(mesh, "bolt", seats, np.array([1.0, 0.0, 0.0]), stiffness, share=share)
+    return BoltPull.of(mesh, seats, np.array([1.0, 0.0, 0.0]), stiffness, share=share)

@@ -13,7 +13,7 @@ from fea.analysis.cycle.unit_solutions import distinct
 from fea.analysis.pipeline import solve_speed, with_cycle
 from fea.base.choices import Symmetry
 from fea.output.vtu import write_vtu
-from fea.pins.pressure import TOLERANCE, series
+from fea.pins.prescribed import TOLERANCE, series
 from fea.solid.stress import von_mises
 from loads.bearing import BorePressure
 

@@ -9,7 +9,7 @@ from assemblies import NUTS, SIMPLE, write_assembly
 from fea.analysis.assembling import Assembling
 from fea.analysis.meshing import mesh_study
 from fea.apps.result import analyse
-from fea.contact.interfaces import BoltPull
+from fea.contact.bolts import BoltPull
 from fea.pins.assembly import _ends
 from fea.study.assembly_table import AssemblyTable
 from fea.study.flags import Flags
@@ -54,7 +54,7 @@ def test_the_force_of_a_bolt_acts_along_its_axis(mesh):
     (first, _) = mesh.bolts
     (ends,) = _ends(mesh.cell, [first])
     at, along = np.array(first.point), np.array(first.direction)
-    pull = BoltPull.of(mesh.cell, "bolt 1", dict(ends.seats), along, 1e6, share=ends.share, point=at)
+    pull = BoltPull.of(mesh.cell, dict(ends.seats), along, 1e6, share=ends.share, point=at)
     forces = pull.forces(len(mesh.cell.points)).toarray().reshape(-1, 3)
     away = mesh.cell.points - np.array(first.point)
     moment = away[:, 0] @ forces[:, 1] - away[:, 1] @ forces[:, 0]

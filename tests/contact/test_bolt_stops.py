@@ -7,8 +7,8 @@ import pytest
 from bolts import bolt
 
 from fea.contact.assembly_state import BoltBeam
-from fea.contact.interfaces import BoltStop, MatingFaces
-from fea.contact.multipliers import uniform
+from fea.contact.bolts import BoltStop
+from fea.contact.interfaces import MatingFaces, uniform
 from fea.pins.assembly_states import AssemblyStates
 from fea.solid.traction import traction_forces
 from fea.study.assembly_table import parse_thread

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.contact.block import Guess
-from fea.contact.friction_system import Correction
-from fea.contact.trial import EXACT
+from fea.contact.friction_system import GuessCorrection
+from fea.contact.trial import TOLERANCES
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Circling:
 
 
 def test_where_all_places_circle_single_ones_are_changed():
-    guess, correction = Guess.closed(2, 1), Correction(EXACT)
+    guess, correction = Guess.closed(2, 1), GuessCorrection(TOLERANCES)
     for _ in range(40):
         better = correction.of(Circling(guess))
         if better is None:
             break
         guess = better
-    assert Circling(guess).obeys(EXACT)
+    assert Circling(guess).obeys(TOLERANCES)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from fea.contact.block import Block, Blocks, Guess, Places, Product
-from fea.contact.condensed import CondensedInterface
+from fea.contact.block import ContactBlock, CoupledBlocks, Guess, Places, Product
 from fea.contact.friction_system import FrictionSystem, Load, Steps
+from fea.contact.problem import CondensedInterface
 
 PINS, PLACES, FRICTION = 12, 8, 0.3
 SIZE = PINS + 3 * PLACES
@@ -31,7 +31,7 @@ class TwoEnds:
             tangential=np.concatenate([shear, 3 * PLACES + shear]),
             friction=np.full(2 * PLACES, FRICTION),
             bolt=np.zeros(2 * PLACES, dtype=bool),
-            rubbing=np.ones(2 * PLACES, dtype=bool),
+            frictional=np.ones(2 * PLACES, dtype=bool),
         )
         gap = rng.normal(size=2 * SIZE)
         gap[np.concatenate([PINS + normal, SIZE + PINS + normal])] -= 5.0
@@ -59,11 +59,11 @@ class TwoEnds:
         return found, system.together(alone), system.part_motion(found)
 
     def blocks(self):
-        return Blocks.of(Block.whole(self.condensed, self.R[self.pins], self.places)).blocks
+        return CoupledBlocks.of(ContactBlock.whole(self.condensed, self.R[self.pins], self.places)).blocks
 
 
 def as_one(monkeypatch):
-    monkeypatch.setattr(Blocks, "of", classmethod(lambda cls, whole: cls((whole,), ((),))))
+    monkeypatch.setattr(CoupledBlocks, "of", classmethod(lambda cls, whole: cls((whole,), ((),))))
 
 
 @pytest.mark.parametrize("coupling", [0.0, 1e-9, 1e-8, 1e-5])

@@ -7,7 +7,7 @@ import pytest
 from engines import LEON
 
 from fea.base.units import DEG, RPM
-from fea.contact.friction_cycle import MOST_CYCLES, ON_END, FrictionCycle, increments
+from fea.contact.assembled import MOST_CYCLES, ON_END, FrictionCycle, increments
 from geometry.mass import MassProperties
 from loads.crank_cycle import BEGINNING, CrankCycle
 from loads.crank_cycle import INCREMENTS as OF_CYCLE

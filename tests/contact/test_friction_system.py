@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from fea.contact.active_set import ContactSystem
 from fea.contact.block import Guess, Places
-from fea.contact.condensed import CondensedInterface
 from fea.contact.friction_system import FrictionSystem, Load, Steps
+from fea.contact.problem import CondensedInterface
 from fea.contact.trial import Linear
 from fea.solid.errors import ContactError
 
@@ -38,7 +38,7 @@ class Problem:
             tangential=shear if friction else np.full((PLACES, 2), -1),
             friction=self.mu,
             bolt=np.zeros(PLACES, dtype=bool),
-            rubbing=np.full(PLACES, bool(friction)),
+            frictional=np.full(PLACES, bool(friction)),
         )
         self.condensed = CondensedInterface.of(self.C, self.P, self.pins)
         self.system = FrictionSystem(self.condensed, self.R, self.places)
@@ -151,8 +151,8 @@ def test_guesses_are_the_same_where_they_say_the_same(name):
     assert guess.equals(silent)  # of what does not slip there is no direction
 
 
-@pytest.mark.parametrize("rubbing", [True, False])
-def test_what_an_earlier_step_left_changes_nothing(rubbing, monkeypatch):
+@pytest.mark.parametrize("frictional", [True, False])
+def test_what_an_earlier_step_left_changes_nothing(frictional, monkeypatch):
     set_up, of = [], Linear.of
     monkeypatch.setattr(Linear, "of", lambda *given: set_up.append(given) or of(*given))
     problem = Problem(11, 0.3)
@@ -160,9 +160,9 @@ def test_what_an_earlier_step_left_changes_nothing(rubbing, monkeypatch):
     gap, guess = problem.start()
     for number in range(4):
         load = problem.load(0.05)
-        fresh = Steps(problem.system).at_once(load, gap, guess, rubbing=rubbing)
+        fresh = Steps(problem.system).at_once(load, gap, guess, frictional=frictional)
         set_up.clear()
-        found = remembering.at_once(load, gap, guess, rubbing=rubbing)
+        found = remembering.at_once(load, gap, guess, frictional=frictional)
         assert len(set_up) == found.changes - (number > 0)  # what is begun with was solved for before
         np.testing.assert_allclose(found.values, fresh.values, atol=1e-11 * np.abs(fresh.values).max())
         gap, guess = found.gap, found.guess
@@ -172,7 +172,7 @@ def test_given_slip_is_kept():
     problem = Problem(3, 0.2)
     gap, guess = problem.start()
     gap[problem.places.tangential] = problem.rng.normal(size=(PLACES, 2))
-    found = Steps(problem.system).at_once(problem.load(), gap, guess, rubbing=False)
+    found = Steps(problem.system).at_once(problem.load(), gap, guess, frictional=False)
     closed = ~found.guess.opened
     assert closed.any()
     given_slip = gap[problem.places.tangential[closed]]

@@ -6,13 +6,12 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import fsolve
 
-from fea.film.asperities import Asperities
-from fea.film.cycle import JournalLoads, _Course, integrate
+from fea.film.constitutive import Asperities, Oil, WarmOil
+from fea.film.cycle import JournalLoads, _Integration, integrate
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing, ElasticBore
-from fea.film.oil import Oil, WarmOil
-from fea.film.reynolds import Conditions, Film, Reynolds, Supply
+from fea.film.reynolds import Conditions, FilmState, Reynolds, Supply
 from fea.solid.errors import FilmError
 from fea.study.film_table import grade
 
@@ -174,7 +173,7 @@ def test_a_journal_that_nothing_holds_is_loaded_until_oil_presses():
     """The bearing is just filled without pressure, so that no pressure says where the load moves it."""
     film = bearing()
     start, none = film.start(), np.zeros(film.reynolds.grid.shape)
-    start = replace(start, film=Film(none, none + 1.0, none > 0))
+    start = replace(start, film=FilmState(none, none + 1.0, none > 0))
     conditions = Conditions(SPEED, rate=1e3, before=1.01e3 * start.volume)
     state = film.solve(start, conditions, load=np.array([500.0, 0.0]))
     assert film.reynolds.grid.resultants(state.pressure) == pytest.approx([500.0, 0.0], abs=0.05)
@@ -185,7 +184,7 @@ def test_a_journal_crosses_an_empty_bearing_to_the_few_cells_that_hold_it(load):
     """In one short step, with a fifth of the oil: nothing holds the journal on its way."""
     film = bearing(48, 4)
     start, none = film.start((-0.8 * C, 0.1 * C)), np.zeros(film.reynolds.grid.shape)
-    start = replace(start, film=Film(none, none + 0.2, none > 0))
+    start = replace(start, film=FilmState(none, none + 0.2, none > 0))
     state = film.solve(start, Conditions(SPEED, None, 1e5, 1e5 * start.volume), load=np.array(load))
     assert film.reynolds.grid.resultants(state.pressure) == pytest.approx(load, rel=1e-3)
     assert 0 < state.film.full.sum() < 10
@@ -239,7 +238,7 @@ def test_a_cell_that_drains_is_empty_where_less_is_not_solved_and_owes_the_rest(
         inlet=0.5,
         grooves=film.reynolds.grid.groove(math.pi, 0.3),
     )
-    course, total = _Course.begun(film, acting, None), film.reynolds.grid.total
+    course, total = _Integration.begun(film, acting, None), film.reynolds.grid.total
     (state,) = [*course.states][-1:]
     emptiest = np.unravel_index(state.film.fill.argmin(), state.film.fill.shape)
     assert 0 < state.film.fill[emptiest] < 1
@@ -289,7 +288,7 @@ def test_no_oil_thickens_without_limit():
 def test_a_pressure_falls_as_the_flow_does():
     """Where oil hardly flows, a step leaves no cell without oil; solid oil loses its pressure at once."""
     oil, full = Oil(8e-9, 0.015), np.ones((1, 2), dtype=bool)
-    film = Film(np.array([[oil.solid + 300.0, 5.0]]), np.ones((1, 2)), full)
+    film = FilmState(np.array([[oil.solid + 300.0, 5.0]]), np.ones((1, 2)), full)
     after = film.changed(np.array([[-1300.0, -10.0]]), oil)
     assert after.pressure == pytest.approx(np.array([[oil.solid - math.log(16) / 0.015, 0.0]]))
     assert after.full.tolist() == [[True, False]]
@@ -517,7 +516,7 @@ def under_tension(film, conditions, load, position):
 
     def pressure(position):
         gap = film.planes(film.clearance * position, np.zeros(0))
-        balance = plain.balance(Film(0 * ones, ones, ones > 0), gap, conditions)
+        balance = plain.balance(FilmState(0 * ones, ones, ones > 0), gap, conditions)
         solved = plain.stencil.solver(balance.by_film)(-balance.excess.reshape(-1, 1))
         return np.interp(solved.reshape(grid.shape), q, steps)
 

@@ -210,10 +210,11 @@ def test_an_almost_rigid_elastic_pin_is_the_rigid_one(rigid, solved):
         assert np.abs(case.contact_pressure - pressure).max() < 1e-4 * pressure.max()
 
 
-def test_an_elastic_crank_pin_is_as_long_as_the_big_end_and_changes_nothing_at_the_small_end():
+def test_an_elastic_crank_pin_is_as_long_as_the_big_end_and_changes_nothing_at_the_small_end(rod):
     table = ContactTable(small_end_relief_mm=(3.0, 0.01))
     bores = Bores(150.0, big_radius=26.0, big_width=24.0, small_radius=12.0, small_width=30.0)
-    rigid, elastic = (Fits.of(table, bores, own, (3e4, 3e4)) for own in ({}, {"crank_pin": (206e3, 0.3)}))
+    mesh, stiff = rod.structure.mesh, {"crank_pin": (206e3, 0.3)}
+    rigid, elastic = (Fits.of(table, mesh, bores, own, (3e4, 3e4)) for own in ({}, stiff))
     assert rigid.crank_pin is None
     assert elastic.crank_pin == Pin(26.0, 0.0, 12.0, (1.02 * 12.0, 1.02 * 12.0 + 26.0), 206e3, 0.3)
     assert dataclasses.replace(elastic, crank_pin=None) == rigid

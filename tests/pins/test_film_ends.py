@@ -10,11 +10,11 @@ import pytest
 from fea.analysis.film import films_at
 from fea.analysis.pipeline import prepare
 from fea.contact.elastic_pin import HALF_COSINE, ORDERS, Pin, bending
+from fea.film.constitutive import Oil
 from fea.film.cycle import JournalLoads, integrate
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing
-from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.pins import lubrication
 from fea.pins.lubrication import Films, Grooves, Lubrication

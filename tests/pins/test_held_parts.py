@@ -11,9 +11,8 @@ from scipy.sparse.linalg import spsolve
 
 from fea.analysis.pipeline import prepare
 from fea.pins import lubrication
-from fea.pins.held_parts import HeldParts
 from fea.pins.lubrication import Films
-from fea.pins.yielding import End, YieldingBore, unit_forces
+from fea.pins.yielding import End, HeldParts, YieldingBore, unit_forces
 from fea.solid.parity import Parity
 from fea.solid.supports import plane_conditions
 from fea.study.film_table import FilmTable
@@ -153,7 +152,7 @@ def test_a_joint_without_friction_holds_no_cap(parts):
     class Sliding:
         """A motion of the cap that nothing but the pin resists."""
 
-        problem, system = parts.problem, SimpleNamespace(loose=np.ones((1, 3)))
+        problem, system = parts.problem, SimpleNamespace(pin_held=np.ones((1, 3)))
 
     with pytest.raises(InvalidValue, match=r"joint_friction = 0: leaves a part that nothing but the pins"):
         HeldParts.under(Sliding, {}, {})

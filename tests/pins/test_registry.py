@@ -1,15 +1,20 @@
-"""A pin model is one file and one line of the registry: everything else asks the model itself."""
+"""A pin model is one file and one entry of the registry: everything else asks the model itself.
+
+A further pressure over an arc is one line of `loads.bearing.PROFILES`.
+"""
 
 import numpy as np
 import pytest
 from studies import plain_study
+from toy_pins import EvenPins
 
-from fea import run
-from fea.apps.result import analyse
+from fea import analyse, run
+from fea.output.report.scene import pressure_kind
 from fea.pins.model import PinModel
 from fea.study import pin_models
 from fea.study.pin_models import PIN_MODELS, PinModelEntry, pin_model
 from geometry.errors import InvalidValue
+from loads import bearing
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
 
@@ -38,6 +43,45 @@ def test_a_registered_model_loads_cases_and_the_whole_cycle(registered, symmetry
 def test_a_report_tells_what_a_registered_model_assumes(registered, tmp_path):
     run(plain_study(), pressure="even", size=20, report=True, out=tmp_path / "run")
     assert "The traction is the same everywhere." in (tmp_path / "run" / "report.html").read_text("utf-8")
+
+
+@pytest.fixture
+def parabola(monkeypatch):
+    """A further pressure profile."""
+    profile = bearing.PressureProfile("a parabola of pressure", lambda t: 1 - t**2)
+    monkeypatch.setitem(bearing.PROFILES, "parabola", profile)
+    pressed = PIN_MODELS[0]._replace(pattern=r"parabola-\d+")
+    monkeypatch.setattr(pin_models, "PIN_MODELS", (*PIN_MODELS, pressed))
+
+
+def test_a_further_profile_loads_cases_and_the_whole_cycle(parabola, tmp_path):
+    """Superposed stress agrees with that of the cases, as the series of a continuous pressure does."""
+    run(plain_study(), pressure="parabola-160", size=20, report=True, out=tmp_path / "run")
+    found = analyse(plain_study(), pressure="parabola-160", size=20, cycle=True, symmetry="half")
+    assert found.trusted
+    assert found.cycle.superposition < 0.01
+    assert "a parabola of pressure over 160°" in (tmp_path / "run" / "report.html").read_text("utf-8")
+    shares = pressure_kind("parabola-160")["tension"]["shares"]
+    assert shares == pytest.approx([1 - (k / 16) ** 2 for k in range(17)], abs=1e-4)
+
+
+def test_every_profile_is_a_pin_model():
+    for name in bearing.PROFILES:
+        assert pin_model(f"{name}-90").arcs(f"{name}-90").tension.profile is bearing.PROFILES[name]
+
+
+class OneSided(EvenPins):
+    """A load in proportion to the force that is not linear in its components."""
+
+    def load(self, bore, force):
+        return super().load(bore, (abs(force[0]), force[1]))
+
+
+def test_a_load_that_is_not_linear_needs_a_span_of_its_own(monkeypatch):
+    line = PinModelEntry("one-sided", f"{__name__}:OneSided")
+    monkeypatch.setattr(pin_models, "PIN_MODELS", (*PIN_MODELS, line))
+    with pytest.raises(TypeError, match=r"OneSided\.load is not linear .* a span of its own"):
+        analyse(plain_study(), pressure="one-sided", size=20, cycle=True)
 
 
 def test_an_unknown_model_is_refused_with_the_names_of_all(registered):

@@ -11,7 +11,7 @@ from studies import plain_study
 from fea.analysis.pipeline import prepare
 from fea.base.choices import Symmetry
 from fea.pins.lubrication import Hole
-from fea.pins.pressure import SKEWED, _skewness
+from fea.pins.prescribed import SKEWED, _skewness
 from fea.pins.yielding import End, unit_forces
 from fea.study.flags import Flags
 

@@ -5,7 +5,7 @@ import pytest
 from strap import BIG_BORE, LENGTH, SMALL_BORE, WIDTH, strap
 
 from fea.base.choices import Support
-from fea.pins.pressure import PressedPins
+from fea.pins.prescribed import PressedPins
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import Tilt, inertia, resultants
 from fea.solvers.static import Model

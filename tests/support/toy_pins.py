@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from fea.pins.prescribed import PrescribedPins
+from fea.pins.prescribed import LinearPins
 from fea.solid.bore import BoreLoad
 from fea.solid.parity import Split
 
 
-class EvenPins(PrescribedPins):
+class EvenPins(LinearPins):
     """The same traction everywhere on a bore."""
 
     def load(self, bore, force):

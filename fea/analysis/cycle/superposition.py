@@ -17,7 +17,7 @@ from fea.contact.assembly_state import FITS, AssemblyState, Touch, bolt_forces
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
 from fea.pins.model import Weights
-from fea.pins.pressure import TOLERANCE
+from fea.pins.prescribed import TOLERANCE
 from fea.rod.places import SurfaceRegions
 from fea.solid.stress import von_mises
 from geometry.arrays import Floats, Ints, Mask

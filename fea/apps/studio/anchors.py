@@ -39,7 +39,7 @@ VAGUE = 0.05  # share of the stress beyond which nothing is shown
 # Of the largest utilisation in any load case of the first anchor: nodes inside the rod that are followed, and
 # of that against fatigue.
 _INSIDE, _TIRED = 0.6, 0.75
-# Relative error of stresses that are superposed: the series of the pins' pressure (`fea.pins.pressure`).
+# Relative error of stresses that are superposed: the series of the pins' pressure (`fea.pins.prescribed`).
 SUPERPOSED = 5e-4
 _EVERY = 2 * DEG  # crank angles at which fatigue is looked at
 _RECENT = 2  # loads whose fields are kept

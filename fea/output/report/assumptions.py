@@ -4,13 +4,12 @@ from collections.abc import Iterator
 
 from fea.base.choices import Element, Finish, Support
 from fea.base.material import Material
-from fea.base.units import DEG, GPA, KG_M3, KN
+from fea.base.units import GPA, KG_M3, KN
 from fea.output.stored_run import Run
 from fea.output.units import figure, unit
 from fea.study.engine_table import EngineTable
 from fea.study.option_tables import PINS
 from fea.study.pin_models import FILM, pin_model
-from loads.bearing import Arc, BorePressure, Shape
 
 _PARTS = {"quarter": "A quarter", "half": "A half"}
 _CLAMPED = (
@@ -99,21 +98,7 @@ def _gas(engine: EngineTable) -> str:
 
 def _pins(run: Run) -> str:
     name = run.summary.model.pressure
-    entry = pin_model(name, in_parts=run.summary.assembly is not None)
-    load = entry.parse(name)
-    if not isinstance(load, BorePressure):
-        return entry.assumption
-    pushing = f" where it pulls the rod, and with {_arc(load.compression)} where it pushes"
-    return (
-        f"Each pin presses on its bore with {_arc(load.tension)}"
-        f"{'' if load.tension == load.compression else pushing}. It is constant along the pin and centred on "
-        "the force; the pins' stiffness, clearance and oil film do not enter."
-    )
-
-
-def _arc(arc: Arc) -> str:
-    kind = "half a cosine of pressure" if arc.shape is Shape.COSINE else "a uniform pressure"
-    return f"{kind} over {arc.angle / DEG:.0f}°"
+    return pin_model(name, in_parts=run.summary.assembly is not None).assumed(name)
 
 
 def _assembled(run: Run) -> str:

@@ -22,7 +22,7 @@ from fea.output.tables import lettered
 from fea.output.units import coordinates, factor, number, quantity, scale, unit
 from fea.study.pin_models import pin_model
 from geometry.arrays import Floats, Ints
-from loads.bearing import Arc, BorePressure
+from loads.bearing import PressureArc
 from mesh.tetmesh import TetMesh
 
 _MIDDLE = Field("principal_2", "middle principal stress", "MPa", signed=True)
@@ -32,6 +32,8 @@ CASE_FIELDS = (
     VON_MISES, "principal_1", "principal_2", "principal_3", "displacement", "safety_factor_node",
     "contact_pressure",
 )  # fmt: skip
+# How many values describe the pressure from the middle of an arc to its end.
+_SAMPLES = 17
 # Of an instant of the cycle: what follows from its stress and displacement.
 INSTANT_FIELDS = CASE_FIELDS[:-1]
 
@@ -112,14 +114,17 @@ def _spot(title: str, text: str, at: tuple[float, float, float], result: str, fi
 
 def pressure_kind(name: str) -> JsonObject:
     """Return what a pin does to its bore, from the pressure's name in the study."""
-    load = pin_model(name).parse(name)
-    if not isinstance(load, BorePressure):
+    arcs = pin_model(name).arcs
+    if arcs is None:
         return {"kind": name}
+    load = arcs(name)
     return {"kind": "arc", "tension": _arc(load.tension), "compression": _arc(load.compression)}
 
 
-def _arc(arc: Arc) -> JsonObject:
-    return {"shape": arc.shape.value, "deg": round(float(np.degrees(arc.angle)), 6)}
+def _arc(arc: PressureArc) -> JsonObject:
+    away = np.linspace(0.0, arc.angle / 2, _SAMPLES)
+    shares = arc.unbounded(away).round(4).tolist()
+    return {"shares": shares, "deg": round(float(np.degrees(arc.angle)), 6)}
 
 
 def bore_loads(contact: Mapping[str, BoreFigures] | None) -> list[list[float]] | None:

@@ -10,10 +10,9 @@ import numpy as np
 from fea.base.material import Material
 from fea.contact.assembled import Warming
 from fea.contact.assembly_state import BoltBeam
-from fea.contact.bolt_bending import BoltBending, BoltEnds
+from fea.contact.bolts import BoltBending, BoltEnds, BoltPull
 from fea.contact.friction_system import ContactState
-from fea.contact.interfaces import BoltPull, MatingFaces
-from fea.contact.multipliers import radial
+from fea.contact.interfaces import MatingFaces, radial
 from fea.solid.traction import Traction, traction_forces
 from fea.solvers.static import displacement
 from fea.verify.assembled_body import AssembledBody, along_x, apart, bars, parted, pulled, radius
@@ -318,7 +317,7 @@ def _eccentric_block(size: float) -> tuple[AssembledBody, BoltBending]:
     mesh, loads = _loaded_block(size, _pulling(_LOAD_AT), shearing)
     seats = {side: np.arange(len(mesh.facets[side])) for side in (Surface.BOLT_HEAD, Surface.BOLT_THREAD)}
     at, axis = np.array([0.0, _BESIDE, 0.0]), np.array([1.0, 0.0, 0.0])
-    bolt = BoltPull.of(mesh, "bolt", seats, axis, STIFFNESS, share=0.5, point=at)
+    bolt = BoltPull.of(mesh, seats, axis, STIFFNESS, share=0.5, point=at)
     sticking = joint(mesh, friction=True)
     assembled = AssembledBody(
         mesh, (STEEL, STEEL), [sticking], [bolt], loads, friction=0.9, preload=[PRELOAD]

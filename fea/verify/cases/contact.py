@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 from fea.base.material import Material
 from fea.contact.active_set import Contact
 from fea.contact.elastic_pin import ElasticPin, Pin
-from fea.contact.interfaces import PinInBore
-from fea.contact.multipliers import Multipliers, radial
+from fea.contact.interfaces import Multipliers, PinInBore, radial
 from fea.contact.problem import ContactProblem
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.bore import bore_facets, bore_load
@@ -37,8 +36,7 @@ from geometry.arrays import Floats, Mask
 from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from loads.bearing import Arc as PressedArc
-from loads.bearing import BorePressure
+from loads.bearing import BorePressure, PressureArc
 from mesh.generate import Fine, mesh_body
 from mesh.tetmesh import TetMesh
 
@@ -74,14 +72,11 @@ class _TouchedBody:
 
     def stress(self, pressure: Floats) -> Floats:
         """Nodal stress (n_nodes, 6) under pressures (n,), MPa."""
-        multipliers, n_nodes = self._pin.multipliers, len(self.mesh.points)
+        n_nodes = len(self.mesh.points)
         forces = np.where(self._fixed, 0.0, self.problem.forces @ pressure)
         u = self._solver.solve(0, forces[:, None]).reshape(n_nodes, 3, 1)
-        nodes, values = multipliers.at_nodes(pressure[:, None])
-        traction = np.zeros((n_nodes, 3, 1))
-        traction[nodes] = values[:, None] * multipliers.direction(self.mesh.points[nodes])[..., None]
-        known, pressed = (multipliers.surface,), {multipliers.surface: traction}
-        return SolvedBody(self.mesh, self._material, u, known, pressed).stress
+        pressed = self.problem.traction(pressure[:, None])
+        return SolvedBody(self.mesh, self._material, u, tuple(pressed), pressed).stress
 
 
 def _contact_end(place: Floats, p: Floats) -> float:
@@ -359,7 +354,7 @@ def pin_loaded_eye(size: float) -> Quantities:
         arc = BorePressure.parse(name).tension
         peak = arc.peak(force, radius, 2 * half_thickness)
 
-        def pressure(psi: Floats, peak: float = peak, arc: PressedArc = arc) -> Floats:
+        def pressure(psi: Floats, peak: float = peak, arc: PressureArc = arc) -> Floats:
             return peak * arc.unbounded(psi)
 
         load = bore_load(bore, len(mesh.points), (force, 0.0), pressure, arc.angle / 2)

@@ -8,11 +8,10 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.film.asperities import Asperities
+from fea.film.constitutive import Asperities, Oil
 from fea.film.functions import BoreFunctions
 from fea.film.grid import FilmGrid
 from fea.film.journal import Bearing, ElasticBore, JournalState
-from fea.film.oil import Oil
 from fea.film.reynolds import Conditions, Reynolds, Supply
 from fea.pins.yielding import unit_forces, works
 from fea.solid.bore import bore_facets, radial_forces

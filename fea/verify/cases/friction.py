@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from fea.base.material import Material
-from fea.contact.interfaces import MatingFaces
-from fea.contact.multipliers import radial
+from fea.contact.interfaces import MatingFaces, radial
 from fea.solid.stress import matrices
 from fea.solid.traction import traction_forces
 from fea.verify.assembled_body import AssembledBody, along_x, apart, radius

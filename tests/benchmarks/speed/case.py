@@ -17,7 +17,7 @@ from fea.base.choices import Support
 from fea.base.units import RPM
 from fea.output.inp import write_inp
 from fea.pins.model import Response
-from fea.pins.pressure import PressedPins
+from fea.pins.prescribed import PressedPins
 from fea.rod.meshed_rod import Bores, MeshedRod
 from fea.solid.inertia import inertia
 from fea.solid.supports import determinate_restraints

@@ -70,8 +70,11 @@ class Loads {
     if (this.pressure.kind === "oil-film") return { middle, width: Math.PI, height, share: Math.cos };
     if (this.pressure.kind !== "arc") return { middle, width: 2 * Math.PI, height: height / 2, share: () => 1 };
     const outwards = k === 1 ? force[0] > 0 : force[0] < 0;
-    const { shape, deg } = outwards ? this.pressure.tension : this.pressure.compression;
-    const share = shape === "cosine" ? (away) => Math.cos((Math.PI * away) / rad(deg)) : () => 1;
+    const { shares, deg } = outwards ? this.pressure.tension : this.pressure.compression, last = shares.length - 1;
+    const share = (away) => {
+      const place = Math.min(1, (2 * Math.abs(away)) / rad(deg)) * last, k = Math.min(Math.floor(place), last - 1);
+      return shares[k] + (place - k) * (shares[k + 1] - shares[k]);
+    };
     return { middle, width: rad(deg), height, share };
   }
 }

@@ -1,35 +1,161 @@
-"""Bending of bolts whose ends follow their seats.
+"""Bolts: their force as an unknown of contact, how they bear on their holes, and how they bend.
 
-A bolt is a beam between its head's seat and the nut's, or the first thread that carries. Its ends follow the
-mean motion of these seats, the rigid one that is nearest in the least squares, as they do while friction
-holds head and nut. While a bolt is tightened its head slides, so that it has no shear then. The seats move
-under what acts between the parts and on them; in turn the bolt's moments turn them back, through the parts as
-they stick together where the joint is closed. What they do to bolt force and pressures is left out: it is
-small as long as a bolt is slender beside what it clamps.
+The force of a bolt presses under its head and at the other end of the grip. For its bending, a bolt is a beam
+between its head's seat and the nut's, or the first thread that carries. Its ends follow the mean motion of
+these seats, the rigid one that is nearest in the least squares, as they do while friction holds head and nut.
+While a bolt is tightened its head slides, so that it has no shear then. The seats move under what acts
+between the parts and on them; in turn the bolt's moments turn them back, through the parts as they stick
+together where the joint is closed. What they do to bolt force and pressures is left out: it is small as long
+as a bolt is slender beside what it clamps.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
+from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 
-from fea.contact.assembled import Assembled
 from fea.contact.assembly_state import BoltBeam
-from fea.contact.friction_system import ContactState
-from fea.contact.multipliers import Multipliers, uniform
+from fea.contact.interfaces import ContactInterface, Direction, MatingFaces, Multipliers, uniform
 from fea.solid.parity import MirrorUnfolding, Parity
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
+
+if TYPE_CHECKING:
+    from fea.contact.assembled import Assembled
+    from fea.contact.friction_system import ContactState
 
 _Z = np.array([0.0, 0.0, 1.0])
 # Stiffness, over that of each place alone, that holds parts which nothing else holds.
 _HELD = 1e-9
 
 
-class Body(Protocol):
+@dataclass(frozen=True)
+class BoltPull(ContactInterface):
+    """A bolt on the cell, or one of a pair of images about z = 0."""
+
+    nodal_forces: Floats  #: (3 n_nodes,) on the cell, of a bolt force of 1 N
+    share: float  #: of the bolt that belongs to the cell: one half if the plane z = 0 cuts it
+    stiffness: float  #: of what the mesh does not hold, head, shank and thread, N/mm
+    seated: dict[Surface, Floats]  #: traction (n_nodes, 3) on each seat of a bolt force of 1 N, MPa
+    area: float = 1.0  #: force over its unknown, mm² where this is a stress
+
+    @classmethod
+    def of(
+        cls,
+        mesh: TetMesh,
+        seats: dict[Surface, Ints],
+        axis: Floats,
+        stiffness: float,
+        *,
+        share: float,
+        point: Floats | None = None,
+    ) -> "BoltPull":
+        """Spread the force of a bolt over its seats, as a traction along its axis.
+
+        The axis (3,) leads from the thread to the head. The traction is uniform but for a small linear part,
+        which leads its resultant through a point (3,) on the axis, mm, where that is given: the centroids of
+        meshed annuli lie beside it, on either end by another distance, and a pair of forces that do not
+        oppose each other would be a moment. `seats` are the facets of `BOLT_HEAD` and `BOLT_THREAD` that
+        belong to this bolt.
+        """
+        n_nodes = len(mesh.points)
+        forces, traction = np.zeros(3 * n_nodes), {}
+        # Axes across the bolt's in which the cell holds the whole seat: not z if z = 0 halves it.
+        in_plane = np.cross(_Z, axis)
+        across = np.array([in_plane] if share < 1 else [in_plane, np.cross(axis, in_plane)])
+        across, origin = (across[:0], np.zeros(3)) if point is None else (across, point)
+        for surface, sign in ((Surface.BOLT_HEAD, -1.0), (Surface.BOLT_THREAD, 1.0)):
+            facets = mesh.facets[surface][seats[surface]]
+            seat = TetMesh(mesh.points, mesh.tets, {surface: facets})
+            pull = sign * axis
+            pressed = Multipliers.of(seat, surface, uniform(pull))
+            # Coefficients of the traction 1, (x − origin) · across of resultant 1 through the origin.
+            levers = np.einsum("nk,fqk->nfq", across, pressed.places - origin)
+            basis = np.concatenate([np.ones((1, *pressed.areas.shape)), levers])
+            moments = np.einsum("ifq,jfq,fq->ij", basis, basis, pressed.areas)
+            spread = share * np.linalg.solve(moments, np.eye(len(basis))[0])
+            led = replace(pressed, direction=_linear(pull, across, origin, spread))
+            forces += np.asarray(led.forces(n_nodes).sum(axis=1)).ravel()
+            nodes = np.unique(facets)
+            traction[surface] = np.zeros((n_nodes, 3))
+            traction[surface][nodes] = led.direction(mesh.points[nodes])
+        return cls(forces, share, stiffness, traction)
+
+    @property
+    def kinds(self) -> tuple[tuple[Multipliers, Ints], ...]:
+        """None: the one unknown is the force."""
+        return ()
+
+    @property
+    def size(self) -> int:
+        """One unknown: its force."""
+        return 1
+
+    @property
+    def on_y(self) -> Mask:
+        """A bolt's unknown belongs to its side of y = 0."""
+        return np.zeros(1, dtype=bool)
+
+    @property
+    def nodes(self) -> Ints:
+        """Its force acts at many."""
+        return np.array([-1])
+
+    def forces(self, n_nodes: int) -> sparse.csr_array:  # noqa: ARG002
+        """Nodal forces (3 n_nodes, 1) of a bolt force of 1 N."""
+        return sparse.csr_array(self.nodal_forces[:, None])
+
+    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
+        """Elongation of what the mesh does not hold, for the share of the bolt."""
+        return self.share / self.stiffness
+
+    def traction(self, values: Floats, points: Floats) -> dict[Surface, Floats]:  # noqa: ARG002
+        """Traction (n_nodes, 3, k) on the seats under forces (1, k), MPa."""
+        return {surface: unit[..., None] * values for surface, unit in self.seated.items()}
+
+    def pressure(self, values: Floats, n_nodes: int) -> dict[Surface, Floats]:  # noqa: ARG002
+        """Pressure (n_nodes,) on the seats under a force (1,), MPa."""
+        return {surface: values[0] * np.linalg.norm(unit, axis=1) for surface, unit in self.seated.items()}
+
+
+@dataclass(frozen=True)
+class BoltStop(BoltPull):
+    """A bolt that bears on its hole as the joint slips one way: its unknown is its force over `area`, MPa.
+
+    Its force acts on the joint around it, along the tangent in the plane of motion, on either part.
+    """
+
+    play: float = 0.0  #: slip from which on it bears, mm
+
+    @classmethod
+    def pair(
+        cls, joint: MatingFaces, around: Mask, beam: BoltBeam, share: float, n_nodes: int
+    ) -> tuple["BoltStop", "BoltStop"]:
+        """The stops either way of a bolt with these vertices (n,) of the joint around it."""
+        (first, _), (second, _) = joint.sides(joint.kinds[-1][0])
+        both = first.forces(n_nodes) - second.forces(n_nodes)
+        unit, area = np.asarray(both @ around.astype(float)), float(joint.pressing.weights @ around) / share
+        one, other = (cls(way * unit, share, beam.lateral, {}, area, beam.play) for way in (1, -1))
+        return one, other
+
+    def initial(self) -> Floats:
+        """Moment (1,) of the play."""
+        return np.array([self.share * self.area * self.play])
+
+    def flexibility(self, parity: Parity) -> float:  # noqa: ARG002
+        """Moment of the offset of the parts that a unit bends it by."""
+        return self.share * self.area**2 / self.stiffness
+
+
+def _linear(pull: Floats, across: Floats, origin: Floats, spread: Floats) -> Direction:
+    return lambda places: (spread[0] + (places - origin) @ (spread[1:] @ across))[..., None] * pull
+
+
+class _RestrainedBody(Protocol):
     """What of the parts is needed."""
 
     def restrained(self, parity: Parity) -> tuple[Mask, Callable[[Floats], Floats]]:
@@ -98,8 +224,8 @@ class BoltBending:
 
     def __init__(
         self,
-        body: Body,
-        assembled: Assembled,
+        body: _RestrainedBody,
+        assembled: "Assembled",
         ends: Sequence[BoltEnds],
         beam: BoltBeam,
         growth: Floats | float = 0.0,
@@ -151,13 +277,13 @@ class BoltBending:
         sheared = both.T @ self._stiffness
         return np.asarray(-both @ np.linalg.solve(sheared @ both, sheared @ turns))
 
-    def moments(self, state: ContactState) -> Floats:
+    def moments(self, state: "ContactState") -> Floats:
         """Moments (n_bolts, 2, 2), N mm, in the order of `BoltBeam.bending`; zero for bolts without force."""
         moments = (self._with_open(state) @ (self._turns(state) + self._made)).reshape(-1, 2, 2)
         moments[state.values[self._assembled.bolts] <= 0] = 0.0
         return np.asarray(moments)
 
-    def _with_open(self, state: ContactState) -> Floats:
+    def _with_open(self, state: "ContactState") -> Floats:
         """Moments (m, m) by unit turns, where the parts may move freely at places of the joint that are open.
 
         By unit moments these places have stresses V while all sticks, which their gaps undo: Vᵀ S⁻¹ V more
@@ -176,7 +302,7 @@ class BoltBending:
             self._opened[key] = np.linalg.inv(self._compliance + more)
         return self._opened[key]
 
-    def _turns(self, state: ContactState) -> Floats:
+    def _turns(self, state: "ContactState") -> Floats:
         """Turns (m,) of the ends of all bolts with their seats, as these are without their moments."""
         assembled, load = self._assembled, state.load
         values = assembled.problem.unfolding.parts(state.values)
