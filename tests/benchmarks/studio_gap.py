@@ -34,7 +34,7 @@ import numpy as np
 from fea import load_study
 from fea.analysis.engine_study import engine_study
 from fea.apps.studio.live_rod import LiveRod
-from fea.apps.studio.operation import fault
+from fea.apps.studio.operating_point import fault
 from fea.study.study import parse_study
 
 STUDIES = ("leon-2001", "molina-2024", "columba-2022", "toyota-2jz")
@@ -74,7 +74,7 @@ def held_out(name, count, size, seed):
     ranges = rod.ranges({})
     touched = [key for key in touched if ranges[key].covered_low is not None]
     rows, grey, moved_not, alike = [], 0, 0, []
-    anchors = list(rod._anchors.every)
+    anchors = list(rod._samples.designs)
     while len(rows) < count:
         design = {}
         for key in random.choice(touched, random.integers(1, len(touched) + 1), replace=False):
@@ -92,10 +92,11 @@ def held_out(name, count, size, seed):
             continue
         solved = next(rod.exact(design, operation)).figures
         one, other = shown.yielding, solved.yielding
-        rows.append((100 * abs(one.factor / other.factor - 1), one.gap_percent, one.bar_percent, len(design)))
+        error = 100 * abs(one.factor / other.factor - 1)
+        rows.append((error, one.interpolation_percent, one.bar_percent, len(design)))
         alike.append((shown.governing == solved.governing, one.where == other.where))
         assert [each.name for each in shown.cases] == [each.name for each in solved.cases]
-        assert rod._anchors.every == anchors  # held out: what was solved is none of them
+        assert rod._samples.designs == anchors  # held out: what was solved is none of them
     error, gap, bar, _ = table = np.array(rows).T
     same_case, same_place = 100 * np.mean(np.array(alike), axis=0)
     print(
@@ -131,7 +132,7 @@ def contact(names, count, size, seed):
         for key in (touched := [key for key in TOUCHED if key in own][:DIMENSIONS]):
             deque(rod.touch(key, {}, operation), maxlen=0)
         deque(rod.cross({}, operation), maxlen=0)
-        anchors, correction = copy(rod._anchors), rod._correction
+        anchors, correction = copy(rod._samples), rod._correction
         while len(rows) < count:
             some = random.choice(touched, random.integers(1, len(touched) + 1), replace=False)
             design = {key: own[key] * random.uniform(1 - WITHIN, 1 + WITHIN) for key in some}
@@ -140,16 +141,16 @@ def contact(names, count, size, seed):
             if rod._moved(rod.study_at(design, operation)) is None:
                 continue
             *_, solved = rod.exact(design, operation)
-            rod._anchors, rod._correction = (
+            rod._samples, rod._correction = (
                 copy(anchors),
                 correction,
             )  # held out, and that of the first design
-            rod._anchors._known = {}
+            rod._samples._recent = {}
             for mode in ("yielding", "fatigue"):
                 one, other = getattr(shown, mode), getattr(solved.figures, mode)
                 if one is not None and other is not None:
                     error = 100 * abs(one.factor / other.factor - 1)
-                    rows.append((error, one.gap_percent, error <= one.gap_percent))
+                    rows.append((error, one.interpolation_percent, error <= one.interpolation_percent))
         error, gaps, held = np.array(rows).T
         print(
             f"{name}: {len(rows)} factors, error median {np.median(error):.2f} %, largest "
@@ -209,7 +210,7 @@ def cost(name):
         return {key: float(rod.base_design[key] * random.uniform(0.96, 1.04)) for key in touched}
 
     timed("what every two change together", partial(deque, rod.cross({}, operation), maxlen=0))
-    print(f"{len(rod._anchors.every)} anchors")
+    print(f"{len(rod._samples.designs)} anchors")
     timed("the first update", lambda: rod.frame(somewhere(), operation))
     timed("an update while dragging", lambda: rod.frame(somewhere(), operation), 50)
     rpm = iter(np.linspace(0.9, 1.1, 20) * operation.rpm)
