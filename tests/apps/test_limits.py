@@ -19,9 +19,8 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
-from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import LargestValue
-from fea.apps.limits.limit_map import LimitMap, RayAxes
+from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
 from fea.base.root import leap, root
 from fea.base.units import BAR

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fea.apps.studio.figures import DesignFigures, Label, ShownFactor, StudioFrame
+from fea.apps.studio.figures import Label, ShownFactor, StudioFigures, StudioFrame
 from fea.apps.studio.operating_point import OperatingPoint, SliderRange, dimensions
 from fea.judge.safety_factor import SafetyFactor
 
@@ -27,7 +27,7 @@ def box(study, design, operation, label, **more):
     factor = 700 / value
     at = (100.0, 10.0, 5.0)
     own = ShownFactor.of(SafetyFactor.of_stress(factor, 4.0), "the web", at)
-    figures = DesignFigures(
+    figures = StudioFigures(
         mass_kg=0.1 * design.get("web_thickness_mm", 5.0),
         cases=(replace(own, name="tension", peak_MPa=value),),
         governing="tension",
@@ -41,7 +41,7 @@ def box(study, design, operation, label, **more):
     points = (CORNERS * [length, length, length]).astype(np.float32)
     values = np.full(8, value, np.float32)
     return StudioFrame(
-        design=dict(design), operation=operation, label=label, figures=figures, points=points, values=values,
+        operation=operation, label=label, figures=figures, points=points, values=values,
         pins="prescribed", **more,
     )  # fmt: skip
 

@@ -16,7 +16,6 @@ from fea.analysis.summary import fatigue_error, sharp_edge_figures
 from fea.analysis.survival import factors_of_assembly
 from fea.apps.studio.operating_point import OperatingPoint
 from fea.base.checks import Check
-from fea.base.note import NoteKind
 from fea.base.units import KG
 from fea.judge.case_result import CaseResult
 from fea.judge.governing import Governing
@@ -89,7 +88,7 @@ class ShownFactor:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DesignFigures:
+class StudioFigures:
     """The figures of a design at an operating point."""
 
     mass_kg: float
@@ -100,7 +99,6 @@ class DesignFigures:
     buckling: ShownFactor | None = None  #: None where no load case compresses the rod
     bolts: ShownFactor | None = None  #: the worst of bolts and joint; None for a rod in one piece
     checks: Mapping[str, Check] | None = None  #: None where nothing was solved
-    notes: tuple[str, ...] = ()
 
     @property
     def governs(self) -> str:
@@ -111,12 +109,11 @@ class DesignFigures:
 
 @dataclass(frozen=True, kw_only=True)
 class StudioFrame:
-    """A design with its figures and the picture of its stress."""
+    """Figures of a design and the picture of its stress."""
 
-    design: Mapping[str, float]
     operation: OperatingPoint
     label: Label
-    figures: DesignFigures | None = None  #: None beyond the sampled designs
+    figures: StudioFigures | None = None  #: None beyond the sampled designs
     base: int = 0  #: number of the mesh that was moved
     shown: str = LARGEST_OF_CASES  #: the field of `values`
     pins: str = ""  #: pin model
@@ -149,7 +146,7 @@ def triangles(surface: NumberedSurface) -> npt.NDArray[np.int32]:
     return facets.astype(np.int32)
 
 
-def figures(rod: PreparedRod, result: SpeedResult) -> DesignFigures:
+def figures(rod: PreparedRod, result: SpeedResult) -> StudioFigures:
     """Return the figures of a solved design: those of `fea run` of the same study on the same mesh."""
     cases = tuple(result.cases.values())
     worst = max(cases, key=lambda case: case.worst.value)
@@ -160,7 +157,7 @@ def figures(rod: PreparedRod, result: SpeedResult) -> DesignFigures:
         found = _at_node(rod, case.min_safety_factor, case.error_percent, case.worst.node)
         return replace(found, name=case.load.name, peak_MPa=case.max_von_mises)
 
-    return DesignFigures(
+    return StudioFigures(
         mass_kg=rod.mass.mass / KG,
         cases=tuple(map(case_factor, cases)),
         governing=worst.load.name,
@@ -169,7 +166,6 @@ def figures(rod: PreparedRod, result: SpeedResult) -> DesignFigures:
         buckling=_buckling(rod, result),
         bolts=None if bolts is None else ShownFactor.of(bolts, bolts.mode),
         checks=result.checks,
-        notes=tuple(str(note) for note in result.notes if note.kind in (NoteKind.DOUBT, NoteKind.WARNING)),
     )
 
 
@@ -234,7 +230,7 @@ class ContactCorrection:
 
     @classmethod
     def between(
-        cls, prescribed: DesignFigures, contact: DesignFigures, x: Floats, load: object
+        cls, prescribed: StudioFigures, contact: StudioFigures, x: Floats, load: object
     ) -> "ContactCorrection":
         """Compare the figures of a design with its pins in contact to those under a prescribed pressure."""
         before, after = _by_name(prescribed), _by_name(contact)
@@ -249,7 +245,7 @@ class ContactCorrection:
             cycle=float(contact.yielding.factor) / least,
         )
 
-    def corrected(self, figures: DesignFigures, x: Floats, load: object) -> DesignFigures:
+    def corrected(self, figures: StudioFigures, x: Floats, load: object) -> StudioFigures:
         """Return interpolated figures, corrected; their bars hold the error of the correction.
 
         `x`: relative changes (n,) of its dimensions, as those of the correction.
@@ -275,7 +271,7 @@ class ContactCorrection:
         )
 
 
-def _by_name(figures: DesignFigures) -> dict[str, ShownFactor]:
+def _by_name(figures: StudioFigures) -> dict[str, ShownFactor]:
     """Factors of the load cases by name, and that against fatigue."""
     fatigue = {} if figures.fatigue is None else {FATIGUE: figures.fatigue}
     return {case.name: case for case in figures.cases} | fatigue

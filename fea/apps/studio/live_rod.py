@@ -15,7 +15,6 @@ from fea.analysis.speed import SpeedResult, solve_speed, with_cycle
 from fea.apps.studio.figures import (
     LARGEST_OF_CASES,
     ContactCorrection,
-    DesignFigures,
     Label,
     StudioFrame,
     figures,
@@ -31,7 +30,7 @@ from fea.apps.studio.operating_point import (
     feasible,
 )
 from fea.apps.studio.sampled_designs import LARGEST_ERROR, UNIT, DesignLoad, SampledDesigns, TrackedNodes
-from fea.apps.studio.surrogate import Stencil
+from fea.apps.studio.surrogate import CutStencil
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
@@ -186,7 +185,7 @@ class LiveRod:
         by the effect of contact in the design that was solved last.
         """
         design = self._full(design)
-        frame = self._frame(design, operation, Label.INTERPOLATED, fields)
+        frame = self._frame(operation, Label.INTERPOLATED, fields)
         x, load = self._scaled(design), self._loaded(operation)
         known = None if self._samples is None else self._samples.at(x, load)
         uncorrected = self._in_contact and self._correction is None
@@ -208,7 +207,7 @@ class LiveRod:
         if mesh is None:
             self._make_mesh(design, operation)
             mesh = self._mesh
-        frame = replace(self._frame(design, operation, Label.EXACT, fields), new_mesh=new)
+        frame = replace(self._frame(operation, Label.EXACT, fields), new_mesh=new)
         if self._first is not None and self._first[0] == study:
             _, rod, result = self._first
         else:
@@ -224,14 +223,11 @@ class LiveRod:
         else:
             prescribed = rod.under_prescribed()
             self._keep(design, operation, prescribed, solve_speed(prescribed, operation.rpm))
-            self._correct(design, operation, figures(rod, final))
-
-    def _correct(self, design: Dimensions, operation: OperatingPoint, contact: DesignFigures) -> None:
-        """Take the correction from a design that was solved with its pins in contact."""
-        x, load = self._scaled(design), self._loaded(operation)
-        known = self._sampled.at(x, load)
-        if known is not None:
-            self._correction = ContactCorrection.between(known.figures, contact, UNIT * x, load.key)
+            x, load = self._scaled(design), self._loaded(operation)
+            known = self._sampled.at(x, load)
+            if known is not None:
+                contact = figures(rod, final)
+                self._correction = ContactCorrection.between(known.figures, contact, UNIT * x, load.key)
 
     @property
     def _sampled(self) -> SampledDesigns:
@@ -239,7 +235,7 @@ class LiveRod:
             raise ValueError("no rod was solved yet")
         return self._samples
 
-    def _stencil(self, design: Dimensions) -> Stencil | None:
+    def _stencil(self, design: Dimensions) -> CutStencil | None:
         return None if self._samples is None else self._samples.stencil(self._scaled(design))
 
     def _full(self, design: Dimensions) -> dict[str, float]:
@@ -325,9 +321,8 @@ class LiveRod:
             self._samples = SampledDesigns(self._samples.tracked, load.elasticity)
         self._samples.add(self._samples.tracked.sampled(self._scaled(design), load, rod, result))
 
-    def _frame(self, design: Dimensions, operation: OperatingPoint, label: Label, shown: str) -> StudioFrame:
+    def _frame(self, operation: OperatingPoint, label: Label, shown: str) -> StudioFrame:
         return StudioFrame(
-            design=design,
             operation=operation,
             label=label,
             base=self.base,
@@ -344,7 +339,6 @@ def fresh(study: Study) -> StudioFrame:
     adapted = adapt_mesh(study, (operation.rpm,), Clock())
     surface = NumberedSurface.of(adapted.rod.mesh.whole)
     frame = StudioFrame(
-        design={each.key: each.value for each in dimensions(study)},
         operation=operation,
         label=Label.CONVERGED,
         pins=adapted.rod.structure.pressure,

@@ -17,8 +17,8 @@ from fea.analysis.buckling import compression
 from fea.analysis.cycle.rows import PartRows
 from fea.analysis.prepare import PreparedRod
 from fea.analysis.speed import SpeedResult
-from fea.apps.studio.figures import LARGEST_OF_CASES, DesignFigures, ShownFactor, Singles
-from fea.apps.studio.surrogate import SAME, Stencil, SurrogateWeights, stencils
+from fea.apps.studio.figures import LARGEST_OF_CASES, ShownFactor, Singles, StudioFigures
+from fea.apps.studio.surrogate import SAME, CutStencil, SurrogateWeights, stencils
 from fea.base.material import Material
 from fea.base.units import DEG, KG
 from fea.judge.column import Plane, column
@@ -29,7 +29,7 @@ from fea.pins.model import UnitLoads
 from fea.rod.loading import EngineLoading, Loading
 from fea.rod.place_names import place_name
 from fea.study.study import Study
-from geometry.arrays import Floats, Ints, vector
+from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.mass import MassProperties, tensor
 from geometry.section import Section
 from loads.instants import Instants, joined
@@ -178,20 +178,16 @@ class TrackedNodes:
         mirrored = np.concatenate([np.repeat(sides, len(of_part)) for of_part in parts]) < 0
         self._one_part = len(parts) == 1
         self.part = np.repeat(np.arange(len(parts)), [len(sides) * len(of_part) for of_part in parts])
-        # The node of the whole rod of each row: the one on its side of y = 0, at z >= 0.
-        images = np.full((2, count), -1)
-        order = np.argsort(whole.sign[:, 2], kind="stable")
-        images[(whole.sign[order, 1] < 0).astype(int), whole.source[order]] = order
-        images[1] = np.where(images[1] < 0, images[0], images[1])
+        # The node of the whole rod of each row: the one on its side of y = 0, at z > 0.
+        upper = np.flatnonzero(whole.sign[:, 2] > 0)
+        images = _by_side(whole.sign[upper, 1] < 0, whole.source[upper], upper, count)
         self.whole = images[mirrored.astype(int), node]
         self._flip = np.array([1, 1, 1, -1, -1, 1])[None] ** mirrored[:, None]
         self.counts = np.asarray(cases[0].counts[self.whole])
         # The row of each node of the surface, and the sign of its z.
-        row = np.full((2, count), -1)
-        row[mirrored.astype(int), node] = np.arange(len(node))
-        row[1] = np.where(row[1] < 0, row[0], row[1])
         sign = whole.sign[surface.nodes].astype(np.float32)
-        self.surface = row[(sign[:, 1] < 0).astype(int), whole.source[surface.nodes]]
+        rows = _by_side(mirrored, node, np.arange(len(node)), count)
+        self.surface = rows[(sign[:, 1] < 0).astype(int), whole.source[surface.nodes]]
         self.surface_sign = np.column_stack([np.ones((len(sign), 2), np.float32), sign[:, 2]])
         self.name = cache(partial(place_name, rod.mesh))
         # Rows that may be worst against fatigue, by the load cases; else by the stress.
@@ -236,6 +232,14 @@ class TrackedNodes:
         return [PartRows(slim, number) for number in range(len(parts))]
 
 
+def _by_side(mirrored: Mask, nodes: Ints, numbers: Ints, count: int) -> Ints:
+    """Table (2, n_nodes) of the numbers of nodes and of their images, the same on the mirror plane."""
+    table = np.full((2, count), -1)
+    table[mirrored.astype(int), nodes] = numbers
+    table[1] = np.where(table[1] < 0, table[0], table[1])
+    return table
+
+
 def _angles(cases: Instants) -> Angles:
     return {case.name: float(case.crank_angle) for case in cases}
 
@@ -252,7 +256,7 @@ class SampledDesigns:
     def __init__(self, tracked: TrackedNodes, elasticity: tuple[object, ...]) -> None:
         self.tracked, self.elasticity = tracked, elasticity
         self.designs: list[SampledDesign] = []
-        self._stencils: list[Stencil] = []
+        self._stencils: list[CutStencil] = []
         self._recent: dict[object, list[_LoadedDesigns]] = {}
 
     def add(self, design: SampledDesign) -> None:
@@ -263,7 +267,7 @@ class SampledDesigns:
         self._stencils = list(stencils(np.array([each.x for each in self.designs])))
         self._recent.clear()
 
-    def stencil(self, x: Floats) -> Stencil | None:
+    def stencil(self, x: Floats) -> CutStencil | None:
         """Return the nearest stencil that covers scaled dimensions; None beyond the sampled designs."""
         covering = (each for each in self._stencils if each.covers(x))
         return min(covering, key=lambda each: (each.distance(x), len(each.changed(x))), default=None)
@@ -378,29 +382,26 @@ class InterpolatedDesign:
         return self._surrogate.error(stress, direction) + _LEAST + self._loaded.superposed
 
     @property
-    def figures(self) -> DesignFigures:
+    def figures(self) -> StudioFigures:
         """The figures with their error bars."""
-        top, weights, loaded = self._used.max(axis=1), self._surrogate.weights, self._loaded
-        worst = int(top.argmax())
-        row = int(self._used[worst].argmax())
-        error = 100 * self._error(row, worst)
-        bar = 100 * (float(self._highest.max()) / float(top[worst]) - 1) + error
-        return DesignFigures(
-            mass_kg=float(weights @ loaded.mass) / KG,
-            cases=tuple(map(self._case, range(len(loaded.names)))),
-            governing=loaded.names[worst],
-            yielding=self._factor(float(top[worst]), bar, error, row),
-            fatigue=self._fatigue(bar, error),
+        names, worst = self._loaded.names, int(self._used.max(axis=1).argmax())
+        yielding = self._yielding(worst, float(self._highest.max()))
+        return StudioFigures(
+            mass_kg=float(self._surrogate.weights @ self._loaded.mass) / KG,
+            cases=tuple(self._yielding(number, float(most)) for number, most in enumerate(self._highest)),
+            governing=names[worst],
+            yielding=yielding,
+            fatigue=self._fatigue(yielding.bar_percent, yielding.interpolation_percent),
             buckling=self._buckling(),
         )
 
-    def _case(self, number: int) -> ShownFactor:
-        row = int(self._used[number].argmax())
-        used, error = float(self._used[number, row]), 100 * self._error(row, number)
-        bar = 100 * (float(self._highest[number]) / used - 1) + error
-        peak = float(np.where(self._tracked.counts, self._von_mises[number], 0.0).max())
-        factor = self._factor(used, bar, error, row)
-        return replace(factor, name=self._loaded.names[number], peak_MPa=peak)
+    def _yielding(self, case: int, highest: float) -> ShownFactor:
+        """Factor against yielding in a load case; `highest`: the utilisation with its error of the mesh."""
+        row = int(self._used[case].argmax())
+        used, error = float(self._used[case, row]), 100 * self._error(row, case)
+        peak = float(np.where(self._tracked.counts, self._von_mises[case], 0.0).max())
+        factor = self._factor(used, 100 * (highest / used - 1) + error, error, row)
+        return replace(factor, name=self._loaded.names[case], peak_MPa=peak)
 
     def _factor(self, used: float, bar: float, error: float, row: int) -> ShownFactor:
         place = self._tracked.name(int(self._tracked.whole[row])), vector(self._points[row])

@@ -100,7 +100,7 @@ class SurrogateWeights(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Stencil:
+class CutStencil:
     """A sampled design, and those around it that its expansion needs."""
 
     center: int  #: its number
@@ -145,7 +145,7 @@ class Stencil:
         return weights
 
 
-def stencils(x: Floats) -> Iterator[Stencil]:
+def stencils(x: Floats) -> Iterator[CutStencil]:
     """Yield the stencil about each sampled design, of scaled dimensions (n_designs, n)."""
     for center in range(len(x)):
         other = np.abs(x - x[center]) > SAME
@@ -159,4 +159,4 @@ def stencils(x: Floats) -> Iterator[Stencil]:
             i, j = np.flatnonzero(other[number]).tolist()
             if all(k in lines and lines[k].covers(x[number, k]) for k in (i, j)):
                 corners[i, j] = number
-        yield Stencil(center, x, lines, corners)
+        yield CutStencil(center, x, lines, corners)
