@@ -27,13 +27,13 @@ from fea.apps.limits.factors import (
     Histories,
     ModeFactor,
     RodFactors,
+    RowHistories,
     around,
     decisive_angles,
     most_used,
     sampled_angles,
     utilisation,
-    utilisation_of,
-    worst_of_histories,
+    worst_of,
 )
 from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembly import AssemblyPins
@@ -41,7 +41,7 @@ from fea.pins.model import Fields, Response, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
-from geometry.arrays import Floats, Ints
+from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.cases import peak_cases
 from loads.crank_cycle import CrankCycle
@@ -92,10 +92,10 @@ class _SolvedInstants(NamedTuple):
     states: list[AssemblyState]
 
     @property
-    def most_stressed(self) -> list[tuple[PartRows, Ints, Floats]]:
-        """Rows of each part that may be the worst, with their stress (n, 6, n_instants)."""
+    def most_stressed(self) -> list[RowHistories]:
+        """Rows of each part that may be the worst."""
         pairs = [(part, most_used(utilisation(part, self.weights))) for part in self.parts]
-        return [(part, rows, part.stress(self.weights, rows)) for part, rows in pairs]
+        return [RowHistories.of(*each, self.weights) for each in pairs]
 
 
 class AssembledFactors(RodFactors):
@@ -144,11 +144,11 @@ class AssembledFactors(RodFactors):
     def at(self, cycle: CrankCycle) -> Factors:
         """Return the factors over a cycle, with their places, from every row."""
         try:
-            (rows_of_parts, angles), states = self._over(cycle)
+            (histories, angles), states = self._over(cycle)
         except UnsettledError:
             self.unsettled += 1
             return self.estimate(cycle)
-        found = worst_of_histories(rows_of_parts, angles) | self._of_assembly(states, angles)
+        found = worst_of(histories, angles) | self._of_assembly(states, angles)
         found[FailureMode.BUCKLING] = self.buckling(cycle)
         self._followed = cycle, found
         return found
@@ -160,30 +160,25 @@ class AssembledFactors(RodFactors):
                 return self._over(cycle)[0]
         solved, angles = self._at_decisive(cycle)
         stress = 1 / self._with_history().get(FailureMode.FATIGUE, 1.0)
-        return [(part, rows, stress * past) for part, rows, past in solved.most_stressed], angles.tolist()
+        return [replace(each, stress=stress * each.stress) for each in solved.most_stressed], angles
 
     def _over(self, cycle: CrankCycle) -> tuple[Histories, list[AssemblyState]]:
         """Follow a cycle: at every few degrees, then around the decisive instants."""
         angles = sampled_angles(cycle, ALL_ROWS_STEP)
         first = self._solved(cycle.at(angles), cycle)
         worst = first.most_stressed
-        histories = [history for _, _, history in worst]
-        usage = [utilisation_of(part, history, rows) for part, rows, history in worst]
-        self._decisive = np.union1d(self._decisive, decisive_angles(angles, histories, usage, 0))
-        of_assembly = self._of_assembly(first.states, angles.tolist()).values()
+        self._decisive = np.union1d(self._decisive, decisive_angles(angles, worst, 0))
+        of_assembly = self._of_assembly(first.states, angles).values()
         decisive = [each.crank_angle for each in of_assembly if each.crank_angle is not None]
-        more = np.union1d(decisive_angles(angles, histories, usage), around(np.array(decisive)))
+        more = np.union1d(decisive_angles(angles, worst), around(np.array(decisive)))
         more = np.setdiff1d(more, angles)
         second = self._solved(cycle.at(more), cycle)
-        both = [
-            (part, rows, np.concatenate([history, of_second.stress(second.weights, rows)], axis=2))
-            for (part, rows, history), of_second in zip(worst, second.parts, strict=True)
-        ]
-        return (both, [*angles, *more]), [*first.states, *second.states]
+        parts = zip(worst, second.parts, strict=True)
+        both = [each.extended(part, second.weights) for each, part in parts]
+        return (both, np.append(angles, more)), [*first.states, *second.states]
 
     def _factors(self, solved: _SolvedInstants, angles: Floats) -> dict[FailureMode, ModeFactor]:
-        at = angles.tolist()
-        return worst_of_histories(solved.most_stressed, at) | self._of_assembly(solved.states, at)
+        return worst_of(solved.most_stressed, angles) | self._of_assembly(solved.states, angles)
 
     def _solved(self, instants: Instants, cycle: CrankCycle | None = None) -> _SolvedInstants:
         """Solve instants, each as a unit load; in the order of a cycle where one is given."""
@@ -202,9 +197,7 @@ class AssembledFactors(RodFactors):
         parts = [PartRows(analysis, number) for number in range(len(analysis.materials))]
         return _SolvedInstants(parts, weights, states)
 
-    def _of_assembly(
-        self, states: Sequence[AssemblyState], angles: Sequence[float]
-    ) -> dict[FailureMode, ModeFactor]:
+    def _of_assembly(self, states: Sequence[AssemblyState], angles: Floats) -> dict[FailureMode, ModeFactor]:
         """Factors of bolts, joint and seats over contact states at crank angles, rad."""
         setup = self._rod.assembling
         if setup is None:
@@ -213,15 +206,17 @@ class AssembledFactors(RodFactors):
         yielding = min(range(len(bolts)), key=lambda number: bolts[number].working_safety)
         fatigued = min(range(len(bolts)), key=lambda number: bolts[number].bending_fatigue_safety)
         places = [bolt.at for bolt in self._start.bolts]
-        at = angles[bolts[yielding].largest_at]
+        at: list[float] = angles.tolist()
         found = {
-            FailureMode.BOLT_YIELD: ModeFactor(bolts[yielding].working_safety, places[yielding], at),
+            FailureMode.BOLT_YIELD: ModeFactor(
+                bolts[yielding].working_safety, places[yielding], at[bolts[yielding].largest_at]
+            ),
             FailureMode.BOLT_FATIGUE: ModeFactor(bolts[fatigued].bending_fatigue_safety, places[fatigued]),
         }
         joint = [state.joint for state in states]
         if setup.bolt.bolt.play:  # otherwise the bolts carry what friction does not
             reserve = [state.slip_reserve or math.inf for state in joint]
-            found[FailureMode.SLIP] = ModeFactor(min(reserve), None, angles[int(np.argmin(reserve))])
+            found[FailureMode.SLIP] = ModeFactor(min(reserve), None, at[int(np.argmin(reserve))])
         preload = self._start.joint.edge_pressure or 0.0
         lost = {FailureMode.OPENING: [_lost(face.edge_pressure or 0.0, preload, face) for face in joint]}
         for mode, seat in _SEATS.items():
@@ -232,7 +227,7 @@ class AssembledFactors(RodFactors):
                 lost[mode] = [_lost(left, preload, face) for left, face in zip(least, faces, strict=True)]
         for mode, usage in lost.items():
             if math.isfinite(most := max(usage)):
-                found[mode] = ModeFactor(1 / max(most, _TINY), None, angles[int(np.argmax(usage))])
+                found[mode] = ModeFactor(1 / max(most, _TINY), None, at[int(np.argmax(usage))])
         return found
 
 

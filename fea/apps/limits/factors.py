@@ -68,8 +68,46 @@ class ModeFactor:
 
 
 Factors = Mapping[FailureMode, ModeFactor]
-#: Rows of parts with their stress (n, 6, n_instants), and the crank angles of these, rad
-Histories = tuple[list[tuple[PartRows, Ints, Floats]], list[float]]
+
+
+@dataclass(frozen=True, eq=False)
+class RowHistories:
+    """Stress of some rows of a part at instants."""
+
+    part: PartRows
+    rows: Ints
+    stress: Floats  #: (n, 6, n_instants)
+
+    @classmethod
+    def of(cls, part: PartRows, rows: Ints, weights: Weights) -> "RowHistories":
+        """Superpose it."""
+        return cls(part, rows, part.stress(weights, rows))
+
+    @cached_property
+    def signed(self) -> Floats:
+        """Signed equivalent stress (n, n_instants)."""
+        return signed_equivalent(self.stress)
+
+    @cached_property
+    def usage(self) -> Floats:
+        """Utilisations (3, n), by the modes `STRESSED`."""
+        extremes, part = (self.signed.max(axis=1), self.signed.min(axis=1)), self.part
+        factors = [judge(*extremes, self.rows) for judge in (part.yielding_factor, part.fatigue_factor)]
+        factors.append(part.lining_factor(*extremes))
+        return np.asarray(1 / np.maximum(np.nan_to_num(np.stack(factors), nan=np.inf, posinf=np.inf), _TINY))
+
+    @property
+    def most_used(self) -> "RowHistories":
+        """The rows of the largest utilisations against each mode."""
+        rows = most_used(self.usage)
+        return RowHistories(self.part, self.rows[rows], self.stress[rows])
+
+    def extended(self, part: PartRows, weights: Weights) -> "RowHistories":
+        """Append instants of the same rows of the part."""
+        return replace(self, stress=np.concatenate([self.stress, part.stress(weights, self.rows)], axis=2))
+
+
+Histories = tuple[list[RowHistories], Floats]  # of the parts, and the crank angles of their instants, rad
 
 # Degrees from one instant of the first stage to the next, for all rows and for candidates; and half the width
 # of the second stage, whose instants are a degree apart.
@@ -127,16 +165,16 @@ class RodFactors(ABC):
 
     def life(self, cycle: CrankCycle, *, estimated: bool = False) -> float:
         """Return the crank cycles to failure as `fea.analysis.life`, as if every range did damage."""
-        (rows_of_parts, angles), damage = self.histories(cycle, estimated=estimated), _TINY
-        for part, rows, history in rows_of_parts:
-            line = self._life_line(part.material, part.surface(rows))
+        (histories, angles), damage = self.histories(cycle, estimated=estimated), _TINY
+        for each in histories:
+            material, signed = each.part.material, each.signed[:, np.argsort(angles)]
+            line = self._life_line(material, each.part.surface(each.rows))
             if line is None:
                 continue
-            signed = signed_equivalent(history)[:, np.argsort(angles)]
             high, low = signed.max(axis=1), signed.min(axis=1)
-            largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, part.material)
+            largest = reversed_amplitude(self._criterion, (high + low) / 2, (high - low) / 2, material)
             for row in np.argsort(-largest / line.limit)[:COUNTED]:
-                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), part.material)
+                amplitude = reversed_amplitude(self._criterion, *rainflow(signed[row]), material)
                 at_row = replace(line, limit=line.limit[[row]])
                 damage = max(damage, float((1 / at_row.cycles(amplitude[:, None])).sum()))
         return 1 / damage
@@ -211,7 +249,7 @@ class SuperposedFactors(RodFactors):
 
     def at(self, cycle: CrankCycle) -> Factors:
         """Return the factors over a cycle, with their places."""
-        return worst_of_histories(*self.histories(cycle)) | {FailureMode.BUCKLING: self.buckling(cycle)}
+        return worst_of(*self.histories(cycle)) | {FailureMode.BUCKLING: self.buckling(cycle)}
 
     def histories(self, cycle: CrankCycle, *, estimated: bool = False) -> Histories:  # noqa: ARG002
         """Return the stress of the candidates that are worst: see `RodFactors.histories`."""
@@ -220,16 +258,14 @@ class SuperposedFactors(RodFactors):
         angles = np.union1d(sampled_angles(cycle, _CANDIDATE_STEP), self._decisive)
         weights = self._analysis.weights(cycle, angles)
         pairs = [(part, rows) for part, rows in zip(self._parts, self._candidates, strict=True) if rows.size]
-        histories = [part.stress(weights, rows) for part, rows in pairs]
-        usage = [
-            utilisation_of(part, course, rows) for (part, rows), course in zip(pairs, histories, strict=True)
-        ]
-        worst = [(part, rows[most_used(used)]) for (part, rows), used in zip(pairs, usage, strict=True)]
-        self._decisive = decisive_angles(angles, histories, usage)
+        first = [RowHistories.of(part, rows, weights) for part, rows in pairs]
+        self._decisive = decisive_angles(angles, first)
+        worst = [each.most_used for each in first]
         more = np.setdiff1d(self._decisive, angles)
         if more.size:
-            weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
-        return [(part, rows, part.stress(weights, rows)) for part, rows in worst], [*angles, *more]
+            weights = self._analysis.weights(cycle, more)
+            worst = [each.extended(each.part, weights) for each in worst]
+        return worst, np.append(angles, more)
 
 
 def sampled_angles(cycle: CrankCycle, step: int) -> Floats:
@@ -246,19 +282,11 @@ def utilisation(part: PartRows, weights: Weights) -> Floats:
     def block(start: int) -> Floats:
         nodes = slice(start, start + _BLOCK)
         stress = part.every(weights, nodes)
-        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(STRESSED), len(rows), -1)
+        usage = RowHistories(part, rows[:, nodes].ravel(), stress).usage
+        return usage.reshape(len(STRESSED), len(rows), -1)
 
     blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
     return np.concatenate(blocks, axis=2).reshape(len(STRESSED), -1)
-
-
-def utilisation_of(part: PartRows, history: Floats, rows: Ints) -> Floats:
-    """Utilisations (3, n), by the modes `STRESSED`, of histories (n, 6, n_instants) of some rows."""
-    signed = signed_equivalent(history)
-    highest, lowest = signed.max(axis=1), signed.min(axis=1)
-    factors = [part.yielding_factor(highest, lowest, rows), part.fatigue_factor(highest, lowest, rows)]
-    factors.append(part.lining_factor(highest, lowest))
-    return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
 
 
 def most_used(usage: Floats) -> Ints:
@@ -267,35 +295,30 @@ def most_used(usage: Floats) -> Ints:
     return np.unique(np.argsort(-used, axis=1)[:, :_CLOSEST])
 
 
-def worst_of_histories(
-    rows_of_parts: Sequence[tuple[PartRows, Ints, Floats]], angles: Sequence[float]
-) -> dict[FailureMode, ModeFactor]:
-    """Return the least factors among rows of parts with their histories (n, 6, n_instants)."""
+def worst_of(histories: Sequence[RowHistories], angles: Floats) -> dict[FailureMode, ModeFactor]:
+    """Return the least factors among rows with their histories at crank angles."""
     found = dict[FailureMode, ModeFactor]()
-    for part, rows, history in rows_of_parts:
-        for mode, used in zip(STRESSED, utilisation_of(part, history, rows), strict=True):
+    for each in histories:
+        for mode, used in zip(STRESSED, each.usage, strict=True):
             row = int(used.argmax())
             factor = 1 / max(float(used[row]), _TINY)
             if used[row] > 0 and (mode not in found or factor < found[mode].factor):
-                signed = signed_equivalent(history[row : row + 1])[0]
-                x, y, z = part.points[rows[row]].tolist()
-                found[mode] = ModeFactor(factor, (x, y, z), float(angles[np.abs(signed).argmax()]))
+                x, y, z = each.part.points[each.rows[row]].tolist()
+                angle = float(angles[np.abs(each.signed[row]).argmax()])
+                found[mode] = ModeFactor(factor, (x, y, z), angle)
     return found
 
 
-def decisive_angles(
-    angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats], window: int = _WINDOW
-) -> Floats:
+def decisive_angles(angles: Floats, histories: Sequence[RowHistories], window: int = _WINDOW) -> Floats:
     """Crank angles within so many degrees of the extremes of the three worst rows against each mode."""
     found = set[int]()
     for mode in range(len(STRESSED)):
-        most = [of_part[mode].max(initial=0.0) for of_part in usage]
-        number = int(np.argmax(most))
-        if not most[number] and mode:  # no part fails in this way
+        most = [each.usage[mode].max(initial=0.0) for each in histories]
+        worst = histories[int(np.argmax(most))]
+        if not max(most) and mode:  # no part fails in this way
             continue
-        for row in np.argsort(-usage[number][mode])[:3]:
-            signed = signed_equivalent(histories[number][row : row + 1])[0]
-            found |= {int(signed.argmax()), int(signed.argmin())}
+        for row in np.argsort(-worst.usage[mode])[:3]:
+            found |= {int(worst.signed[row].argmax()), int(worst.signed[row].argmin())}
     return around(angles[sorted(found)], window)
 
 

@@ -202,4 +202,4 @@ def feasible(study: Study, design: Mapping[str, float], name: str, value: float)
                 near = middle
         ends.append(near if reason else far)
         reasons.append(reason)
-    return SliderRange(ends[0], ends[1], *reasons)
+    return SliderRange(ends[0], ends[1], reasons[0], reasons[1])
