@@ -264,21 +264,21 @@ class LiveRod:
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
         """How far a dimension is sampled to either side: as far as it is feasible and the mesh follows."""
-        own, ends = feasible(self.study, design, name, design[name]), list[float]()
-        for end, share in ((own.low, -UNIT), (own.high, UNIT)):
-            away = share * design[name]
-            away = max(away, end - design[name]) if share < 0 else min(away, end - design[name])
-            for _ in range(_TRIES):
-                study = self.study_at({**design, name: design[name] + away}, self.operation)
-                if self._moved(study) is not None:
-                    break
-                away /= 2
-                low, high = self._reach.get(name, (own.low, own.high))
-                near = design[name] + away
-                self._reach[name] = (near, high) if share < 0 else (low, near)
-            else:
-                away = 0.0
-            ends.append(design[name] + away)
+        value, ends = design[name], list[float]()
+        bounds = feasible(self.study, design, name, value)
+
+        def follows(away: float) -> bool:
+            study = self.study_at({**design, name: value + away}, self.operation)
+            return self._moved(study) is not None
+
+        for side, share in enumerate((-UNIT, UNIT)):
+            away = min(max(share * value, bounds.low - value), bounds.high - value)
+            reached = next(filter(follows, (away / 2**halved for halved in range(_TRIES))), None)
+            if reached != away:
+                reach = list(self._reach.get(name, (bounds.low, bounds.high)))
+                reach[side] = value + (away / 2**_TRIES if reached is None else reached)
+                self._reach[name] = reach[0], reach[1]
+            ends.append(value + (reached or 0.0))
         return ends[0], ends[1]
 
     def _moved(self, study: Study) -> MeshedRod | None:

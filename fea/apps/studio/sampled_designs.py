@@ -116,21 +116,16 @@ class SampledDesign:
 
     def stress(self, load: DesignLoad, cases: Instants) -> Singles:
         """Deviators (5, n_cases, n_rows) of load cases, as they were solved or superposed."""
-        same = load.key == self.solved
-        deviators = [
-            self.cases[case.name].deviator
-            if same and case.name in self.cases and not _apart(case, self.angles)
-            else None
-            for case in cases
-        ]
-        if any(deviator is None for deviator in deviators):
+        solved = self.cases if load.key == self.solved else {}
+        known = [case.name in solved and not _apart(case, self.angles) for case in cases]
+        stress = np.empty((5, len(cases), len(self.points)), np.float32)
+        if not all(known):
             weights = self._spanning.weights(cases)
             every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
-            deviators = [
-                every[..., number].T if deviator is None else deviator
-                for number, deviator in enumerate(deviators)
-            ]
-        return np.stack([each for each in deviators if each is not None], axis=1).astype(np.float32)
+            stress[:] = every.transpose(1, 2, 0)
+        for number in np.flatnonzero(known):
+            stress[:, number] = solved[cases.names[number]].deviator
+        return stress
 
     @property
     def _spanning(self) -> UnitLoads:

@@ -304,7 +304,7 @@ class Studio:
             else:
                 await self._send_ranges(request)
         elif self._steps == _TOUCH:
-            await self._send("anchors", share=found)
+            await self._send("sampling", share=found)
             self._waiting = self._waiting or self._newest
 
     async def _send_ranges(self, request: DesignRequest) -> None:

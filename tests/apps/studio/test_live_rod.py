@@ -105,7 +105,7 @@ def test_resting_figures_are_those_of_a_run_on_the_same_mesh(touched):
         assert abs(one.factor / other.factor - 1) <= (one.bar_percent + other.bar_percent) / 100
 
 
-def test_between_anchors_the_gap_bounds_the_error(touched):
+def test_between_sampled_designs_the_estimate_bounds_the_error(touched):
     for web in (4.4, 4.83, 5.15, 5.6):
         shown = touched.frame({WEB: web}, touched.operation)
         solved = next(touched.exact({WEB: web}, touched.operation)).figures
@@ -134,7 +134,7 @@ def test_what_two_dimensions_change_together_is_solved_where_the_hand_rests():
         list(rod.touch(name, {}, rod.operation))
     design, count = {WEB: 4.4, flange: 2.7}, len(rod._samples.designs)
     before = rod.frame(design, rod.operation).figures.yielding
-    assert list(rod.cross({WEB: 4.9}, rod.operation)) == []  # no anchor is there
+    assert list(rod.cross({WEB: 4.9}, rod.operation)) == []  # no sampled design is there
     assert list(rod.cross({}, rod.operation))
     assert len(rod._samples.designs) == count + 1
     assert list(rod.cross({}, rod.operation)) == []
