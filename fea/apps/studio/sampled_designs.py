@@ -88,7 +88,7 @@ class SampledDesign:
     x: Floats  #: (n,) its scaled dimensions
     loading: Callable[[Study], Loading]  #: of its length
     mass: MassProperties
-    points: Singles  #: (n_rows, 3) places, mm
+    points: Singles  #: (n_nodes, 3) of the tracked nodes of the cell, mm
     column: tuple[tuple[Section, ...], Section]
     cases: Mapping[str, _SolvedCase]
     solved: object  #: the `DesignLoad.key` of these; None where rows are those of several parts
@@ -118,7 +118,8 @@ class SampledDesign:
         """Deviators (5, n_cases, n_rows) of load cases, as they were solved or superposed."""
         solved = self.cases if load.key == self.solved else {}
         known = [case.name in solved and not _apart(case, self.angles) for case in cases]
-        stress = np.empty((5, len(cases), len(self.points)), np.float32)
+        rows = len(next(iter(self.cases.values())).error)
+        stress = np.empty((5, len(cases), rows), np.float32)
         if not all(known):
             weights = self._spanning.weights(cases)
             every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
@@ -179,11 +180,12 @@ class TrackedNodes:
         self.whole = images[mirrored.astype(int), node]
         self._flip = np.array([1, 1, 1, -1, -1, 1])[None] ** mirrored[:, None]
         self.counts = np.asarray(cases[0].counts[self.whole])
-        # The row of each node of the surface, and the sign of its z.
-        sign = whole.sign[surface.nodes].astype(np.float32)
         rows = _by_side(mirrored, node, np.arange(len(node)), count)
-        self.surface = rows[(sign[:, 1] < 0).astype(int), whole.source[surface.nodes]]
-        self.surface_sign = np.column_stack([np.ones((len(sign), 2), np.float32), sign[:, 2]])
+        source, sign = whole.source[surface.nodes], whole.sign[surface.nodes]
+        self.surface = rows[(sign[:, 1] < 0).astype(int), source]  # rows of the nodes of the surface
+        # Numbers of `nodes` with the signs of their coordinates, of the nodes of the surface and of each row.
+        self.surface_places = np.searchsorted(self.nodes, source), sign.astype(np.float32)
+        self.row_places = np.searchsorted(self.nodes, node), whole.sign[self.whole]
         self.name = cache(partial(place_name, rod.mesh))
         # Rows that may be worst against fatigue, by the load cases; else by the stress.
         used, *_ = usage(rod, cases) or (np.max([case.von_mises for case in cases], axis=0),)
@@ -207,7 +209,7 @@ class TrackedNodes:
             x=x,
             loading=lambda study: EngineLoading.of(study.engine, length) if study.engine else given,
             mass=rod.mass,
-            points=rod.mesh.whole.points[self.whole].astype(np.float32),
+            points=rod.mesh.cell.points[self.nodes].astype(np.float32),
             column=rod.shank,
             cases=cases,
             solved=load.key if self._one_part else None,
@@ -399,7 +401,8 @@ class InterpolatedDesign:
         return replace(factor, name=self._loaded.names[case], peak_MPa=peak)
 
     def _factor(self, used: float, bar: float, error: float, row: int) -> ShownFactor:
-        place = self._tracked.name(int(self._tracked.whole[row])), vector(self._points[row])
+        node, sign = (each[row] for each in self._tracked.row_places)
+        place = self._tracked.name(int(self._tracked.whole[row])), vector(self._points[node] * sign)
         return ShownFactor.of(SafetyFactor.of_stress(1 / used, bar), *place, error)
 
     def _fatigue(self, bar: float, error: float) -> ShownFactor | None:
@@ -422,4 +425,5 @@ class InterpolatedDesign:
         names, tracked = self._loaded.names, self._tracked
         of_case = shown != LARGEST_OF_CASES and shown in names
         values = self._von_mises[names.index(shown)] if of_case else self._von_mises.max(axis=0)
-        return self._points[tracked.surface] * tracked.surface_sign, values[tracked.surface]
+        nodes, sign = tracked.surface_places
+        return self._points[nodes] * sign, values[tracked.surface]
