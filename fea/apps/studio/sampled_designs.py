@@ -118,8 +118,7 @@ class SampledDesign:
         """Deviators (5, n_cases, n_rows) of load cases, as they were solved or superposed."""
         solved = self.cases if load.key == self.solved else {}
         known = [case.name in solved and not _apart(case, self.angles) for case in cases]
-        rows = len(next(iter(self.cases.values())).error)
-        stress = np.empty((5, len(cases), rows), np.float32)
+        stress = np.empty((5, len(cases), self.error("").size), np.float32)
         if not all(known):
             weights = self._spanning.weights(cases)
             every = np.concatenate([part.every(weights)[:, :5] for part in self.parts])
@@ -127,6 +126,10 @@ class SampledDesign:
         for number in np.flatnonzero(known):
             stress[:, number] = solved[cases.names[number]].deviator
         return stress
+
+    def error(self, name: str) -> Singles:
+        """Relative error (n_rows,) of a load case; of one that was not solved, that of another."""
+        return self.cases.get(name, next(iter(self.cases.values()))).error
 
     @property
     def _spanning(self) -> UnitLoads:
@@ -258,8 +261,8 @@ class SampledDesigns:
 
     def add(self, design: SampledDesign) -> None:
         """Add a design, or replace the same one; of many, those near it are kept."""
-        distances = [float(np.abs(each.x - design.x).max(initial=0.0)) for each in self.designs]
-        others = [self.designs[number] for number in np.argsort(distances) if distances[number] > SAME]
+        others = [each for each in self.designs if np.abs(each.x - design.x).max(initial=0.0) > SAME]
+        others.sort(key=lambda each: float(np.abs(each.x - design.x).max()))
         self.designs = [design, *others][:_MOST]
         self._stencils = list(stencils(np.array([each.x for each in self.designs])))
         self._recent.clear()
@@ -314,17 +317,14 @@ class _LoadedDesigns:
         cases = [design.load_cases(load, self.angles) for design in designs] if self.ambiguous else peaks
         self.names = [case.name for case in cases[0] if all(case.name in other.names for other in cases)]
         common = [each[np.isin(each.names, self.names)] for each in cases]
-        self.stress = np.stack([one.stress(load, each) for one, each in zip(designs, common, strict=True)])
-        solved = [
-            design.cases for design in designs
-        ]  # for a load case that was not solved, the error of another
-        relative = [[of.get(name, next(iter(of.values()))).error for name in self.names] for of in solved]
+        self.stress = np.stack([each.stress(load, own) for each, own in zip(designs, common, strict=True)])
+        relative = [[design.error(name) for name in self.names] for design in designs]
         self.error = np.array(relative) * np.linalg.norm(self.stress, axis=1)
         strength = np.array([each.yield_strength for each in load.materials], np.float32)[tracked.part]
         self.inverse_strength = np.where(tracked.counts, 1 / strength, 0)  # of rows that count
         self.points = np.stack([design.points for design in designs])
-        buckling = [one.buckling(load, each) for one, each in zip(designs, peaks, strict=True)]
-        self.buckling = np.stack(buckling)
+        pairs = zip(designs, peaks, strict=True)
+        self.buckling = np.stack([design.buckling(load, own) for design, own in pairs])
         self.mass = np.array([design.mass.mass for design in designs])
         self.superposed = 0.0 if all(design.solved == load.key for design in designs) else SUPERPOSED
 
