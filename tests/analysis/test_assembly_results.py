@@ -24,7 +24,7 @@ from fea.analysis.result import run_result
 from fea.analysis.survival import factors, factors_of_assembly, survival
 from fea.apps.export_run import prepared_again
 from fea.apps.result import analyse
-from fea.apps.studio.frame import figures as shown_figures
+from fea.apps.studio.figures import figures as shown_figures
 from fea.base.choices import Symmetry
 from fea.judge.safety_factor import SafetyFactor
 from fea.output.assembly_statements import assembly_lines, linings

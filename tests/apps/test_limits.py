@@ -19,11 +19,9 @@ from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
-from fea.apps.limits.few_rays import with_film
 from fea.apps.limits.figures import LargestValue
-from fea.apps.limits.limit_map import LimitMap, RayAxes
+from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
 from fea.apps.limits.search import LimitSearch, OperatingLine
-from fea.base.root import leap, root
 from fea.base.units import BAR
 from fea.contact.assembly_state import BoltState
 from fea.rod.loading import EngineLoading
@@ -250,12 +248,6 @@ def test_a_bolt_yields_where_its_diagram_says():
     assert model.points <= 7
 
 
-def test_a_leap_towards_an_edge_is_short_where_the_level_is_flat():
-    assert leap(100.0, -0.5, 0.1) == pytest.approx(100 * math.exp(0.05))
-    assert leap(100.0, -1e9, 0.1) == pytest.approx(100 * math.exp(0.5))
-    assert leap(100.0, 1e9, 0.1) == pytest.approx(100 * math.exp(-0.5))
-
-
 def test_what_was_estimated_first_is_solved_in_the_end():
     """Estimates that are 3 % too large move neither the edge that is told first nor the last."""
 
@@ -280,21 +272,6 @@ def test_what_was_estimated_first_is_solved_in_the_end():
     assert solved == pytest.approx([edges[-1]] * 3, rel=5e-3)
     assert first == pytest.approx(edges[-1], rel=spreads[0])
     assert (spreads[0], spreads[1]) == (pytest.approx(0.015, rel=1), 0)
-
-
-@pytest.mark.parametrize(
-    ("start", "slope", "expected"), [(1.5, -1.0, 10.0), (12.0, -1.0, 10.0), (6.0, 1.0, 1.0), (0.5, 1.0, 1.0)]
-)
-def test_an_edge_is_found_where_the_factor_first_rises_before_it_falls(start, slope, expected):
-    """From a place on the wrong side of the largest factor the slope points away from the edge."""
-
-    def level(x):
-        return 0.4 * math.log(x) * (math.log(10) - math.log(x))
-
-    edge = root(level, [start], slope, (0.2, 40.0), 1e-4)
-    assert edge.x == pytest.approx(expected, rel=1e-3)
-    assert edge.slope == pytest.approx(slope / (0.4 * math.log(10)), rel=0.2)
-    assert root(lambda _at: 1.0, [start], slope, (0.2, 40.0)) is None
 
 
 def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():

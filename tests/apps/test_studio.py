@@ -12,7 +12,7 @@ from program import fea
 from studios import Page, end, gone, served
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from fea.apps.studio.operation import Operation
+from fea.apps.studio.operating_point import OperatingPoint
 from fea.apps.studio.session import Session, session
 from fea.study.study import load_study
 
@@ -74,7 +74,7 @@ def test_nobody_else_gets_in(studio):
 
 
 def test_random_events_give_no_stale_or_mixed_frame(page):
-    operation, sent, events = Operation.of(load_study("leon-2001")), {}, random.Random(5)  # noqa: S311
+    operation, sent, events = OperatingPoint.of(load_study("leon-2001")), {}, random.Random(5)  # noqa: S311
 
     def drag():
         for number in range(EVENTS):
@@ -164,7 +164,7 @@ def test_a_session_goes_on_from_its_journal(tmp_path):
         file.write(b'{"kind": "commit", "state": {"desi')  # the disk was full
     for _ in range(2):
         with session(study, START, tmp_path) as kept:
-            assert kept.told() == {**other, "undo": True, "redo": True, "variants": kept.variants}
+            assert kept.described() == {**other, "undo": True, "redo": True, "variants": kept.variants}
             assert kept.variants == {"a": {"state": other, "answer": None}}
             kept.change("move", by=0)
 

@@ -104,7 +104,7 @@ def drag(studio, shown, options, began):
     since = time.monotonic()
     shown.run(f"{DRAG}('{KEY}', 1)")
     wait("feaStudio.panel.solving === 1")
-    said("anchors", since)
+    said("sampling", since)
     since = time.monotonic()
     while time.monotonic() - since < 60 * options.minutes:
         pids = [studio.process.pid, *studio.workers()]

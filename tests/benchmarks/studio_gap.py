@@ -5,10 +5,10 @@
     python tests/benchmarks/studio_gap.py cost [STUDY]
 
 `gap`: up to seven dimensions of each study are touched, as on the page, which rests then; then rods between
-the anchors, in up to seven dimensions at once within ±10 %, are interpolated and solved on the same moved
-mesh. The error is that of the smallest safety factor against yielding. The constants of the estimate were
-fitted on the rods of seed 39 of all studies but the last, under a prescribed pressure. `contact`: the same
-rods with their pins in contact, of which what is shown is corrected; the error is that of the smallest
+the sampled designs, in up to seven dimensions at once within ±10 %, are interpolated and solved on the same
+moved mesh. The error is that of the smallest safety factor against yielding. The constants of the estimate
+were fitted on the rods of seed 39 of all studies but the last, under a prescribed pressure. `contact`: the
+same rods with their pins in contact, of which what is shown is corrected; the error is that of the smallest
 factors against yielding and fatigue. `cost`: times, and the processor's in parentheses,
 of the first picture, of an update while one drags, of the exact answer at rest; and the memory of the
 process.
@@ -33,7 +33,7 @@ import numpy as np
 
 from fea.analysis.engine_study import engine_study
 from fea.apps.studio.live_rod import LiveRod
-from fea.apps.studio.operation import fault
+from fea.apps.studio.operating_point import fault
 from fea.study.study import load_study, parse_study
 
 STUDIES = ("leon-2001", "molina-2024", "columba-2022", "toyota-2jz")
@@ -62,7 +62,7 @@ def study(name, size=None, pressure="cosine-180"):
 
 
 def held_out(name, count, size, seed):
-    """Errors and gaps, percent, of rods between the anchors; rows of (error, gap, bar, dimensions)."""
+    """Errors, percent, of rods between sampled designs; rows of (error, its estimate, bar, dimensions)."""
     rod, random = LiveRod(study(name, size)), np.random.default_rng(seed)
     operation, own = rod.operation, rod.base_design
     touched = [key for key in TOUCHED if key in own][:DIMENSIONS]
@@ -73,7 +73,7 @@ def held_out(name, count, size, seed):
     ranges = rod.ranges({})
     touched = [key for key in touched if ranges[key].covered_low is not None]
     rows, grey, moved_not, alike = [], 0, 0, []
-    anchors = list(rod._anchors.every)
+    samples = list(rod._samples.designs)
     while len(rows) < count:
         design = {}
         for key in random.choice(touched, random.integers(1, len(touched) + 1), replace=False):
@@ -91,15 +91,16 @@ def held_out(name, count, size, seed):
             continue
         solved = next(rod.exact(design, operation)).figures
         one, other = shown.yielding, solved.yielding
-        rows.append((100 * abs(one.factor / other.factor - 1), one.gap_percent, one.bar_percent, len(design)))
+        error = 100 * abs(one.factor / other.factor - 1)
+        rows.append((error, one.interpolation_percent, one.bar_percent, len(design)))
         alike.append((shown.governing == solved.governing, one.where == other.where))
         assert [each.name for each in shown.cases] == [each.name for each in solved.cases]
-        assert rod._anchors.every == anchors  # held out: what was solved is none of them
+        assert rod._samples.designs == samples  # held out: what was solved is none of them
     error, gap, bar, _ = table = np.array(rows).T
     same_case, same_place = 100 * np.mean(np.array(alike), axis=0)
     print(
-        f"{name}: {len(rod._mesh.cell.points)} nodes of the cell, {len(anchors)} anchors of {len(touched)} "
-        f"dimensions; {len(rows)} rods: error median {np.median(error):.3f} %, 99 % "
+        f"{name}: {len(rod._mesh.cell.points)} nodes of the cell, {len(samples)} sampled designs "
+        f"of {len(touched)} dimensions; {len(rows)} rods: error median {np.median(error):.3f} %, 99 % "
         f"{np.quantile(error, 0.99):.2f} %, largest {error.max():.2f} %; gap median {np.median(gap):.2f} %, "
         f"holds {100 * np.mean(error <= gap):.1f} %; shown bar median {np.median(bar):.1f} %, holds "
         f"{100 * np.mean(error <= bar):.1f} %; same case {same_case:.0f} %, same place {same_place:.0f} %; "
@@ -130,7 +131,7 @@ def contact(names, count, size, seed):
         for key in (touched := [key for key in TOUCHED if key in own][:DIMENSIONS]):
             deque(rod.touch(key, {}, operation), maxlen=0)
         deque(rod.cross({}, operation), maxlen=0)
-        anchors, correction = copy(rod._anchors), rod._correction
+        samples, correction = copy(rod._samples), rod._correction
         while len(rows) < count:
             some = random.choice(touched, random.integers(1, len(touched) + 1), replace=False)
             design = {key: own[key] * random.uniform(1 - WITHIN, 1 + WITHIN) for key in some}
@@ -139,16 +140,16 @@ def contact(names, count, size, seed):
             if rod._moved(rod.study_at(design, operation)) is None:
                 continue
             *_, solved = rod.exact(design, operation)
-            rod._anchors, rod._correction = (
-                copy(anchors),
+            rod._samples, rod._correction = (
+                copy(samples),
                 correction,
             )  # held out, and that of the first design
-            rod._anchors._known = {}
+            rod._samples._recent = {}
             for mode in ("yielding", "fatigue"):
                 one, other = getattr(shown, mode), getattr(solved.figures, mode)
                 if one is not None and other is not None:
                     error = 100 * abs(one.factor / other.factor - 1)
-                    rows.append((error, one.gap_percent, error <= one.gap_percent))
+                    rows.append((error, one.interpolation_percent, error <= one.interpolation_percent))
         error, gaps, held = np.array(rows).T
         print(
             f"{name}: {len(rows)} factors, error median {np.median(error):.2f} %, largest "
@@ -184,6 +185,7 @@ def timed(what, job, repeat=1):
 FIRST = """
 from fea.apps.studio.live_rod import LiveRod
 from fea.study.study import load_study
+from fea.study.study import load_study
 rod = LiveRod(load_study({!r}))
 rod.frame({{}}, rod.operation)
 """
@@ -208,7 +210,7 @@ def cost(name):
         return {key: float(rod.base_design[key] * random.uniform(0.96, 1.04)) for key in touched}
 
     timed("what every two change together", partial(deque, rod.cross({}, operation), maxlen=0))
-    print(f"{len(rod._anchors.every)} anchors")
+    print(f"{len(rod._samples.designs)} sampled designs")
     timed("the first update", lambda: rod.frame(somewhere(), operation))
     timed("an update while dragging", lambda: rod.frame(somewhere(), operation), 50)
     rpm = iter(np.linspace(0.9, 1.1, 20) * operation.rpm)

@@ -1,11 +1,12 @@
 """A model of `fea studio` that solves nothing: a box whose figures are those of its design, and known."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
-from fea.apps.studio.frame import CaseFigures, Factor, Figures, Frame, Label
-from fea.apps.studio.operation import Operation, Range, dimensions
+from fea.apps.studio.figures import Label, ShownFactor, StudioFigures, StudioFrame
+from fea.apps.studio.operating_point import OperatingPoint, SliderRange, dimensions
 from fea.judge.safety_factor import SafetyFactor
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (-0.2, 0.2) for z in (-0.1, 0.1)])
@@ -25,22 +26,22 @@ def box(study, design, operation, label, **more):
     value = peak(design, operation)
     factor = 700 / value
     at = (100.0, 10.0, 5.0)
-    own = Factor.of(SafetyFactor.of_stress(factor, 4.0), "the web", at)
-    figures = Figures(
+    own = ShownFactor.of(SafetyFactor.of_stress(factor, 4.0), "the web", at)
+    figures = StudioFigures(
         mass_kg=0.1 * design.get("web_thickness_mm", 5.0),
-        cases=(CaseFigures(**vars(own), name="tension", peak_MPa=value),),
+        cases=(replace(own, name="tension", peak_MPa=value),),
         governing="tension",
         yielding=own,
         fatigue=None
         if label is Label.INTERPOLATED
-        else Factor.of(SafetyFactor.of_stress(0.8 * factor, 4.0), "the web", at),
-        buckling=Factor.of(SafetyFactor(3 * factor), "the shank"),
+        else ShownFactor.of(SafetyFactor.of_stress(0.8 * factor, 4.0), "the web", at),
+        buckling=ShownFactor.of(SafetyFactor(3 * factor), "the shank"),
     )
     length = study.rod.dimensions.length
     points = (CORNERS * [length, length, length]).astype(np.float32)
     values = np.full(8, value, np.float32)
-    return Frame(
-        design=dict(design), operation=operation, label=label, figures=figures, points=points, values=values,
+    return StudioFrame(
+        operation=operation, label=label, figures=figures, points=points, values=values,
         pins="prescribed", **more,
     )  # fmt: skip
 
@@ -51,11 +52,11 @@ class LiveRod:
     def __init__(self, study):
         self.study, self.base, self.triangles = study, 0, FACES
         self.dimensions, self.base_design = dimensions(study), {}
-        self.operation = Operation.of(study)
+        self.operation = OperatingPoint.of(study)
 
     def ranges(self, design):
-        found = {each.key: Range(0.5 * each.value, 1.5 * each.value) for each in self.dimensions}
-        web = Range(3.0, 6.0, "the web is too thin", "the web is too thick", 4.0, 5.5)
+        found = {each.key: SliderRange(0.5 * each.value, 1.5 * each.value) for each in self.dimensions}
+        web = SliderRange(3.0, 6.0, "the web is too thin", "the web is too thick", 4.0, 5.5)
         return found | {"web_thickness_mm": web}
 
     def touch(self, name, design, operation):
@@ -78,4 +79,4 @@ def fresh(study):
     """Answers as `fea.apps.studio.live_rod.fresh`."""
     time.sleep(0.1)
     design = {"web_thickness_mm": study.rod.dimensions.web_thickness}
-    return box(study, design, Operation.of(study), Label.CONVERGED, triangles=FACES)
+    return box(study, design, OperatingPoint.of(study), Label.CONVERGED, triangles=FACES)

@@ -19,7 +19,7 @@ from fea.output.report.page import viewer
 from fea.output.report.scene import scene
 from fea.output.stored_run import Run
 from fea.output.text import write_text
-from fea.output.units import in_heading, in_rows, in_unit, scale, unit
+from fea.output.units import in_heading, in_rows, scale, unit
 from geometry.arrays import Floats
 from loads.gas import LARGEST_PEAK
 
@@ -80,11 +80,6 @@ class DrawnMap:
         label_axes(axes, "engine speed, rpm", "peak pressure (absolute), bar")
         axes.set_title(self._title, fontsize=11)
         axes.grid(alpha=0.3)
-        if boosts := self._boosts():
-            right = axes.twinx()
-            right.set_ylim(0, self.peak[-1])
-            right.set_yticks([*boosts.values()], [f"{in_unit(boost, 'bar'):.3g}" for boost in boosts])
-            right.set_ylabel(in_heading("boost at the study's speed, bar"))
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
         save(figure, path, dpi=160)
         box = axes.get_position()
@@ -109,8 +104,11 @@ class DrawnMap:
         return limit.rpm, limit.peak / BAR, (self._found.bar_percent(limit) or math.nan) / 100
 
     def _draw_operation(self, axes: Any) -> None:
-        """Draw full load, the operating points and the limit with the throttle closed."""
+        """Draw full load, the operating points, the limit with the throttle closed, and a scale of boost."""
         engine, closed = self._found.engine, self._figures.closed_throttle
+        if engine.burns:
+            right = axes.secondary_yaxis("right", functions=(self._boost, self._peak))
+            right.set_ylabel(in_heading("boost at the study's speed, bar"))
 
         def peaks(speeds: Sequence[float]) -> list[float]:
             return [engine.peak(rpm, engine.full_load_scale(rpm)) / BAR for rpm in speeds]
@@ -124,15 +122,15 @@ class DrawnMap:
             at, label = (closed.value, closed.peak_pressure_bar), "limit, throttle closed"
             axes.plot(*at, "v", color="0.1", mfc="w", ms=8, label=label, zorder=4)
 
-    def _boosts(self) -> dict[float, float]:
-        """Peak pressures at the study's speed by round pressures of boost, bar."""
-        engine, ticks = self._found.engine, dict[float, float]()
-        if engine.burns:
-            none, one = engine.boost(0.0), engine.boost(1.0)
-            for boost in np.arange(math.ceil(2 * none) / 2, 100, 0.5).tolist():
-                ticks[boost] = engine.peak(self._found.rpm, (boost - none) / (one - none)) / BAR
-        shown = [boost for boost, peak in ticks.items() if 0 <= peak <= self.peak[-1]]
-        return {boost: ticks[boost] for boost in shown[:: max(1, len(shown) // 8)]}
+    def _boost(self, peak: Floats) -> Floats:
+        """Boost, as it is shown, at the study's speed and peak pressures, bar."""
+        engine = self._found.engine
+        return scale("bar") * engine.boost(engine.scale(self._found.rpm, peak * BAR))
+
+    def _peak(self, boost: Floats) -> Floats:
+        """Peak pressures, bar: the inverse of `_boost`, which is linear."""
+        none, atmospheric = self._boost(np.zeros(1)), self._boost(np.ones(1))
+        return (boost - none) / (atmospheric - none)
 
     def write_page(self, path: Path, run: Run, picture: bytes, box: Sequence[float]) -> None:
         """Write the page, which shows the load cases of a run, and the map with the ends of its axes.

@@ -70,7 +70,7 @@ class ScaledEngine:
     def _at(self, piston_speed: float) -> float:
         return piston_speed * 30_000 / (2 * self.loading.engine.crank_radius)
 
-    def boost(self, scale: float) -> float:
+    def boost(self, scale: _Number) -> _Number:
         """Gauge pressure in the intake, bar: absolute pressures are in proportion to the gas load factor."""
         gas, table = self.loading.gas, self.loading.table
         factor = gas.factor if isinstance(gas, Scaled) else 1.0

@@ -13,8 +13,17 @@ from fea.analysis.speed_result import SpeedResult
 from fea.apps.limits.assembled_factors import AssembledFactors
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import STRESSED, FailureMode, RodFactors, SuperposedFactors
-from fea.apps.limits.few_rays import LifeMap, hours_at, life_map, with_film
-from fea.apps.limits.limit_map import MOST_PEAK, LimitMap, LimitPoint, RayAxes, ending
+from fea.apps.limits.limit_map import (
+    MOST_PEAK,
+    LifeMap,
+    LimitMap,
+    LimitPoint,
+    RayAxes,
+    ending,
+    hours_at,
+    life_map,
+    with_film,
+)
 from fea.apps.limits.search import LimitSearch, OperatingLine
 from fea.rod.places import place_name
 from fea.solid.errors import ContactError

@@ -1,4 +1,4 @@
-"""What the two processes of `fea studio` do for its server: each function is a job of one of them."""
+"""Jobs of the two worker processes of `fea studio`: each function is run in one of them for the server."""
 
 import asyncio
 import json
@@ -19,8 +19,8 @@ from fea.apps.optimise.problem import variables
 from fea.apps.optimise.run_optimise import search_study
 from fea.apps.optimise.search import USUAL, search
 from fea.apps.run_study import run_study
-from fea.apps.studio.frame import MODES, Frame
-from fea.apps.studio.operation import Operation, applied, controls
+from fea.apps.studio.figures import MODES, StudioFrame
+from fea.apps.studio.operating_point import OperatingPoint, applied, controls
 from fea.apps.studio.session import State
 from fea.machine.isolated import CrashError, IsolatedProcess, fresh, say
 from fea.machine.system import replaced
@@ -33,24 +33,24 @@ from geometry.cad.formats import step_file
 from geometry.session import session
 
 MODEL = "fea.apps.studio.live_rod"
-# What can be written at once, and what takes a process of its own.
-QUICK, SLOW = ("study", "table"), ("step", "report")
-# Of the end of the legend: a peak above this share keeps it, so that colours mean the same while one drags.
+# Files that are written at once, and those that take a process of their own, by kind; with their suffixes.
+QUICK, SLOW = {"study": ".toml", "table": ".csv"}, {"step": ".step", "report": ""}
+# A peak above this share of the end of the legend keeps it, so that colours keep their meaning in a drag.
 _KEEPS_LEGEND = 0.6
 
 
-class _Inside:
-    """In a worker: what it computes with."""
+class _Worker:
+    """State of a worker process."""
 
     study: Study
     model: Any
     live: Any = None
     steps: Iterator[Any] = iter(())
-    mesh: tuple[int, int, bytes] = (-1, 0, b"")  # number of the base, and what is packed of its triangles
+    mesh: tuple[int, int, bytes] = (-1, 0, b"")  # number of the base, checksum and packed triangles
 
 
-class Answer(NamedTuple):
-    """A frame for the page: what is told of it, places and values of its nodes, and its triangles."""
+class FrameMessage(NamedTuple):
+    """A frame for the page: its header, places and values of its nodes, and its triangles."""
 
     header: JsonObject
     numbers: bytes
@@ -59,18 +59,18 @@ class Answer(NamedTuple):
 
 def open_worker(study: Study, model: str) -> None:
     """Begin: the model is a module with `LiveRod` and `fresh`."""
-    _Inside.study, _Inside.model = study, resolve_name(model)
+    _Worker.study, _Worker.model = study, resolve_name(model)
 
 
 def open_live(study: Study, model: str) -> None:
     """Begin with a rod that answers at once, which takes seconds."""
     open_worker(study, model)
-    _Inside.live = _Inside.model.LiveRod(study)
+    _Worker.live = _Worker.model.LiveRod(study)
 
 
 def describe() -> JsonObject:
-    """Return what the page needs to lay itself out."""
-    study, live = _Inside.study, _Inside.live
+    """Return what the page needs for its layout."""
+    study, live = _Worker.study, _Worker.live
     return {
         "title": study.name,
         "dimensions": [_plain(each) for each in live.dimensions],
@@ -82,80 +82,80 @@ def describe() -> JsonObject:
 
 def ranges(state: State) -> JsonObject:
     """Return how far each dimension can go, and why it ends there, by its name."""
-    return {name: _plain(each) for name, each in _Inside.live.ranges(dict(state["design"])).items()}
+    return {name: _plain(each) for name, each in _Worker.live.ranges(dict(state["design"])).items()}
 
 
-def frame(serial: int, state: State, top: float, field: str) -> Answer:
-    """Return what is known of a design at once; `top` is the end of the legend before."""
-    return _answer(serial, state, top, _Inside.live.frame(dict(state["design"]), _operation(state), field))
+def frame(serial: int, state: State, top: float, field: str) -> FrameMessage:
+    """Return the interpolated frame of a design; `top`: the end of the legend before."""
+    return _message(serial, state, top, _Worker.live.frame(dict(state["design"]), _operation(state), field))
 
 
 def begin(kind: str, state: State, what: str) -> None:
-    """Begin what takes several steps: "touch" a dimension, solve "exact" with a field, or "cross"."""
-    live, design, operation = _Inside.live, dict(state["design"]), _operation(state)
+    """Begin a job of several steps: "touch" a dimension, solve "exact" with a field, or "cross"."""
+    live, design, operation = _Worker.live, dict(state["design"]), _operation(state)
     if kind == "cross":
-        _Inside.steps = live.cross(design, operation)
+        _Worker.steps = live.cross(design, operation)
     elif kind == "touch":
-        _Inside.steps = live.touch(what, design, operation)
+        _Worker.steps = live.touch(what, design, operation)
     else:
-        _Inside.steps = live.exact(design, operation, what)
+        _Worker.steps = live.exact(design, operation, what)
 
 
-def step(serial: int, state: State, top: float) -> Answer | float | None:
-    """Take the next step; return a frame, the progress of anchors, or None at the end."""
-    found = next(_Inside.steps, None)
-    return _answer(serial, state, top, found) if isinstance(found, Frame) else found
+def step(serial: int, state: State, top: float) -> FrameMessage | float | None:
+    """Take the next step; return a frame, the progress of sampling, or None at the end."""
+    found = next(_Worker.steps, None)
+    return _message(serial, state, top, found) if isinstance(found, StudioFrame) else found
 
 
-def converge(serial: int, state: State, top: float) -> Answer:
+def converge(serial: int, state: State, top: float) -> FrameMessage:
     """Solve a design on a mesh of its own, refined, with the pins that its study asks for."""
-    return _answer(serial, state, top, _Inside.model.fresh(_applied(state)))
+    return _message(serial, state, top, _Worker.model.fresh(_applied(state)))
 
 
-def _operation(state: State) -> Operation:
-    return _operated(tuple(state["operation"].items()))
+def _operation(state: State) -> OperatingPoint:
+    return _operation_of(tuple(state["operation"].items()))
 
 
 @lru_cache(maxsize=8)
-def _operated(values: tuple[tuple[str, Any], ...]) -> Operation:
-    return Operation.of(_Inside.study).changed(dict(values))
+def _operation_of(values: tuple[tuple[str, Any], ...]) -> OperatingPoint:
+    return OperatingPoint.of(_Worker.study).changed(dict(values))
 
 
 def _applied(state: State) -> Study:
-    return applied(_Inside.study, dict(state["design"]), _operation(state))
+    return applied(_Worker.study, dict(state["design"]), _operation(state))
 
 
 def _plain(value: Any) -> JsonObject:
     """A dataclass as JSON has it: what is not finite is None."""
-    text = json.dumps(value, default=lambda own: float(own) if isinstance(own, np.generic) else vars(own))
+    text = json.dumps(value, default=lambda each: float(each) if isinstance(each, np.generic) else vars(each))
     plain: JsonObject = json.loads(text, parse_constant=lambda _: None)
     return plain
 
 
-def _answer(serial: int, state: State, top: float, found: Frame) -> Answer:
-    header = {"kind": "frame", "serial": serial, "state": state, "operation": found.operation.values}
-    header |= {"label": str(found.label), "pins": found.pins, "new_mesh": found.new_mesh, "figures": None}
-    header |= {"corrected": found.corrected, "one_piece": found.one_piece}
-    if found.points is None or found.values is None or found.figures is None:
-        return Answer(header, b"", b"")
-    checks = found.figures.checks or {}
+def _message(serial: int, state: State, top: float, frame: StudioFrame) -> FrameMessage:
+    header = {"kind": "frame", "serial": serial, "state": state, "operation": frame.operation.values}
+    header |= {"label": str(frame.label), "figures": None}
+    header |= {name: getattr(frame, name) for name in ("pins", "new_mesh", "corrected", "one_piece")}
+    if frame.points is None or frame.values is None or frame.figures is None:
+        return FrameMessage(header, b"", b"")
+    checks = frame.figures.checks or {}
     failed = [name.replace("_", " ") for name, check in checks.items() if not check.passed]
-    if found.triangles is not None or found.base != _Inside.mesh[0]:
-        triangles = _Inside.live.triangles if found.triangles is None else found.triangles
+    if frame.triangles is not None or frame.base != _Worker.mesh[0]:
+        triangles = _Worker.live.triangles if frame.triangles is None else frame.triangles
         packed = triangles.astype("<u4").tobytes()
-        _Inside.mesh = (found.base, zlib.crc32(packed), packed)
-    header["figures"] = _plain(found.figures) | {"governs": found.figures.governs, "failed": failed}
-    peak = max(case.peak_MPa for case in found.figures.cases)
-    largest = {VON_MISES: np.array([np.nanmax(found.values)])}
+        _Worker.mesh = (frame.base, zlib.crc32(packed), packed)
+    header["figures"] = _plain(frame.figures) | {"governs": frame.figures.governs, "failed": failed}
+    peak = max(case.peak_MPa for case in frame.figures.cases)
+    largest = {VON_MISES: np.array([np.nanmax(frame.values)])}
     legend = case_fields(largest, top if _KEEPS_LEGEND * top <= peak <= top else peak)[0]
-    header |= {"mesh": _Inside.mesh[1], "nodes": len(found.points), "field": legend}
-    numbers = b"".join(np.ascontiguousarray(each, "<f4").data for each in (found.points, found.values))
-    return Answer(header, numbers, _Inside.mesh[2])
+    header |= {"mesh": _Worker.mesh[1], "nodes": len(frame.points), "field": legend}
+    numbers = b"".join(np.ascontiguousarray(each, "<f4").data for each in (frame.points, frame.values))
+    return FrameMessage(header, numbers, _Worker.mesh[2])
 
 
 def export(what: str, state: State, variants: Mapping[str, Any], folder: str, name: str) -> JsonObject:
     """Write a study, solid, report or table into a folder; return its path, and a text to offer as a copy."""
-    study, suffix = _applied(state), {"study": ".toml", "table": ".csv", "step": ".step", "report": ""}[what]
+    study, suffix = _applied(state), (QUICK | SLOW)[what]
     stem = "variants" if what == "table" else re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-") or "study"
     # study.toml, study-2.toml, …
     tries = (f"{stem}{number}{suffix}" for number in chain(("",), count(-2, -1)))
@@ -190,20 +190,20 @@ def _table(variants: Mapping[str, Any]) -> str:
 
 
 def lighten(state: State) -> JsonObject:
-    """Search the lightest rod from a design; the designs that are tried are said as they come."""
+    """Search for the lightest rod from a design; each design that is tried is reported as a line."""
     free = variables(search_study(_applied(state)))
 
-    def told(design: Design, done: int = 0, _now: int = 0) -> JsonObject:
+    def described(design: Design, done: int = 0, _now: int = 0) -> JsonObject:
         changed = {**state, "design": {**state["design"], **free.dimensions(design.x)}}
         figures = {"mass_kg": design.mass_kg, "margin": design.margin, "governs": design.governing.name}
         return {"state": changed, "count": done, "most": USUAL, **figures}
 
-    found = search(Designs(free, lambda *tried: say(json.dumps(told(*tried)))), free.start, USUAL)
-    return told(found.best)
+    found = search(Designs(free, lambda *tried: say(json.dumps(described(*tried)))), free.start, USUAL)
+    return described(found.best)
 
 
 class Worker:
-    """Does one job after another in a process of its own, whose first job is the `opening`."""
+    """Runs one job after another in a process of its own, whose first job is the `opening`."""
 
     def __init__(self, opening: Callable[..., Any], *arguments: Any) -> None:
         self._opening = partial(opening, *arguments)
@@ -214,12 +214,12 @@ class Worker:
     ) -> Any:
         """Return the result of a picklable job, or raise its error.
 
-        The listener is called, in this thread, with the lines that the job says. Raises `CrashError`,
+        The listener is called, in this thread, with the lines that the job reports. Raises `CrashError`,
         `MemoryError`: the process has ended; the next job has another one.
         """
         loop = asyncio.get_running_loop()
 
-        def heard(line: str) -> None:
+        def report(line: str) -> None:
             if listener is not None:
                 loop.call_soon_threadsafe(listener, line)
 
@@ -228,10 +228,10 @@ class Worker:
         process = self._process = self._process or fresh()
         try:
             if begins:
-                await asyncio.to_thread(_waited, process, self._opening, None)
-            return await asyncio.to_thread(_waited, process, partial(job, *arguments), heard)
+                await asyncio.to_thread(_run, process, self._opening, None)
+            return await asyncio.to_thread(_run, process, partial(job, *arguments), report)
         except Exception:
-            if begins:  # what was not opened cannot work; the next job opens it again
+            if begins:  # a worker that is not open cannot work; the next job opens it again
                 self.stop()
             raise
         finally:
@@ -245,7 +245,7 @@ class Worker:
             self._process = None
 
 
-def _waited(process: IsolatedProcess, job: Callable[[], Any], listener: Callable[[str], None] | None) -> Any:
+def _run(process: IsolatedProcess, job: Callable[[], Any], listener: Callable[[str], None] | None) -> Any:
     try:
         return process.run(job, listener=listener)
     except KeyboardInterrupt:  # it was ended by a signal that would interrupt this program

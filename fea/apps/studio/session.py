@@ -1,4 +1,4 @@
-"""The session: designs with undo and redo and named variants, in a journal from which it goes on."""
+"""The session: designs with undo and redo, and named variants, in a journal from which it resumes."""
 
 import hashlib
 import json
@@ -16,7 +16,7 @@ from fea.study.study import Study
 
 # Designs that can be undone.
 _MOST = 500
-# What answers of variants are, the better the later: those that are interpolated are not kept.
+# Labels of the answers that variants keep, the better the later: interpolated ones are not kept.
 KNOWN = ("exact on a moved mesh", "converged")
 
 State = Mapping[str, Mapping[str, Any]]  # "design" and "operation", each by the names of its values
@@ -30,7 +30,7 @@ def rank(answer: Answer | None) -> int:
 
 @dataclass
 class Session:
-    """Designs in the order in which they were made; `change` makes every change, and writes it down."""
+    """Designs in the order in which they were made; `change` makes and journals every change."""
 
     states: list[State]
     journal: BinaryIO | None = None
@@ -39,7 +39,7 @@ class Session:
 
     @property
     def state(self) -> State:
-        """The design at hand."""
+        """The present design."""
         return self.states[self.at]
 
     def change(self, kind: str, **what: Any) -> None:
@@ -62,22 +62,22 @@ class Session:
             self.journal.flush()
 
     def answered(self, state: State, answer: Answer) -> bool:
-        """Give variants of a state an answer that is as exact as theirs or more; whether there are such."""
+        """Give variants of a state an answer that is no less exact than theirs; return whether any."""
         alike = {name: variant for name, variant in self.variants.items() if variant["state"] == state}
         better = [name for name in alike if rank(alike[name]["answer"]) <= rank(answer)]
         for name in better:
             self.change("keep", name=name, state=state, answer=answer)
         return bool(better)
 
-    def told(self) -> JsonObject:
-        """What the page shows of the session."""
+    def described(self) -> JsonObject:
+        """Return what the page shows of the session."""
         undo, redo = self.at > 0, self.at < len(self.states) - 1
         return {**self.state, "undo": undo, "redo": redo, "variants": self.variants}
 
 
 @contextmanager
 def session(study: Study, first: State, folder: Path) -> Iterator[Session]:
-    """Yield the session of a study, which goes on from its journal in the folder.
+    """Yield the session of a study, which resumes from its journal in the folder.
 
     A study that has been edited has another journal. Raises `OccupiedError`: another `fea studio` has this
     session; `StorageError`: the folder cannot be written.
@@ -89,9 +89,9 @@ def session(study: Study, first: State, folder: Path) -> Iterator[Session]:
         journal = path.open("a+b")
     with journal, owned(path, path, "fea studio", "use that one, or end it"):
         journal.seek(0)
-        found, changes = Session([first]), list(json_lines(journal.read()))
+        kept, changes = Session([first]), list(json_lines(journal.read()))
         for change, _ in changes:
-            found.change(**change)
+            kept.change(**change)
         journal.truncate(changes[-1][1] if changes else 0)
-        found.journal = journal
-        yield found
+        kept.journal = journal
+        yield kept

@@ -9,9 +9,9 @@ from cad_files import cad_file
 
 from fea.analysis.pipeline import RefinedRod, prepare, refined_rod, solve_speed
 from fea.analysis.result import run_result
-from fea.apps.studio.frame import Label, figures
+from fea.apps.studio.figures import Label, figures
 from fea.apps.studio.live_rod import LiveRod, fresh, live_study
-from fea.apps.studio.operation import Operation, applied
+from fea.apps.studio.operating_point import OperatingPoint, applied
 from fea.machine.clock import Clock
 from fea.rod.discretise import moved
 from fea.study.study import load_study, parse_study
@@ -37,7 +37,7 @@ def plain():
 def touched():
     """León's rod, whose web has been touched."""
     rod = LiveRod(coarse())
-    assert rod.frame({}, rod.operation).figures.yielding.gap_percent == 0
+    assert rod.frame({}, rod.operation).figures.yielding.interpolation_percent == 0
     assert rod.frame({WEB: 5.1}, rod.operation).figures is None  # nothing is extrapolated
     shares = list(rod.touch(WEB, {}, rod.operation))
     assert shares == sorted(shares)
@@ -102,18 +102,18 @@ def test_resting_figures_are_those_of_a_run_on_the_same_mesh(touched):
         assert abs(one.factor / other.factor - 1) <= (one.bar_percent + other.bar_percent) / 100
 
 
-def test_between_anchors_the_gap_bounds_the_error(touched):
+def test_between_sampled_designs_the_estimate_bounds_the_error(touched):
     for web in (4.4, 4.83, 5.15, 5.6):
         shown = touched.frame({WEB: web}, touched.operation)
         solved = next(touched.exact({WEB: web}, touched.operation)).figures
         for one, other in zip(shown.figures.cases, solved.cases, strict=True):
-            assert abs(one.factor / other.factor - 1) <= one.gap_percent / 100 + 1e-6, (
+            assert abs(one.factor / other.factor - 1) <= one.interpolation_percent / 100 + 1e-6, (
                 web,
                 one,
             )
-            assert one.bar_percent - one.gap_percent == pytest.approx(other.bar_percent, rel=0.05)
+            assert one.bar_percent - one.interpolation_percent == pytest.approx(other.bar_percent, rel=0.05)
             assert one.at_mm == pytest.approx(other.at_mm, abs=0.1)
-        assert 0 < shown.figures.yielding.gap_percent < 0.5
+        assert 0 < shown.figures.yielding.interpolation_percent < 0.5
         assert shown.label is Label.INTERPOLATED
         assert shown.figures.checks is None
         assert shown.figures.governing == solved.governing
@@ -129,17 +129,17 @@ def test_what_two_dimensions_change_together_is_solved_where_the_hand_rests():
     rod, flange = LiveRod(coarse()), "flange_thickness_mm"
     for name in (WEB, flange):
         list(rod.touch(name, {}, rod.operation))
-    design, count = {WEB: 4.4, flange: 2.7}, len(rod._anchors.every)
+    design, count = {WEB: 4.4, flange: 2.7}, len(rod._samples.designs)
     before = rod.frame(design, rod.operation).figures.yielding
-    assert list(rod.cross({WEB: 4.9}, rod.operation)) == []  # no anchor is there
+    assert list(rod.cross({WEB: 4.9}, rod.operation)) == []  # no sampled design is there
     assert list(rod.cross({}, rod.operation))
-    assert len(rod._anchors.every) == count + 1
+    assert len(rod._samples.designs) == count + 1
     assert list(rod.cross({}, rod.operation)) == []
     after = rod.frame(design, rod.operation).figures.yielding
     solved = next(rod.exact(design, rod.operation)).figures.yielding
-    assert abs(after.factor / solved.factor - 1) <= after.gap_percent / 100
-    assert abs(before.factor / solved.factor - 1) <= before.gap_percent / 100
-    assert after.gap_percent < 0.7 * before.gap_percent
+    assert abs(after.factor / solved.factor - 1) <= after.interpolation_percent / 100
+    assert abs(before.factor / solved.factor - 1) <= before.interpolation_percent / 100
+    assert after.interpolation_percent < 0.7 * before.interpolation_percent
 
 
 def test_speed_charge_masses_and_strengths_follow_at_once(touched):
@@ -149,7 +149,7 @@ def test_speed_charge_masses_and_strengths_follow_at_once(touched):
     solved = last(touched.exact({}, operation)).figures
     for one, other in zip(shown.cases, solved.cases, strict=True):
         assert one.peak_MPa == pytest.approx(other.peak_MPa, rel=1e-3)
-        assert abs(one.peak_MPa / other.peak_MPa - 1) <= one.gap_percent / 100
+        assert abs(one.peak_MPa / other.peak_MPa - 1) <= one.interpolation_percent / 100
     assert shown.fatigue.factor == pytest.approx(solved.fatigue.factor, rel=2e-3)
     assert shown.buckling.factor == pytest.approx(solved.buckling.factor, rel=1e-6)
     stronger = touched.frame({}, before.changed({"yield_MPa": 700.0})).figures
@@ -197,8 +197,8 @@ def test_peaks_of_a_case_at_two_crank_angles_are_not_mixed():
 
 
 def test_operation_is_told_and_read_as_plain_values():
-    operation = Operation.of(coarse())
-    assert Operation.of(coarse()).changed(operation.values) == operation
+    operation = OperatingPoint.of(coarse())
+    assert OperatingPoint.of(coarse()).changed(operation.values) == operation
     other = operation.changed({"rpm": 7000.0, "surface": "ground", "yield_MPa": 700.0})
     assert operation.changed(other.values) == other
     titanium = operation.changed({**operation.values, "material": "Ti-6Al-4V"})
@@ -234,7 +234,7 @@ def test_a_new_mesh_is_that_of_a_run_with_its_pins(pressure):
     frame = fresh(study)
     assert frame.label is Label.CONVERGED
     assert frame.pins == pressure
-    again = saved(study, {}, Operation.of(study))
+    again = saved(study, {}, OperatingPoint.of(study))
     adapted = refined_rod(again, (6000.0,), Clock())
     assert_those_of_a_run(frame, run_result(again, adapted, adapted.at(6000.0)).summary)
     assert frame.triangles.max() == len(frame.values) - 1
@@ -271,7 +271,7 @@ def test_pins_in_contact_are_what_is_answered_first_and_what_is_interpolated_is_
     for mode in ("yielding", "fatigue"):
         one, other = getattr(moved_on, mode), getattr(solved.figures, mode)
         assert one.low <= other.factor <= one.high
-        assert one.gap_percent > 0
+        assert one.interpolation_percent > 0
 
 
 def test_a_rod_of_parts_says_that_it_is_answered_in_one_piece():

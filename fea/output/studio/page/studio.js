@@ -197,7 +197,7 @@ class StudioPage {
     if (serial <= this.serial) this.sliders.ranges(ranges);
   }
 
-  on_anchors({ share }) {
+  on_sampling({ share }) {
     this.panel.solving = share;
     this.get("label").textContent = this.panel.labelled(this.shown ?? {});
   }

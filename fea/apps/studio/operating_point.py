@@ -1,4 +1,4 @@
-"""What changes in the studio: dimensions of the rod, speed, charge, piston mass, material, clearances."""
+"""Inputs of the studio: dimensions of the rod, speed, gas load, piston mass, material and clearances."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
@@ -17,27 +17,38 @@ from geometry.dimensions import key as key_of
 from geometry.errors import InvalidValue
 from geometry.rod import Rod
 
-_NUMBERS = ("E_GPa", "nu", "density_kg_m3", "yield_MPa", "ultimate_MPa", "endurance_MPa")
+_ENGINE = ("rpm", "gas_scale", "piston_mass_kg")
+_MATERIAL = ("E_GPa", "nu", "density_kg_m3", "yield_MPa", "ultimate_MPa", "endurance_MPa")
 _CLEARANCES = ("small_end_clearance_mm", "big_end_clearance_mm")
-# Bounds of a slider over the study's value.
-_FROM, _TO = 0.5, 2.0
-_TYPES: dict[str, Any] = {"rpm": float, "gas_scale": float, "piston_mass_kg": float, "material": str}
-_TYPES |= dict.fromkeys((*_NUMBERS, *_CLEARANCES), float) | {"surface": hints_of(MaterialTable)["surface"]}
+_TYPES: dict[str, Any] = dict.fromkeys((*_ENGINE, *_MATERIAL, *_CLEARANCES), float)
+_TYPES |= {"material": str, "surface": hints_of(MaterialTable)["surface"]}
+# Keys of a material that stay when another material is chosen.
+_KEPT = {"surface", "bore_surface", "face_surface", "size_mm", "loading", "reliability_percent"}
+# Ends of the sliders over the study's value: of the operating point, and of dimensions that no rule ends.
+_LEAST, _MOST, _MOST_DIMENSION = 0.5, 2.0, 1.5
+# Of the value: how closely the end of the feasible range is found.
+_WITHIN = 1e-3
+_OF_POCKETS = ("web_thickness", "flange_thickness", "pocket_corner_radius", "pocket_floor_radius")
+_GROUPS = {
+    "big end": ("big_end", "cap_"),
+    "small end": ("small_end", "bushing", "oil_hole"),
+    "shank": ("shank", "flange", "web", "pocket", "ring_step", "oil_gallery"),
+}
 
 
 @dataclass(frozen=True)
-class Operation:
-    """At what a rod is run; None where the study has no such thing."""
+class OperatingPoint:
+    """Speed, gas load, piston mass, material and clearances; None where the study has no such thing."""
 
     rpm: float | None
-    gas_scale: float | None  #: multiple of the engine's charge
+    gas_scale: float | None  #: gas load factor
     piston_mass_kg: float | None
     material: MaterialTable
     contact: ContactTable
 
     @classmethod
-    def of(cls, study: Study) -> "Operation":
-        """Take that of a study; of several speeds the highest."""
+    def of(cls, study: Study) -> "OperatingPoint":
+        """Return that of a study; of several speeds the highest."""
         rpm, engine = max((each for each in study.speeds() if each is not None), default=None), study.engine
         if engine is None:
             return cls(None, None, None, study.material, study.contact)
@@ -46,42 +57,41 @@ class Operation:
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """What `changed` takes, as plain values."""
+        """The plain values that `changed` takes."""
         resolved = self.material.resolved()
-        own: dict[str, Any] = {key: getattr(self, key) for key in ("rpm", "gas_scale", "piston_mass_kg")}
-        own |= {"material": self.material.preset, "surface": resolved.surface}
-        own |= {key: getattr(resolved, key) for key in _NUMBERS}
-        own |= {key: getattr(self.contact, key) for key in _CLEARANCES}
-        return {key: value for key, value in own.items() if value is not None}
+        values: dict[str, Any] = {key: getattr(self, key) for key in _ENGINE}
+        values |= {"material": self.material.preset, "surface": resolved.surface}
+        values |= {key: getattr(resolved, key) for key in _MATERIAL}
+        values |= {key: getattr(self.contact, key) for key in _CLEARANCES}
+        return {key: value for key, value in values.items() if value is not None}
 
-    def changed(self, values: Mapping[str, Any]) -> "Operation":
+    def changed(self, values: Mapping[str, Any]) -> "OperatingPoint":
         """Return it with `values`; another material drops the former one's figures. Raises `InvalidValue`."""
-        before = self.values
         for key in values:
             if key not in _TYPES:
                 raise InvalidValue(key, None, f"is not one of {', '.join(_TYPES)}")
         new = {
             key: checked(key, value, _TYPES[key])
             for key, value in values.items()
-            if value is not None and value != before.get(key)
+            if value is not None and value != self.values.get(key)
         }
         if "rpm" in new:
             SpeedTable(new["rpm"]).speeds()
         material = self.material
         if "material" in new:
-            kept = {"surface", "bore_surface", "face_surface", "size_mm", "loading", "reliability_percent"}
-            of_part = {key: value for key, value in entries_of(material).items() if key in kept}
-            name = library_material("material", new.pop("material")).name
-            material = MaterialTable(preset=name, **of_part)
-        kinds = (*_NUMBERS, "surface"), _CLEARANCES
-        tables = [{key: new.pop(key) for key in keys if key in new} for keys in kinds]
-        material, contact = replace(material, **tables[0]), replace(self.contact, **tables[1])
+            kept = {key: value for key, value in entries_of(material).items() if key in _KEPT}
+            material = MaterialTable(preset=library_material("material", new.pop("material")).name, **kept)
+        of_material, of_contact = (
+            {key: new.pop(key) for key in keys if key in new}
+            for keys in ((*_MATERIAL, "surface"), _CLEARANCES)
+        )
+        material = replace(material, **of_material)
         material.material()
-        return replace(self, **new, material=material, contact=contact)
+        return replace(self, **new, material=material, contact=replace(self.contact, **of_contact))
 
 
-def applied(study: Study, design: Mapping[str, float], operation: Operation) -> Study:
-    """Return a study with dimensions, mm, by key, and operation. Raises `InvalidValue`: a rule is broken."""
+def applied(study: Study, design: Mapping[str, float], operation: OperatingPoint) -> Study:
+    """Return a study at an operating point, with dimensions, mm, by key. Raises `InvalidValue`."""
     study = study.with_rod(**design) if design else study
     engine = study.engine
     if engine is not None:
@@ -94,7 +104,7 @@ def applied(study: Study, design: Mapping[str, float], operation: Operation) -> 
 
 @dataclass(frozen=True)
 class Control:
-    """An input: a number between bounds, or one of some choices; bounds of a dimension are told apart."""
+    """An input: a number between bounds, or one of some choices; a dimension's bounds are in its range."""
 
     key: str
     label: str
@@ -105,22 +115,18 @@ class Control:
     high: float | None = None
     choices: tuple[str, ...] = ()
     help: str = ""
-    rest_only: bool = False  #: whether only contact depends on it, which is solved where the hand rests
+    rest_only: bool = False  #: whether only contact depends on it, which is solved at rest
 
 
 def controls(study: Study) -> Iterator[Control]:
-    """Yield the inputs for the operation of a study."""
-    values = Operation.of(study).values
-    for key, group in (
-        *((key, "operation") for key in ("rpm", "gas_scale", "piston_mass_kg")),
-        *((key, "material") for key in _NUMBERS),
-    ):
-        if key in values:
-            label, unit = unit_of(key)
-            label, unit = {"rpm": ("speed", "rpm"), "gas_scale": ("charge", "")}.get(key, (label, unit))
-            value, most = values[key], {"rpm": LARGEST_RPM, "nu": 0.4}.get(key, float("inf"))
-            high = min(_TO * value, max(most, value))
-            yield Control(key, label, group, unit, value, _FROM * value, high)
+    """Yield the inputs for the operating point of a study."""
+    values = OperatingPoint.of(study).values
+    groups = dict.fromkeys(_ENGINE, "operation") | dict.fromkeys(_MATERIAL, "material")
+    for key in filter(values.__contains__, groups):
+        label, unit = {"rpm": ("speed", "rpm"), "gas_scale": ("gas load", "")}.get(key, unit_of(key))
+        value, most = values[key], {"rpm": LARGEST_RPM, "nu": 0.4}.get(key, float("inf"))
+        high = min(_MOST * value, max(most, value))
+        yield Control(key, label, groups[key], unit, value, _LEAST * value, high)
     names = tuple(name for name in LIBRARY if not name.startswith("bolt-"))
     yield Control("material", "material", "material", "", values.get("material"), choices=names)
     yield Control("surface", "finish", "material", "", values.get("surface"), choices=tuple(Finish))
@@ -134,20 +140,8 @@ def controls(study: Study) -> Iterator[Control]:
             yield Control(key, label, "pins", unit, value, *bounds, rest_only=True)
 
 
-# Ends of a slider over the value, where no rule of the rod ends it before.
-_LEAST, _MOST = 0.5, 1.5
-# Of the value: how closely the end of the feasible range is found.
-_WITHIN = 1e-3
-_OF_POCKETS = ("web_thickness", "flange_thickness", "pocket_corner_radius", "pocket_floor_radius")
-_GROUPS = {
-    "big end": ("big_end", "cap_"),
-    "small end": ("small_end", "bushing", "oil_hole"),
-    "shank": ("shank", "flange", "web", "pocket", "ring_step", "oil_gallery"),
-}
-
-
 @dataclass(frozen=True)
-class Range:
+class SliderRange:
     """How far a dimension can go while the others stay."""
 
     low: float
@@ -169,17 +163,17 @@ def dimensions(study: Study) -> tuple[Control, ...]:
         return ()
     found = []
     for each in fields(Rod):
-        value, told = getattr(rod, each.name), each.metadata
+        value, declared = getattr(rod, each.name), each.metadata
         idle = each.name in _OF_POCKETS and not rod.has_pockets
         idle |= each.name == "pocket_setback" and not (rod.has_pockets or rod.shank_bore)
-        if told.get("unit") != "mm" or not value or idle:
+        if declared.get("unit") != "mm" or not value or idle:
             continue
         label, unit = unit_of(key_of(each.name))
-        group = next((name for name, own in _GROUPS.items() if each.name.startswith(own)), "rod")
+        group = next((name for name, starts in _GROUPS.items() if each.name.startswith(starts)), "rod")
         group = "rod" if each.name in ("big_end_bore", "small_end_bore") else group
-        found.append(Control(key_of(each.name), label, group, unit, value, help=told["help"]))
+        found.append(Control(key_of(each.name), label, group, unit, value, help=declared["help"]))
     order = ["rod", *_GROUPS]
-    return tuple(sorted(found, key=lambda one: order.index(one.group)))
+    return tuple(sorted(found, key=lambda control: order.index(control.group)))
 
 
 def fault(study: Study, design: Mapping[str, float]) -> str:
@@ -194,21 +188,18 @@ def fault(study: Study, design: Mapping[str, float]) -> str:
     return ""
 
 
-def feasible(study: Study, design: Mapping[str, float], name: str, value: float) -> Range:
+def feasible(study: Study, design: Mapping[str, float], name: str, value: float) -> SliderRange:
     """Return how far a dimension can go from a drawable design until the first rule is broken."""
     ends, reasons = [], []
-    for share in (_LEAST, _MOST):
-        far = share * value
-        why = fault(study, {**design, name: far})
-        near = value
-        while why and abs(far - near) > _WITHIN * value:
+    for share in (_LEAST, _MOST_DIMENSION):
+        near, far = value, share * value
+        reason = fault(study, {**design, name: far})
+        while reason and abs(far - near) > _WITHIN * value:
             middle = (near + far) / 2
-            there = fault(study, {**design, name: middle})
-            if there:
-                far, why = middle, there
+            if broken := fault(study, {**design, name: middle}):
+                far, reason = middle, broken
             else:
                 near = middle
-        ends.append(near if why else far)
-        reasons.append(why)
-    (low, high), (low_reason, high_reason) = ends, reasons
-    return Range(low, high, low_reason, high_reason)
+        ends.append(near if reason else far)
+        reasons.append(reason)
+    return SliderRange(ends[0], ends[1], reasons[0], reasons[1])

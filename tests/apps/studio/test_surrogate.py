@@ -1,24 +1,24 @@
-"""Weights of anchors between which a known function is interpolated."""
+"""Weights of sampled designs between which a known function is interpolated."""
 
 from itertools import combinations
 
 import numpy as np
 import pytest
 
-from fea.apps.studio.stars import stars
+from fea.apps.studio.surrogate import stencils
 
 LINE = (-1.0, -0.7, 0.0, 0.7, 1.0)
 CENTER = (0.2, -0.1, 0.3)
 
 
-def star_of(corners=()):
-    """The star at a place with a line along each of three dimensions, and some corners at ends."""
+def stencil_of(corners=()):
+    """The stencil at a place with a line along each of three dimensions, and some corners at ends."""
     places = [np.array(CENTER)]
     for i in range(3):
         places += [places[0] + step * np.eye(3)[i] for step in LINE if step]
     places += [places[0] + np.eye(3)[i] - np.eye(3)[j] for i, j in corners]
     x = np.array(places)
-    return next(star for star in stars(x) if star.center == 0), x
+    return next(stencil for stencil in stencils(x) if stencil.center == 0), x
 
 
 def stress(x):
@@ -27,21 +27,21 @@ def stress(x):
     return np.stack([a**-2 / b * c, a / c, 0.5 * b, 0.1 * a * b, 0.2 * c**2], axis=-1)
 
 
-def found(star, x, at):
+def found(stencil, x, at):
     """Error of the interpolated length, and what it is estimated at."""
-    mix, values = star.at(at), stress(x)
-    mixed = mix.weights @ values
+    surrogate, values = stencil.at(at), stress(x)
+    mixed = surrogate.weights @ values
     length = np.linalg.norm(mixed)
     direction = mixed / length
-    return abs(length / np.linalg.norm(stress(at)) - 1), mix.error(values / length, direction)
+    return abs(length / np.linalg.norm(stress(at)) - 1), surrogate.error(values / length, direction)
 
 
 def test_a_sum_of_powers_is_exact_on_lines_and_products_with_corners():
-    star, x = star_of(combinations(range(3), 2))
-    assert sorted(star.lines) == [0, 1, 2]
+    stencil, x = stencil_of(combinations(range(3), 2))
+    assert sorted(stencil.lines) == [0, 1, 2]
     random = np.random.default_rng(1)
-    for at in star.x[0] + random.uniform(-0.9, 0.9, (20, 3)):
-        weights = star.at(at).weights
+    for at in stencil.x[0] + random.uniform(-0.9, 0.9, (20, 3)):
+        weights = stencil.at(at).weights
         assert weights.sum() == pytest.approx(1)
         linear_and_products = x @ [2.0, -1.0, 3.0] + 4 * x[:, 0] * x[:, 1] - x[:, 1] * x[:, 2]
         exact = at @ [2.0, -1.0, 3.0] + 4 * at[0] * at[1] - at[1] * at[2]
@@ -50,12 +50,12 @@ def test_a_sum_of_powers_is_exact_on_lines_and_products_with_corners():
 
 
 def test_the_estimate_bounds_the_error_and_shrinks_where_two_dimensions_are_measured():
-    bare, x = star_of()
-    star, more = star_of(combinations(range(3), 2))
+    bare, x = stencil_of()
+    stencil, more = stencil_of(combinations(range(3), 2))
     random = np.random.default_rng(2)
     errors, fewer = [], []
-    for at in star.x[0] + random.uniform(-0.67, 0.67, (60, 3)):
-        (rough, wide), (fine, narrow) = found(bare, x, at), found(star, more, at)
+    for at in stencil.x[0] + random.uniform(-0.67, 0.67, (60, 3)):
+        (rough, wide), (fine, narrow) = found(bare, x, at), found(stencil, more, at)
         assert rough <= wide
         assert fine <= narrow < wide
         errors.append(rough)
@@ -64,11 +64,11 @@ def test_the_estimate_bounds_the_error_and_shrinks_where_two_dimensions_are_meas
 
 
 def test_nothing_is_extrapolated():
-    star, _ = star_of()
-    center = star.x[0]
-    assert star.covers(center + np.array([1.0, -1.0, 0.5]))
-    assert not star.covers(center + np.array([1.01, 0.0, 0.0]))
-    other = next(each for each in stars(star.x) if each.center == 1)
+    stencil, _ = stencil_of()
+    center = stencil.x[0]
+    assert stencil.covers(center + np.array([1.0, -1.0, 0.5]))
+    assert not stencil.covers(center + np.array([1.01, 0.0, 0.0]))
+    other = next(each for each in stencils(stencil.x) if each.center == 1)
     assert sorted(other.lines) == [0]  # an end of the first line: no line along the others goes through it
     assert not other.covers(center + np.array([0.0, 0.5, 0.0]))
-    assert star.at(center).lines == []
+    assert stencil.at(center).lines == []
