@@ -23,7 +23,7 @@ _SHARE_WEIGHTS = _WEIGHTS * np.sin((_ANGLES + 1) * math.pi / 2) * math.pi / 4
 
 
 @dataclass(frozen=True)
-class Section:
+class CrossSection:
     """The cross-section of a rod at `x`."""
 
     x: float  #: place, mm from the crank-pin centre
@@ -115,13 +115,13 @@ class HeightField:
         bore = np.where(x < rod.shank_bore_end, rod.shank_bore / 2 - round_ + half_chord(round_, short), 0.0)
         return np.where((x > 0) & (x < rod.length), np.maximum(bore, rod.oil_gallery / 2), 0.0)
 
-    def sections(self, x: Floats) -> tuple[Section, ...]:
+    def sections(self, x: Floats) -> tuple[CrossSection, ...]:
         """Integrate the sections at `x` (n,), mm."""
         area, second, cube = self._moments(x)
         figures = np.stack([x, 4 * area, 4 * cube / 3, 4 * second], axis=1)
-        return tuple(Section(*each) for each in figures.tolist())
+        return tuple(CrossSection(*each) for each in figures.tolist())
 
-    def section(self, x: float) -> Section:
+    def section(self, x: float) -> CrossSection:
         """Integrate the section at `x` (mm)."""
         return self.sections(np.array([float(x)]))[0]
 
@@ -252,13 +252,13 @@ def _nodes(seams: Floats) -> tuple[Floats, Floats]:
     return low + span * _SHARES, span * _SHARE_WEIGHTS
 
 
-def sections(rod: Rod, count: int = 201) -> tuple[Section, ...]:
+def sections(rod: Rod, count: int = 201) -> tuple[CrossSection, ...]:
     """Return at least two cross-sections evenly spaced over the shank, from ring to ring."""
     stations = np.linspace(rod.big_end_radius, rod.length - rod.small_end_radius, count)
     return HeightField(rod).sections(stations)
 
 
-def least_section(rod: Rod) -> Section:
+def least_section(rod: Rod) -> CrossSection:
     """Return the section of least area between the rings."""
     coarse = sections(rod)
     place = min(range(len(coarse)), key=lambda i: coarse[i].area)

@@ -297,7 +297,7 @@ def repaired(
 
 
 @dataclass(frozen=True)
-class Fine:
+class LocalSize:
     """Smaller elements on a surface."""
 
     size: float  #: edge length on it, mm
@@ -309,7 +309,7 @@ def mesh_body(
     size: float,
     *,
     order: int = 2,
-    fine: Mapping[Surface, Fine] | None = None,
+    fine: Mapping[Surface, LocalSize] | None = None,
     growth: float = 0.4,
 ) -> TetMesh:
     """Draw and mesh a body in a gmsh session of its own.

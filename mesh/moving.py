@@ -43,7 +43,7 @@ class MeshClassification:
         return closures
 
 
-def anchors(mesh: TetMesh) -> MeshClassification:
+def classify(mesh: TetMesh) -> MeshClassification:
     """Classify the nodes of a mesh on the open model, from which it was made."""
     dim, tag = np.full(len(mesh.points), 3), np.zeros(len(mesh.points), dtype=np.int64)
     share, tree = np.zeros(len(mesh.points)), KDTree(mesh.points)
@@ -102,11 +102,11 @@ class MovableMesh:
     """
 
     mesh: TetMesh  #: on the solid from which it was made
-    anchors: MeshClassification  #: where its nodes lie on its solid
+    classification: MeshClassification  #: where its nodes lie on its solid
 
     def moved(self) -> tuple[TetMesh, Quality] | None:
         """Return the mesh on the open solid, with its quality; None for other faces, or bad elements."""
-        if topology() != self.anchors.topology:
+        if topology() != self.classification.topology:
             return None
         mesh, straightened = with_straight_edges(snapped(replace(self.mesh, points=self._points())))
         after = measure(mesh, straightened)
@@ -114,7 +114,7 @@ class MovableMesh:
         return (mesh, after) if sound else None
 
     def _points(self) -> Floats:
-        old, dim = self.mesh.points, self.anchors.dim
+        old, dim = self.mesh.points, self.classification.dim
         new = old.copy()
         self._on_vertices_and_curves(new)
         vertex = self._vertices
@@ -128,19 +128,19 @@ class MovableMesh:
         return new
 
     def _on_vertices_and_curves(self, new: Floats) -> None:
-        dim, tag, share = self.anchors.dim, self.anchors.tag, self.anchors.share
+        dim, tag, share = self.classification.dim, self.classification.tag, self.classification.share
         for node in np.flatnonzero(dim == 0):
             new[node] = gmsh.model.getValue(0, int(tag[node]), [])
         for curve in np.unique(tag[dim == 1]).tolist():
             nodes = np.flatnonzero((dim == 1) & (tag == curve))
-            along = share[nodes] if start_of(curve) == self.anchors.start[curve] else 1 - share[nodes]
+            along = share[nodes] if start_of(curve) == self.classification.start[curve] else 1 - share[nodes]
             (least,), (most,) = gmsh.model.getParametrizationBounds(1, curve)
             places = gmsh.model.getValue(1, curve, least + along * (most - least))
             new[nodes] = np.reshape(places, (-1, 3))
 
     def _on_faces(self, new: Floats, some: Mask) -> None:
-        for face in np.unique(self.anchors.tag[some]).tolist():
-            nodes = np.flatnonzero(some & (self.anchors.tag == face))
+        for face in np.unique(self.classification.tag[some]).tolist():
+            nodes = np.flatnonzero(some & (self.classification.tag == face))
             places, _ = gmsh.model.getClosestPoint(2, face, new[nodes].ravel())
             new[nodes] = np.reshape(places, (-1, 3))
 
@@ -179,11 +179,11 @@ class MovableMesh:
 
     @cached_property
     def _surface(self) -> "_Graph":
-        dim, tag = self.anchors.dim, self.anchors.tag
+        dim, tag = self.classification.dim, self.classification.tag
         i, j = np.where(dim[self._ends[:, :1]] >= dim[self._ends[:, 1:]], self._ends, self._ends[:, ::-1]).T
         along = dim[i] == 2
         i, j = i[along], j[along]
-        of_face = self.anchors.closures
+        of_face = self.classification.closures
         entities = zip(tag[i].tolist(), dim[j].tolist(), tag[j].tolist(), strict=True)
         same = [(kind, entity) in of_face[face] for face, kind, entity in entities]
         return self._graph(self._ends[along][same], 2)
@@ -194,7 +194,7 @@ class MovableMesh:
         weight = 1 / ((self.mesh.points[i] - self.mesh.points[j]) ** 2).sum(axis=1)
         weights = sparse.coo_array((weight, (i, j)), shape=(count, count)).tocsr()
         weights = (weights + weights.T).tocsr()
-        free = self._vertices & (self.anchors.dim == kind)
+        free = self._vertices & (self.classification.dim == kind)
         laplacian = sparse.diags_array(weights.sum(axis=1)) - weights
         return _Graph(weights, splu(laplacian.tocsr()[free][:, free].tocsc()))
 

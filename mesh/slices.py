@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from geometry.section import Section
+from geometry.section import CrossSection
 from mesh.tetmesh import CHILDREN, TetMesh
 
 # The edges cut, as triangles, by the number of vertices below the plane (vertices sorted by x).
@@ -42,14 +42,14 @@ class Slice:
         start, end = field[self.ends[..., 0]], field[self.ends[..., 1]]
         return np.asarray(start + self.share[..., None] * (end - start))
 
-    def section(self) -> Section:
+    def section(self) -> CrossSection:
         """Area and second moments."""
         areas = self.areas
         area = float(areas.sum())
         total = self.places.sum(axis=1)
         center = areas @ total / (3 * area)
         second = areas @ ((self.places**2).sum(axis=1) + total**2) / 12 - area * center**2
-        return Section(self.station, area, inertia_y=float(second[1]), inertia_z=float(second[0]))
+        return CrossSection(self.station, area, inertia_y=float(second[1]), inertia_z=float(second[0]))
 
 
 def cut(mesh: TetMesh, station: float) -> Slice:
@@ -58,12 +58,12 @@ def cut(mesh: TetMesh, station: float) -> Slice:
     return section
 
 
-def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[Section, ...]:
+def sections(mesh: TetMesh, stations: Iterable[float]) -> tuple[CrossSection, ...]:
     """Sections at x = each station, mm; a `ValueError` where the plane misses the mesh."""
     return tuple(slice_.section() for slice_ in _cuts(mesh, stations))
 
 
-def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> Section:
+def least_section(mesh: TetMesh, low: float, high: float, count: int = 201) -> CrossSection:
     """Return the section of least area among `count` sections with x from `low` to `high`, mm."""
     return min(sections(mesh, np.linspace(low, high, count)), key=lambda section: section.area)
 

@@ -74,7 +74,7 @@ def drawn_assembly(study: Study) -> Assembly | None:
         table = study.assembly  # lengths of bolts that it does not give are 0
         given = (table.bolt_head_mm, table.bolt_nut_mm, table.bolt_grip_mm, table.bolt_engaged_mm)
         return _geometry(table, table.split_angle, *(value or 0.0 for value in given))
-    assembling = Assembling.of(study)
+    assembling = AssemblySetup.of(study)
     return None if assembling is None else assembling.geometry
 
 
@@ -86,7 +86,7 @@ def _geometry(table: AssemblyTable, split: float, *lengths: float) -> Assembly:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Assembling:
+class AssemblySetup:
     """The assembly of a study."""
 
     table: AssemblyTable  #: [assembly]
@@ -96,7 +96,7 @@ class Assembling:
     expansions: Expansions  #: of the parts, at the assembly's temperature
 
     @classmethod
-    def of(cls, study: Study, mesh: MeshedRod | None = None) -> "Assembling | None":
+    def of(cls, study: Study, mesh: MeshedRod | None = None) -> "AssemblySetup | None":
         """Complete what a study says of its parts and bolts; None for a rod of one piece.
 
         `mesh`: of a rod from a file, which tells where the bolts are; not needed for one given by dimensions.

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 from scipy.optimize import brentq
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.figures import (
     AssemblyFigures,
@@ -154,7 +154,9 @@ def touch_notes(found: AssemblyFigures | None) -> Iterator[Note]:
 _LITTLE = 0.01
 
 
-def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | None = None) -> BoltsFigures:
+def bolts_figures(
+    assembling: AssemblySetup, states: States, cycle: CycleResult | None = None
+) -> BoltsFigures:
     """Judge the bolts by their forces in the load cases, `ASSEMBLY` among them, and over the cycle."""
     chosen, bolt, table = assembling.bolt, assembling.bolt.bolt, assembling.table
     cases = list(states)
@@ -198,7 +200,7 @@ def bolts_figures(assembling: Assembling, states: States, cycle: CycleResult | N
     )
 
 
-def judged_bolts(assembling: Assembling, states: Sequence[AssemblyState]) -> list[BoltResult]:
+def judged_bolts(assembling: AssemblySetup, states: Sequence[AssemblyState]) -> list[BoltResult]:
     """Judge each bolt over a sequence of states."""
     over_time = zip(*(state.bolts for state in states), strict=True)
     return [

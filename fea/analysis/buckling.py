@@ -11,7 +11,7 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.speed_result import SpeedResult
 from fea.base.checks import Check, check
 from fea.base.note import Note, omission
-from fea.judge.column import Column, Plane, column
+from fea.judge.column import ColumnLoads, Plane, column
 from fea.judge.safety_factor import without_bar
 from fea.solid.parity import Parity
 from fea.solvers.buckling import BucklingMode
@@ -87,7 +87,7 @@ def buckling_report(rod: PreparedRod, result: SpeedResult) -> BucklingReport:
     return BucklingReport(with_modes, shapes, {"buckling": check("buckling", residual)}, notes)
 
 
-def columns(rod: PreparedRod) -> dict[Plane, Column]:
+def columns(rod: PreparedRod) -> dict[Plane, ColumnLoads]:
     """Return the column formulas of the shank, of the material at its least section."""
     stations, least = rod.shank
     material = rod.materials[part_at(rod.mesh.whole, least.x)]

@@ -14,12 +14,12 @@ from fea.base.material import Material
 from fea.contact.assembly_state import SeatFields
 from fea.judge.case_error import CaseErrors
 from fea.judge.case_result import CaseFields
-from fea.pins.model import PinModel, Response, Structure
+from fea.pins.model import PinModel, PinModelContext, Response
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.parity import Parity
 from fea.solid.recovery import PartRecovery
 from fea.solid.supports import referred_to_bores
-from fea.solvers.static import Model, Solution
+from fea.solvers.static import Model, StaticSolution
 from geometry.arrays import Floats
 from geometry.surfaces import INTERFACES, Surface
 from loads.instants import Instants
@@ -32,7 +32,7 @@ class Equilibrium:
 
     instants: Instants  #: what acts
     responses: tuple[Response, ...]  #: what the pins make of it
-    solution: Solution  #: the displacement, a column per instant
+    solution: StaticSolution  #: the displacement, a column per instant
 
 
 def equilibrium(responses: Sequence[Response], model: Model, instants: Instants) -> Equilibrium:
@@ -67,7 +67,7 @@ class FieldRecovery:
 
     @classmethod
     def of(
-        cls, structure: Structure, mesh: MeshedRod, pins: PinModel, *, known_traction: bool = True
+        cls, structure: PinModelContext, mesh: MeshedRod, pins: PinModel, *, known_traction: bool = True
     ) -> "FieldRecovery":
         """Prepare the recovery for a rod and what loads its bores; see `fea.analysis.pipeline.prepare`."""
         held = (Surface.BIG_END_BORE,) if structure.support is Support.CLAMPED else ()
@@ -86,7 +86,7 @@ class FieldRecovery:
         growth = [case.growth for case in solved.responses if case.growth is not None]
         return self.displacement(solved.solution.moved(growth) if growth else solved.solution)
 
-    def displacement(self, solution: Solution) -> Floats:
+    def displacement(self, solution: StaticSolution) -> Floats:
         """Displacement (n_nodes, 3, n_cases) of the whole rod, mm."""
         even, odd = (solution.displacement.get(parity) for parity in Parity)
         displacement = self.mirrored.vector(np.asarray(even), odd)

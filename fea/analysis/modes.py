@@ -10,7 +10,7 @@ from fea.analysis.meshing import mesh_study
 from fea.base.material import of_parts
 from fea.base.note import Note
 from fea.rod.meshed_rod import MeshedRod
-from fea.solvers.vibration import RIGID, Modes, free_modes
+from fea.solvers.vibration import RIGID, VibrationModes, free_modes
 from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import require
@@ -55,7 +55,7 @@ class ModesReport:
     study: str  #: its name
     speeds: tuple[float, ...]  #: at which the orders are told, rpm
     mesh: TetMesh  #: the whole rod
-    modes: Modes  #: the six rigid motions first
+    modes: VibrationModes  #: the six rigid motions first
     notes: tuple[Note, ...] = ()  #: what a reader must know of the study
 
     @property

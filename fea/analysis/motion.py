@@ -17,10 +17,10 @@ from fea.analysis.cycle.screened import product
 from fea.analysis.cycle.unit_solutions import PartStress
 from fea.analysis.prepared_rod import PreparedRod
 from fea.judge.history import deviator_norm, deviatoric
-from fea.pins.model import Fields, Weights
-from fea.solid.parity import Parity, Split
+from fea.pins.model import UnitLoadFields, Weights
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.stress import von_mises
-from fea.solvers.static import Solution
+from fea.solvers.static import StaticSolution
 from geometry.arrays import Floats, Ints, Reals
 from loads.engine import cycle_angles
 from mesh.mirror import tensor_signs
@@ -232,12 +232,12 @@ def _displacements(rod: PreparedRod, by_parity: Sequence[SurfaceModes], cell: In
     if len(by_parity) == 1:
         joined = by_parity[0].loads[:, :_MOVING]
         forces = _forces(even, joined[: even.count]) + _forces(odd, joined[even.count :])
-        loads = [Split(force, None) for force in forces]
+        loads = [ParityPair(force, None) for force in forces]
     else:
         sides = [_forces(of, one.loads[:, :_MOVING]) for of, one in zip((even, odd), by_parity, strict=True)]
         count = max(len(side) for side in sides)
         sides = [np.concatenate([side, np.zeros((count - len(side), *side.shape[1:]))]) for side in sides]
-        loads = [Split(*pair) for pair in zip(*sides, strict=True)]
+        loads = [ParityPair(*pair) for pair in zip(*sides, strict=True)]
     solution = rod.model.solve(loads)
     first = _of_cell(rod, cell)
     return [
@@ -246,7 +246,7 @@ def _displacements(rod: PreparedRod, by_parity: Sequence[SurfaceModes], cell: In
     ]
 
 
-def _forces(fields: Fields, weights: Floats) -> Floats:
+def _forces(fields: UnitLoadFields, weights: Floats) -> Floats:
     """Nodal forces (n, n_nodes, 3) of combinations (n_units, n) of unit loads."""
     total: Floats | float = 0.0
     for start in range(0, fields.count, _FORCES):
@@ -255,7 +255,7 @@ def _forces(fields: Fields, weights: Floats) -> Floats:
     return np.asarray(total)
 
 
-def _one(rod: PreparedRod, solution: Solution, parity: Parity) -> Floats:
+def _one(rod: PreparedRod, solution: StaticSolution, parity: Parity) -> Floats:
     """Displacement (n_nodes, 3, n) of the whole rod by the loads of one parity alone, mm."""
     u = solution.displacement.get(parity)
     still = np.zeros_like(solution.displacement[Parity.SYMMETRIC])
@@ -263,7 +263,7 @@ def _one(rod: PreparedRod, solution: Solution, parity: Parity) -> Floats:
         alone = {Parity.SYMMETRIC: still if u is None else u}
     else:
         alone = {Parity.SYMMETRIC: still, parity: still if u is None else u}
-    return rod.fields.displacement(Solution(alone, {}))
+    return rod.fields.displacement(StaticSolution(alone, {}))
 
 
 def _of_cell(rod: PreparedRod, cell: Ints) -> Ints:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.analysis.fields import Equilibrium, FieldRecovery
 from fea.analysis.figures import PassFigures
 from fea.analysis.film import films_at
@@ -31,7 +31,7 @@ from fea.base.note import Note, assumption, doubt
 from fea.judge.case_result import CaseResult, bore_ends, case_result
 from fea.judge.fatigue import require_lines
 from fea.machine.clock import Clock, Listener
-from fea.pins.model import PinModel, Structure, soft_parts
+from fea.pins.model import PinModel, PinModelContext, soft_parts
 from fea.rod.discretise import drawn_once, moved
 from fea.rod.loading import DutyLoads, EngineLoading, GivenForces, Loading
 from fea.rod.meshed_rod import MeshedRod
@@ -150,7 +150,7 @@ def prepare(
         if study.duty is not None:
             duty = DutyLoads.of(study.duty, loading)
             require_lines(materials)
-    assembling = Assembling.of(study, mesh)
+    assembling = AssemblySetup.of(study, mesh)
     structure = _structure(
         study, mesh, materials, loading, assembling=assembling, clock=clock, symbolic=symbolic
     )
@@ -180,10 +180,10 @@ def _structure(
     materials: tuple[Material, ...],
     loading: Loading,
     *,
-    assembling: Assembling | None,
+    assembling: AssemblySetup | None,
     clock: Clock,
     symbolic: Symbolic | None,
-) -> Structure:
+) -> PinModelContext:
     options, elastic, cell = study.analysis, of_parts(materials, mesh.cell.part), mesh.cell
     support, solver, assembly = options.support, options.solver, options.matrix_assembly
     soft = soft_parts(materials, cell)
@@ -199,7 +199,7 @@ def _structure(
         )
     else:
         model = Model(cell, elastic, support, solver, clock, assembly=assembly, symbolic=symbolic)
-    return Structure(
+    return PinModelContext(
         model=model,
         bores=mesh.bores,
         drawn=study.rod.dimensions,
@@ -226,7 +226,9 @@ def _pulled_and_pushed(cases: Instants) -> tuple[float, float]:
     return pull, push
 
 
-def chosen_pins(structure: Structure, options: AnalysisTable) -> tuple[Structure, PinModel, tuple[Note, ...]]:
+def chosen_pins(
+    structure: PinModelContext, options: AnalysisTable
+) -> tuple[PinModelContext, PinModel, tuple[Note, ...]]:
     """Return the model of the pins that was asked for, or contact where that is possible, with its notes.
 
     A prescribed pressure takes the place of contact that the study or the rod excludes.

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.analysis.cycle.basis import Basis, FullBasis, spanned
 from fea.analysis.cycle.rows import counting
 from fea.analysis.cycle.superposition import CycleAnalysis
@@ -20,13 +20,13 @@ from fea.judge.sharp_places import SharpPlaces
 from fea.machine.clock import Clock
 from fea.pins.assembly import AssemblyPins
 from fea.pins.lubrication import Films
-from fea.pins.model import Fields, PinModel, Structure, UnitLoads
+from fea.pins.model import PinModel, PinModelContext, UnitLoadFields, UnitLoads
 from fea.pins.yielding import End
 from fea.rod.loading import DutyLoads, EngineLoading, Loading
 from fea.rod.meshed_rod import MeshedRod
 from fea.rod.places import SurfaceRegions
 from fea.solid.inertia import Inertia, SectionBalance
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from fea.solid.sharp_edges import SharpEdges
 from fea.solid.supports import constrained_by_pins
 from fea.solvers.buckling import Buckling
@@ -37,7 +37,7 @@ from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
 from geometry.mass import MassProperties
-from geometry.section import HeightField, Section, least_section
+from geometry.section import CrossSection, HeightField, least_section
 from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 from mesh import slices
@@ -57,10 +57,10 @@ class PreparedRod:
     mesh: MeshedRod
     loading: Loading  #: the engine, or given forces
     duty: DutyLoads | None  #: how long the engine runs at which speeds, where the study says
-    structure: Structure  #: stiffness and inertia
+    structure: PinModelContext  #: stiffness and inertia
     pins: PinModel  #: what loads the rod
     fields: FieldRecovery  #: carries solutions to the whole rod
-    assembling: Assembling | None  #: what the rod is put together from; None for a rod of one piece
+    assembling: AssemblySetup | None  #: what the rod is put together from; None for a rod of one piece
     notes: tuple[Note, ...]  #: what a reader must know of the study's rod
 
     @property
@@ -149,7 +149,7 @@ class PreparedRod:
             fields=FieldRecovery.of(structure, self.mesh, self.prescribed),
         )
 
-    def case_forces(self, name: str, rpm: float | None = None) -> Split:
+    def case_forces(self, name: str, rpm: float | None = None) -> ParityPair:
         """Nodal forces (n_nodes, 3) of a load case on the cell under prescribed pressures, N.
 
         `name`: ``"tension"``, ``"compression"``, ``"side"``, ``"bending"``, ``"gas"`` or ``"given"``. Raises
@@ -207,7 +207,7 @@ class PreparedRod:
         counts, solve = counting(self.fields.errors.masked), partial(self.solved_units, single=True)
         return self._cycle(lambda loads, cycles: spanned(loads, solve, counts, cycles))
 
-    def solved_units(self, fields: tuple[Fields, Fields], *, single: bool) -> UnitSolutions:
+    def solved_units(self, fields: tuple[UnitLoadFields, UnitLoadFields], *, single: bool) -> UnitSolutions:
         """Solve unit loads: see `fea.analysis.cycle.unit_solutions.unit_solutions`."""
         return unit_solutions(
             self.model, self.fields.recovery, self.materials, fields, cut_y=self.mesh.cut_y, single=single
@@ -270,7 +270,7 @@ class PreparedRod:
         return None if edges is None else SharpPlaces(edges, self.materials[0].poissons_ratio)
 
     @cached_property
-    def shank(self) -> tuple[tuple[Section, ...], Section]:
+    def shank(self) -> tuple[tuple[CrossSection, ...], CrossSection]:
         """Sections from pin to pin, and the least between the bores; without dimensions, of the mesh."""
         drawn, mesh, bores = self.study.rod.dimensions, self.mesh.whole, self.mesh.bores
         places = np.linspace(0.0, bores.rod_length, _STATIONS)

@@ -22,7 +22,7 @@ from geometry.arrays import Vector
 from geometry.errors import require
 from geometry.fit import Fit, Targets, fit
 from geometry.rod import Rod
-from geometry.section import Section, least_section, sections
+from geometry.section import CrossSection, least_section, sections
 from mesh import slices
 from mesh.tetmesh import TetMesh
 
@@ -142,7 +142,7 @@ def rod_report(study: Study) -> tuple[RodReport, TetMesh]:
     return report, mesh.whole
 
 
-def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[Section, ...], Section]:
+def _sections(rod: Rod | None, whole: TetMesh, bores: Bores) -> tuple[tuple[CrossSection, ...], CrossSection]:
     if rod is not None:
         return sections(rod, _STATIONS), least_section(rod)
     ends = bores.between

@@ -17,7 +17,7 @@ from fea.rod.loading import SpeedLoads
 from fea.rod.meshed_rod import MeshedRod
 from fea.solid.inertia import SectionBalance, imbalance
 from fea.solid.parity import Parity
-from fea.solvers.static import Solution
+from fea.solvers.static import StaticSolution
 
 
 def speed_checks(rod: PreparedRod, solved: Equilibrium, cases: Sequence[CaseResult]) -> dict[str, Check]:
@@ -112,7 +112,7 @@ class SpeedResult:
 
 
 def speed_notes(
-    rod: PreparedRod, loads: SpeedLoads, solution: Solution, checks: Mapping[str, Check]
+    rod: PreparedRod, loads: SpeedLoads, solution: StaticSolution, checks: Mapping[str, Check]
 ) -> tuple[Note, ...]:
     """Return what a reader must know beside the figures, and what was left out."""
     return (
@@ -127,7 +127,7 @@ def speed_notes(
     )
 
 
-def _omissions(rod: PreparedRod, solution: Solution) -> Iterator[Note]:
+def _omissions(rod: PreparedRod, solution: StaticSolution) -> Iterator[Note]:
     if Parity.ANTISYMMETRIC not in solution.displacement and rod.mesh.cut_y:
         yield omission("antisymmetric part about y = 0", "every load is symmetric about y = 0")
     if not rod.structure.soft and rod.mesh.cell.order > 1:

@@ -45,7 +45,7 @@ from fea.base.version import __version__
 from fea.judge.case_result import CaseResult, Governing
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, worst_of_edges
-from fea.judge.verdict import CAP, Verdict, peak
+from fea.judge.verdict import CAP, ConvergenceVerdict, peak
 from fea.machine.system import peak_memory
 from fea.machine.threads import threads
 from fea.rod.loading import EngineLoading
@@ -283,9 +283,9 @@ def _singular(rod: PreparedRod, case: CaseResult) -> dict[str, float | str | Non
     return {
         "unmasked_max_von_mises_MPa": case.peak.unmasked,
         "unmasked_min_safety_factor": 1 / case.worst.unmasked,
-        "unmasked_verdict": Verdict.DIVERGING.value,
+        "unmasked_verdict": ConvergenceVerdict.DIVERGING.value,
         "singular_max_von_mises_MPa": case.peak.singular,
-        "singular_verdict": Verdict.DIVERGING.value,
+        "singular_verdict": ConvergenceVerdict.DIVERGING.value,
         "singular_where": where,
     }
 

@@ -5,7 +5,7 @@ from math import isfinite
 
 from fea.analysis.figures import AssemblyFigures, BucklingFigures, CaseFigures, CycleFigures, SurvivalFigures
 from fea.base.shipped import shipped_toml
-from fea.judge.safety_factor import Answer, SafetyFactor, printed
+from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, printed
 
 # A factor that differs from the required one by less, in percent, is not decided by any practical mesh.
 _CLOSEST_PERCENT = 0.5
@@ -86,23 +86,23 @@ def survival(
     out, which `unanalysed` says in words. `stands_on` says for which operation the answer is.
     """
     least = 1.0 if required is None else required
-    bounded = fatigue_at_most is not None and fatigue_at_most.answer(least) is Answer.FAILS
+    bounded = fatigue_at_most is not None and fatigue_at_most.answer(least) is SurvivalAnswer.FAILS
     counted = [*found, fatigue_at_most] if bounded and fatigue_at_most is not None else [*found]
     judged = by_duty or any(factor.mode == FATIGUE for factor in counted)
     failed, undecided = (
         sorted((one for one in counted if one.answer(least) is answer), key=lambda factor: factor.low)
-        for answer in (Answer.FAILS, Answer.UNDECIDED)
+        for answer in (SurvivalAnswer.FAILS, SurvivalAnswer.UNDECIDED)
     )
     governing = min(failed or undecided or counted, key=lambda factor: factor.low)
     if failed:
-        answer, text = Answer.FAILS, _failed(failed, required, fatigue_at_most)
+        answer, text = SurvivalAnswer.FAILS, _failed(failed, required, fatigue_at_most)
     elif undecided:
         remedy = _remedy(governing, least, given_mesh=given_mesh)
-        answer = Answer.UNDECIDED
+        answer = SurvivalAnswer.UNDECIDED
         text = f"undecided, safety factor {governing.named} includes {least:g}; {remedy}"
     else:
-        answer = Answer.SURVIVES if judged and unanalysed is None else Answer.NOT_JUDGED
-        reserve = _no_reserve(governing, least) if answer is Answer.SURVIVES else ""
+        answer = SurvivalAnswer.SURVIVES if judged and unanalysed is None else SurvivalAnswer.NOT_JUDGED
+        reserve = _no_reserve(governing, least) if answer is SurvivalAnswer.SURVIVES else ""
         text = _met(counted, governing, answer, required, reserve)
     if not judged:
         text += f"; fatigue is not judged{_most(fatigue_at_most)}"
@@ -119,8 +119,10 @@ def survival(
         assured_safety_factor=governing.low,
         fatigue_at_most=fatigue_at_most,
         fatigue_where=None if fatigue_at_most is None else fatigue_at_most.place,
-        stands_on=stands_on if answer is Answer.SURVIVES else None,
-        ends_at_load=governing.low / least if answer is Answer.SURVIVES and isfinite(governing.low) else None,
+        stands_on=stands_on if answer is SurvivalAnswer.SURVIVES else None,
+        ends_at_load=governing.low / least
+        if answer is SurvivalAnswer.SURVIVES and isfinite(governing.low)
+        else None,
     )
 
 
@@ -149,12 +151,12 @@ def _remedy(governing: SafetyFactor, least: float, *, given_mesh: bool) -> str:
 def _met(
     found: Sequence[SafetyFactor],
     governing: SafetyFactor,
-    answer: Answer,
+    answer: SurvivalAnswer,
     required: float | None,
     reserve: str = "",
 ) -> str:
     met = f"{answer.value}, {reserve}; safety factor" if reserve else f"{answer.value}, safety factor"
-    if answer is Answer.NOT_JUDGED and governing.mode != "yielding":
+    if answer is SurvivalAnswer.NOT_JUDGED and governing.mode != "yielding":
         met = f"{answer.value}; least safety factor"
     if required is not None:
         met = f"meets the required safety factor of {required:g}:"

@@ -51,7 +51,7 @@ class SolverName(StrEnum):
     AMG = "amg"
 
 
-class Assembly(StrEnum):
+class MatrixAssembly(StrEnum):
     """Assembly of the stiffness and of the nodal forces of inertia: batched kernels or scikit-fem."""
 
     BATCHED = "batched"

@@ -54,12 +54,14 @@ def run(
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check takes precedence over a low safety factor."""
-    from fea.judge.safety_factor import Answer
+    from fea.judge.safety_factor import SurvivalAnswer
 
     if not all(summary.trusted for summary in summaries):
         return CHECK_FAILED
-    unsafe = {Answer.UNDECIDED, Answer.FAILS}
-    if min_safety is not None and any(Answer(summary.survival.answer) in unsafe for summary in summaries):
+    unsafe = {SurvivalAnswer.UNDECIDED, SurvivalAnswer.FAILS}
+    if min_safety is not None and any(
+        SurvivalAnswer(summary.survival.answer) in unsafe for summary in summaries
+    ):
         return UNSAFE
     return 0
 

@@ -39,7 +39,7 @@ _RESISTED = 1e-2
 
 
 @dataclass(frozen=True)
-class Contact:
+class FrictionlessState:
     """A solution."""
 
     pressure: Floats  #: λ (n,), not negative, MPa
@@ -78,7 +78,7 @@ class ContactSystem:
         # Places of the last area, its factor, and its answer to the motions: the next load begins with it.
         self._factorised: tuple[Ints, Floats, Floats] | None = None
 
-    def solve(self, gap: Floats, force: Floats) -> Contact:
+    def solve(self, gap: Floats, force: Floats) -> FrictionlessState:
         """Solve for gap (n,) and resultants (m,); `ContactError`: no pressure fits."""
         contact = self._primal_dual(gap, force, self._near(force)) if self._solved else None
         contact = contact or self._primal_dual(gap, force, self._R @ force > 0)
@@ -96,7 +96,7 @@ class ContactSystem:
             area[places] = self._areas[apart.argmin(), places]
         return area
 
-    def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> Contact | None:
+    def _primal_dual(self, gap: Floats, force: Floats, active: Mask) -> FrictionlessState | None:
         """Change all places at once; None if that does not settle."""
         tried = set()
         for change in range(1, MOST_CHANGES + 1):
@@ -112,7 +112,7 @@ class ContactSystem:
             active = better
         return None
 
-    def _exchanged(self, gap: Floats, force: Floats) -> Contact:
+    def _exchanged(self, gap: Floats, force: Floats) -> FrictionlessState:
         """Exchange single places, from pressures that have the resultants."""
         pressure = balanced(self._R / self._scale, force / self._scale)
         active = pressure > 0
@@ -159,7 +159,7 @@ class ContactSystem:
 
     def _contact(
         self, pressure: Floats, motion: Floats, left: Floats, *given: Floats, changes: int
-    ) -> Contact:
+    ) -> FrictionlessState:
         """Return a solution with the gap that is left, and how far it misses a gap and resultants `given`."""
         gap, force = given
         pressure, scale = np.maximum(pressure, 0.0), self._scale
@@ -170,7 +170,7 @@ class ContactSystem:
         total = max(np.linalg.norm(force / scale), np.linalg.norm(np.abs(self._R.T) @ pressure / scale))
         residual = float(overlap / max(size, np.finfo(float).tiny))
         imbalance = float(missing / max(total, np.finfo(float).tiny))
-        return Contact(pressure, motion, left, changes, residual, imbalance)
+        return FrictionlessState(pressure, motion, left, changes, residual, imbalance)
 
     def _gap(self, pressure: Floats, motion: Floats, gap: Floats) -> Floats:
         return np.asarray(self._C @ pressure + gap - self._R @ motion)

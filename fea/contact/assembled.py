@@ -29,7 +29,7 @@ from geometry.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
-class Warming:
+class TemperatureChange:
     """A uniform change of temperature."""
 
     displacement: Floats  #: (3 n_nodes,) free expansion of the parts on the cell, mm
@@ -94,7 +94,7 @@ class Assembled:
         parts: Sequence[Ints],
         friction: float,
         preload: Floats,
-        warming: Warming | None = None,
+        warming: TemperatureChange | None = None,
         *,
         names: Sequence[str] = (),
     ) -> None:
@@ -182,7 +182,7 @@ class Assembled:
         idle = np.zeros(self.problem.loaded.shape[1])
         return Load(self._made, np.zeros(self.problem.rigid.shape[1]), np.zeros(self._P.shape[1]), idle)
 
-    def _expansion(self, warming: Warming) -> Floats:
+    def _expansion(self, warming: TemperatureChange) -> Floats:
         """Moments (n,) of the gaps that free expansion opens."""
         problem = self.problem
         even = problem.forces.T @ warming.displacement

@@ -152,7 +152,7 @@ class SeatFields:
 
 
 @dataclass(frozen=True)
-class Touch:
+class PinContact:
     """Contact of a pin with its bore."""
 
     max_pressure: float  #: MPa
@@ -161,7 +161,7 @@ class Touch:
     arc: float  #: angle around the bore over which they touch anywhere, to the distance of two vertices, rad
 
     @classmethod
-    def of(cls, pressure: Floats, angle: Floats, z: Floats, apart: float) -> "Touch":
+    def of(cls, pressure: Floats, angle: Floats, z: Floats, apart: float) -> "PinContact":
         """Find it from pressures (n,), MPa, at angles (n,), rad, `apart` from each other, and z (n,), mm."""
         largest, arc = int(pressure.argmax()), 0.0
         touching = np.sort(angle[pressure > 0])

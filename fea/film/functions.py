@@ -9,7 +9,7 @@ import numpy as np
 
 from fea.film.grid import FilmGrid
 from fea.solid.bore import BoreFacets, BoreLoad, radial_loads, radial_traction
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from geometry.arrays import Floats, Ints
 
 # Highest harmonic around the bore for each even degree along the width: those left out are short waves, which
@@ -141,7 +141,7 @@ class FilmPressure:
         each = [radial_traction(self.facets, self._n_nodes, pressure) for pressure in pressures]
         return np.stack(each, axis=-1)
 
-    def pressed(self, weights: Floats) -> tuple[BoreLoad, Split]:
+    def pressed(self, weights: Floats) -> tuple[BoreLoad, ParityPair]:
         """Load and pressure (n_nodes,) on the cell of one sum (n_functions,)."""
         parts, cut = np.split(weights, self.counts[:1]), self.facets.cut_y
         loads = [load for parity, part in enumerate(parts) for load in self.loads(parity, part[None])]
@@ -149,8 +149,8 @@ class FilmPressure:
         along, nodes = np.zeros((self._n_nodes, 3)), self.facets.nodes
         along[nodes, 0], along[nodes, 1] = np.cos(self.facets.node_angle), np.sin(self.facets.node_angle)
         pressure = np.einsum("ni,kni->kn", along, traction)
-        load = BoreLoad(Split.of(*forces, cut=cut), Split.of(*traction, cut=cut), 1.0)
-        return load, Split.of(*pressure, cut=cut)
+        load = BoreLoad(ParityPair.of(*forces, cut=cut), ParityPair.of(*traction, cut=cut), 1.0)
+        return load, ParityPair.of(*pressure, cut=cut)
 
     @cached_property
     def resultants(self) -> Floats:

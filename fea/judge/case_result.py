@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.material import Material
-from fea.contact.assembly_state import AssemblyState, SeatFields, Touch
+from fea.contact.assembly_state import AssemblyState, PinContact, SeatFields
 from fea.judge.case_error import CaseError
 from fea.judge.safety_factor import SafetyFactor
 from fea.judge.sharp_places import SharpPlace, SharpPlaces, mattering
-from fea.judge.verdict import CAP, Peak, Verdict, element_largest, peak, safety_factor, widened
+from fea.judge.verdict import CAP, ConvergenceVerdict, Peak, element_largest, peak, safety_factor, widened
 from fea.solid.stress import principal, von_mises
 from geometry.arrays import Floats, Mask, vector
 from geometry.surfaces import INTERFACES, Surface
@@ -45,7 +45,7 @@ class CaseFields:
     gap: Floats | None = None
     assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
     #: Where the pins touch the bores; empty where their pressure is prescribed
-    touch: Mapping[Surface, Touch] = field(default_factory=dict)
+    touch: Mapping[Surface, PinContact] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,10 +184,10 @@ class CaseResult(CaseFields):
         """Error bar of the largest von Mises stress or of the smallest safety factor, whichever is larger."""
         return max(self.peak.error_percent, self.worst.error_percent)
 
-    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+    def verdict(self, tolerance_percent: float | None = None) -> ConvergenceVerdict:
         """The worse of the verdicts on the largest von Mises stress and on the smallest safety factor."""
         verdicts = [extreme.verdict(tolerance_percent) for extreme in (self.peak, self.worst)]
-        return max(verdicts, key=list(Verdict).index)
+        return max(verdicts, key=list(ConvergenceVerdict).index)
 
 
 def case_result(
@@ -330,8 +330,8 @@ class Governing:
         """Whether a case, with its error bar, cannot change the smallest factor by more than a tolerance."""
         return case.worst.highest <= self.utilisation * (1 + tolerance_percent / 100)
 
-    def verdict(self, case: CaseResult, tolerance_percent: float) -> Verdict:
+    def verdict(self, case: CaseResult, tolerance_percent: float) -> ConvergenceVerdict:
         """Return the verdict on a case; one that cannot govern may have a wide bar."""
         verdict = case.verdict(tolerance_percent)
-        spare = verdict is Verdict.NOT_CONVERGED and self.covers(case, tolerance_percent)
-        return Verdict.SUFFICIENT if spare else verdict
+        spare = verdict is ConvergenceVerdict.NOT_CONVERGED and self.covers(case, tolerance_percent)
+        return ConvergenceVerdict.SUFFICIENT if spare else verdict

@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
 from geometry.arrays import Floats
-from geometry.section import Section
+from geometry.section import CrossSection
 
 
 class Plane(StrEnum):
@@ -29,17 +29,17 @@ class Plane(StrEnum):
         """Effective length of a uniform column over its length."""
         return 1.0 if self is Plane.IN_PLANE else 0.5
 
-    def inertia(self, section: Section) -> float:
+    def inertia(self, section: CrossSection) -> float:
         """Second moment of area of a section for this bending, mm⁴."""
         return section.inertia_z if self is Plane.IN_PLANE else section.inertia_y
 
-    def gyration(self, section: Section) -> float:
+    def gyration(self, section: CrossSection) -> float:
         """Radius of gyration of a section for this bending, mm."""
         return math.sqrt(self.inertia(section) / section.area)
 
 
 @dataclass(frozen=True)
-class Column:
+class ColumnLoads:
     """Critical loads of a column that bends in one plane."""
 
     slenderness: float  #: effective length over the radius of gyration of the smallest section
@@ -66,14 +66,18 @@ class Column:
 
 @cache
 def column(
-    plane: Plane, stations: tuple[Section, ...], least: Section, youngs_modulus: float, yield_strength: float
-) -> Column:
+    plane: Plane,
+    stations: tuple[CrossSection, ...],
+    least: CrossSection,
+    youngs_modulus: float,
+    yield_strength: float,
+) -> ColumnLoads:
     """Critical loads in a plane, cached, from sections between the pin centres and the `least` of them."""
     x = np.array([section.x for section in stations])
     inertia = np.array([plane.inertia(section) for section in stations])
     slenderness = plane.length_factor * float(x[-1] - x[0]) / plane.gyration(least)
     euler = euler_load(x, youngs_modulus * inertia, built_in=plane is Plane.SIDEWAYS)
-    return Column(slenderness, euler, yield_strength * least.area)
+    return ColumnLoads(slenderness, euler, yield_strength * least.area)
 
 
 def euler_load(x: Floats, bending_stiffness: Floats, *, built_in: bool) -> float:

@@ -8,7 +8,7 @@ from typing import Any, Self
 _SMALL = 0.095
 
 
-class Answer(StrEnum):
+class SurvivalAnswer(StrEnum):
     """Whether the rod survives, from good to bad."""
 
     SURVIVES = "survives"
@@ -64,11 +64,11 @@ class SafetyFactor(float):
         """Return the same number and interval as a factor against a mode of failure."""
         return type(self)(float(self), self.low, self.high, mode=mode, instant=instant, place=place)
 
-    def answer(self, required: float) -> Answer:
+    def answer(self, required: float) -> SurvivalAnswer:
         """Compare the interval with a required factor."""
         if self.high < required:
-            return Answer.FAILS
-        return Answer.SURVIVES if self.low >= required else Answer.UNDECIDED
+            return SurvivalAnswer.FAILS
+        return SurvivalAnswer.SURVIVES if self.low >= required else SurvivalAnswer.UNDECIDED
 
     @property
     def percent(self) -> float | None:

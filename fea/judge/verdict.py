@@ -15,7 +15,7 @@ from fea.base.choices import CONVERGED_PERCENT
 from geometry.arrays import Floats, Ints, Mask
 
 
-class Verdict(StrEnum):
+class ConvergenceVerdict(StrEnum):
     """The verdict that follows from an error bar."""
 
     CONVERGED = "converged"
@@ -59,10 +59,10 @@ class Peak:
         """Whether the stress near a singularity exceeds the peak: it grows with every refinement."""
         return self.unmasked > self.value
 
-    def verdict(self, tolerance_percent: float | None = None) -> Verdict:
+    def verdict(self, tolerance_percent: float | None = None) -> ConvergenceVerdict:
         """Return the verdict on the value for the tolerance; without one, or with 0, `CONVERGED_PERCENT`."""
         within = self.error_percent <= (tolerance_percent or CONVERGED_PERCENT)
-        return Verdict.CONVERGED if within else Verdict.NOT_CONVERGED
+        return ConvergenceVerdict.CONVERGED if within else ConvergenceVerdict.NOT_CONVERGED
 
 
 def peak(value: Floats, error: Floats, masked: Mask | None = None) -> Peak:

@@ -242,9 +242,9 @@ def usable_processors() -> int:
 
 if sys.platform == "win32":
     from fea.machine.windows import PathLock as PathLock  # noqa: PLC0414 - exported
-    from fea.machine.windows import Watch, machine_memory, process_memory
+    from fea.machine.windows import ResourceLimiter, machine_memory, process_memory
 
-    _watch = Watch(OVERTIME, OUT_OF_MEMORY)
+    _watch = ResourceLimiter(OVERTIME, OUT_OF_MEMORY)
 else:
     import fcntl
     import resource

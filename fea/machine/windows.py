@@ -53,7 +53,7 @@ def process_memory() -> tuple[int, int]:
     return int(counters.peak_working_set), int(counters.committed)
 
 
-class Watch:
+class ResourceLimiter:
     """Ends this process, with an exit code, where it exceeds a limit: Windows has none for one process."""
 
     def __init__(self, overtime: int, out_of_memory: int) -> None:

@@ -16,8 +16,8 @@ from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
-from fea.judge.safety_factor import Answer
-from fea.judge.verdict import Verdict
+from fea.judge.safety_factor import SurvivalAnswer
+from fea.judge.verdict import ConvergenceVerdict
 from fea.output.assembly_statements import (
     assembly_lines,
     bolts_and_joint,
@@ -120,7 +120,9 @@ def _governing_edge(summary: Summary) -> SharpEdgeFigures | None:
 
 def not_converged(summary: Summary) -> Iterator[str]:
     """Yield the load cases whose peaks finer elements would change."""
-    cases = [name for name, case in summary.results.items() if case.verdict == Verdict.NOT_CONVERGED]
+    cases = [
+        name for name, case in summary.results.items() if case.verdict == ConvergenceVerdict.NOT_CONVERGED
+    ]
     names = "all cases" if len(cases) == len(summary.results) > 2 else ", ".join(cases)
     fixed = summary.passes or summary.model.mesh_from_file
     if cases:
@@ -169,7 +171,7 @@ def levers(summary: Summary) -> Iterator[str]:
     elif survival.mode == "yielding" and weakest is not None:
         where = weakest.where
         needed = weakest.yield_MPa * survival.required_safety_factor / survival.assured_safety_factor
-        helps = not survival.place and survival.answer != Answer.SURVIVES
+        helps = not survival.place and survival.answer != SurvivalAnswer.SURVIVES
         if helps and needed < _MOST_STRENGTH * weakest.yield_MPa:
             strength, now = (quantity(value, ".0f", "MPa") for value in (needed, weakest.yield_MPa))
             yield f"Against yielding, a yield strength of {strength} there would suffice (now {now})."

@@ -10,7 +10,7 @@ from rich.table import Table as RichTable
 from fea.analysis.figures import Summary
 from fea.base.checks import TITLES
 from fea.base.units import KN, UM
-from fea.judge.verdict import Verdict
+from fea.judge.verdict import ConvergenceVerdict
 from fea.output.terminal.prose import plain_table
 from fea.output.units import bar, coordinates, factor, figure, heading, kilo, named, number, place, quantity
 
@@ -421,7 +421,9 @@ _PASSES = (
 def convergence_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the error bars and verdicts of the load cases, and the passes of the refinement."""
     cases = summary.results.items()
-    loose = [k for k, (_, case) in enumerate(cases) if case.verdict not in {Verdict.CONVERGED, None}]
+    loose = [
+        k for k, (_, case) in enumerate(cases) if case.verdict not in {ConvergenceVerdict.CONVERGED, None}
+    ]
     yield AnswerTable.of("Error bars", "load case", _BARS, cases, loose)
     if summary.passes:
         rows = ((str(k), each) for k, each in enumerate(summary.passes, start=1))

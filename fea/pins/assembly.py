@@ -13,7 +13,7 @@ from typing import cast
 
 import numpy as np
 
-from fea.contact.assembled import Assembled, FrictionCycle, Warming
+from fea.contact.assembled import Assembled, FrictionCycle, TemperatureChange
 from fea.contact.assembly_state import AssemblySpecification, AssemblyState
 from fea.contact.bolts import BoltBending, BoltEnds, BoltPull, BoltStop
 from fea.contact.friction_system import ContactState, Load
@@ -26,15 +26,15 @@ from fea.pins.model import (
     SMOOTH,
     Contacts,
     JointBounds,
+    PinModelContext,
     Response,
-    Structure,
     UnitLoads,
     Weights,
     total,
 )
 from fea.rod.meshed_rod import Bores
 from fea.solid.errors import ContactError
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.supports import components
 from geometry.arrays import Floats, Ints
 from geometry.assembly import BoltAxis
@@ -59,7 +59,7 @@ class AssemblyContact(BoreContact):
     forces.
     """
 
-    def __init__(self, structure: Structure, fits: Fits, film: FilmPressure | None = None) -> None:
+    def __init__(self, structure: PinModelContext, fits: Fits, film: FilmPressure | None = None) -> None:
         if structure.assembly is None:
             raise ValueError("a rod of one piece is not an assembly")
         specification = structure.assembly
@@ -91,7 +91,7 @@ class AssemblyContact(BoreContact):
         names = [specification.parts[k] if k < len(specification.parts) else "part" for k in numbers]
         preload = np.full(len(axes), specification.preload)
         warming = _warming(mesh, bores, fits, specification)
-        self.growth = None if warming is None else Split(warming.displacement.reshape(-1, 3), None)
+        self.growth = None if warming is None else ParityPair(warming.displacement.reshape(-1, 3), None)
         self.assembled = Assembled(self.problem, parts, friction, preload, warming, names=names)
         at = np.array([bolt.point for bolt in axes]).reshape(-1, 3)
         growth = 0.0 if warming is None else warming.displacement
@@ -125,7 +125,7 @@ class AssemblyContact(BoreContact):
         return replace(
             forces,
             touch=forces.touch if instant.pin.any() or instant.crank.any() else {},
-            shift=Split(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC)),
+            shift=ParityPair(moved[Parity.SYMMETRIC], moved.get(Parity.ANTISYMMETRIC)),
             growth=self.growth,
             largest=max(forces.largest, summed.bolt_force),
             assembly=summed,
@@ -137,7 +137,7 @@ class AssemblyContact(BoreContact):
 class AssemblyPins(ContactPins):
     """Pins in contact with a rod of separate parts, as [contact] and [assembly] describe them."""
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: PinModelContext) -> None:
         super().__init__(structure)
         self.resting = joined([assembled()])
         # States by what acts: load cases are asked for again where the cycle is checked.
@@ -261,7 +261,9 @@ def _owner(mesh: TetMesh, surface: Surface, bolts: Sequence[BoltAxis]) -> Ints:
     return np.asarray(np.argmin([axis.beside(middle) for axis in axes], axis=0))
 
 
-def _warming(mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpecification) -> Warming | None:
+def _warming(
+    mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpecification
+) -> TemperatureChange | None:
     """Free expansion of the parts about the big end's centre, of the bolts and of the pins."""
     expansion = specification.expansion
     if expansion is None or expansion.rise == 0:
@@ -275,7 +277,7 @@ def _warming(mesh: TetMesh, bores: Bores, fits: Fits, specification: AssemblySpe
         (expansion.piston_pin, bores.small_radius - fits.small_clearance),
         (expansion.crank_pin, bores.big_radius - fits.big_clearance),
     )
-    return Warming(
+    return TemperatureChange(
         displacement=(expansion.rise * rate[:, None] * mesh.points).ravel(),
         bolts=np.array([expansion.rise * expansion.bolt * bolt.grip for bolt in bolts]),
         pins=[expansion.rise * alpha * radius for alpha, radius in pins],

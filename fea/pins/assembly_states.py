@@ -9,7 +9,7 @@ from fea.contact.assembly_state import AssemblyState, BoltState, FaceState
 from fea.contact.bolts import BoltBending
 from fea.contact.friction_system import ContactState
 from fea.contact.problem import ContactProblem
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.surfaces import Surface
 
@@ -126,7 +126,7 @@ def _share(area: Floats, mask: Mask) -> float:
     return float(area[mask].sum() / total) if total > 0 else 0.0
 
 
-def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
+def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> ParityPair:
     """Gap (n_nodes,) on both sides of interfaces: mm, 0 elsewhere; where two of them meet, that of the joint.
 
     `normal` (k,) unknowns that are pressures between parts; `gap` (k,) at their places, mm.
@@ -140,4 +140,4 @@ def gap_at_nodes(problem: ContactProblem, normal: Ints, gap: Floats) -> Split:
             for side, _ in faces.sides(faces.pressing):
                 nodes, values = side.at_nodes(part[problem.own(number)][: side.size, None])
                 parts[parity][nodes] = values[:, 0]
-    return Split(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))
+    return ParityPair(parts[Parity.SYMMETRIC], parts.get(Parity.ANTISYMMETRIC))

@@ -15,7 +15,7 @@ import numpy as np
 
 from fea.pins.prescribed import LinearPins, LoadedBore
 from fea.solid.bore import BoreFacets, BoreLoad
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 
@@ -62,8 +62,8 @@ class BondedBore:
         """Load the bore with the force (x, y) on the whole rod, N; `area` is that of the exact bore, mm²."""
         return BoreLoad(self._split(self.forces, force), self._split(self.traction, force), area / self.area)
 
-    def _split(self, units: Floats, force: tuple[float, float]) -> Split:
-        return Split.of(force[0] * units[0], force[1] * units[1], cut=self.cut_y)
+    def _split(self, units: Floats, force: tuple[float, float]) -> ParityPair:
+        return ParityPair.of(force[0] * units[0], force[1] * units[1], cut=self.cut_y)
 
 
 class BondedPins(LinearPins):

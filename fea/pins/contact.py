@@ -15,8 +15,8 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
-from fea.contact.active_set import Contact, interpolated
-from fea.contact.assembly_state import Touch
+from fea.contact.active_set import FrictionlessState, interpolated
+from fea.contact.assembly_state import PinContact
 from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import MatingFaces, Multipliers, PinInBore, radial
@@ -28,15 +28,15 @@ from fea.pins.model import (
     Contacts,
     JointBounds,
     PinModel,
+    PinModelContext,
     Response,
     SampledWeights,
-    Structure,
     UnitLoads,
     Weights,
     inertial_fields,
 )
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, resultants
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.study.pin_models import contact_excluded_because
 from geometry.arrays import Floats, Ints, Mask
 from geometry.errors import require
@@ -54,7 +54,7 @@ NOTHING = 1e-9
 
 
 # A solution: of pins alone, or of parts with friction too.
-State = Contact | ContactState
+State = FrictionlessState | ContactState
 
 
 class BoreContact:
@@ -69,7 +69,7 @@ class BoreContact:
 
     def __init__(
         self,
-        structure: Structure,
+        structure: PinModelContext,
         fits: Fits,
         *,
         faces: Sequence[MatingFaces] = (),
@@ -99,7 +99,7 @@ class BoreContact:
         for number, fields in enumerate(film.forces if film is not None else ()):
             self.of_parity[number] = np.append(self.of_parity[number], len(unit) + np.arange(len(fields)))
             odd = cut_y and number == 1
-            unit += [Split(0 * field, field) if odd else Split(field, None) for field in fields]
+            unit += [ParityPair(0 * field, field) if odd else ParityPair(field, None) for field in fields]
             self.unit_loads += list(fields)
         parities = tuple(Parity) if cut_y else (Parity.SYMMETRIC,)
         loads = {parity: np.stack([one.part(parity).ravel() for one in unit], axis=1) for parity in parities}
@@ -136,7 +136,7 @@ class BoreContact:
             fields = self.problem.traction(values[:, None])
             traction[parity] = {surface: field[..., 0] for surface, field in fields.items()}
         return Response(
-            forces=Split(forces[Parity.SYMMETRIC], forces.get(Parity.ANTISYMMETRIC)),
+            forces=ParityPair(forces[Parity.SYMMETRIC], forces.get(Parity.ANTISYMMETRIC)),
             traction=_by_surface(traction),
             pressure=self.pressure(state.values),
             largest=float(instant.largest_force),
@@ -144,14 +144,14 @@ class BoreContact:
             checks={"contact_gap": state.residual, "contact_balance": state.imbalance},
         )
 
-    def touches(self, values: Floats, pins: slice | Ints) -> tuple[Mapping[Surface, Touch], ...]:
+    def touches(self, values: Floats, pins: slice | Ints) -> tuple[Mapping[Surface, PinContact], ...]:
         """Contact at each instant from the unknowns (n, n_instants), of which `pins` are the pins'."""
         values = np.where(values < NOTHING * values[pins].max(axis=0), 0.0, values)
         return tuple(self.touch(instant) for instant in values.T)
 
-    def touch(self, values: Floats) -> dict[Surface, Touch]:
+    def touch(self, values: Floats) -> dict[Surface, PinContact]:
         """Contact of each pin with its bore under the values (n,) of the unknowns."""
-        return {surface: Touch.of(values[mine], *around) for surface, mine, around in self._around}
+        return {surface: PinContact.of(values[mine], *around) for surface, mine, around in self._around}
 
     @cached_property
     def _around(self) -> list[tuple[Surface, Ints, tuple[Floats, Floats, float]]]:
@@ -168,15 +168,15 @@ class BoreContact:
             around.append((bore.multipliers.surface, mine, (angle, z, apart)))
         return around
 
-    def pressure(self, values: Floats) -> dict[Surface, Split]:
+    def pressure(self, values: Floats) -> dict[Surface, ParityPair]:
         """Pressure (n_nodes,) on each surface of unknowns (n,), MPa; 0 beside the surface."""
         parts = self.problem.unfolding.parts(values)
         return _by_surface({parity: self.problem.pressure(part) for parity, part in parts.items()})
 
 
-def _by_surface(parts: Mapping[Parity, Mapping[Surface, Floats]]) -> dict[Surface, Split]:
+def _by_surface(parts: Mapping[Parity, Mapping[Surface, Floats]]) -> dict[Surface, ParityPair]:
     odd = parts.get(Parity.ANTISYMMETRIC, {})
-    return {surface: Split(even, odd.get(surface)) for surface, even in parts[Parity.SYMMETRIC].items()}
+    return {surface: ParityPair(even, odd.get(surface)) for surface, even in parts[Parity.SYMMETRIC].items()}
 
 
 def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
@@ -187,7 +187,7 @@ def acting(instants: Instants) -> Iterator[tuple[Floats, Floats, Floats]]:
 class ContactPins(PinModel):
     """Rigid or elastic pins with clearance, as [contact] describes them."""
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: PinModelContext) -> None:
         super().__init__(structure)
         rod = structure
         self.fits = Fits.of(rod.contact, rod.mesh, rod.bores, rod.pin_stiffness, rod.largest_pin_forces())

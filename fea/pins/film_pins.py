@@ -16,7 +16,7 @@ from fea.film.cycle import between
 from fea.film.functions import FilmPressure
 from fea.pins.assembly import AssemblyContact, AssemblyPins
 from fea.pins.lubrication import TOPIC, Films
-from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights
+from fea.pins.model import PinModel, PinModelContext, Response, UnitLoads, Weights
 from fea.pins.prescribed import Harmonics, PressedBore, PressedPins
 from fea.pins.yielding import End
 from fea.study.pin_models import PRESCRIBED
@@ -30,7 +30,7 @@ from loads.instants import Instants
 class FilmPins(PinModel):
     """A crank pin and a piston pin in their oil films, or a piston pin that is pressed into its bore."""
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: PinModelContext) -> None:
         super().__init__(structure)
         self.films = {end: Films(structure, end) for end in End if not end.pressed_in(structure)}
         fixed = "" if End.SMALL in self.films else "on the small end, whose pin is pressed in, and "
@@ -142,7 +142,7 @@ class FilmPartsPins(AssemblyPins):
     crank pin presses by contact.
     """
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: PinModelContext) -> None:
         super().__init__(structure)
         text = "where the joint opens, and on a rod at rest (gas), the crank pin presses by contact"
         self.notes, self._touched = (*self.notes, assumption(text, TOPIC)), _Touched(self)

@@ -19,7 +19,7 @@ from fea.film.journal import Bearing
 from fea.film.reynolds import Reynolds
 from fea.pins.contact import ContactPins
 from fea.pins.fits import BIG_CLEARANCE, STEEL, Fits
-from fea.pins.model import Structure
+from fea.pins.model import PinModelContext
 from fea.pins.yielding import End, YieldingBore
 from fea.solid.bore import BoreFacets
 from fea.solid.errors import FilmError
@@ -110,7 +110,7 @@ class Lubrication:
     notes: tuple[Note, ...]
 
     @classmethod
-    def of(cls, structure: Structure) -> "Lubrication":
+    def of(cls, structure: PinModelContext) -> "Lubrication":
         """Complete the study for the big end.
 
         Raises `InvalidValue`: no film with this clearance, too wide an oil hole, grooves that leave no land.
@@ -157,7 +157,7 @@ class Lubrication:
         )
 
     @classmethod
-    def of_small_end(cls, structure: Structure, fits: Fits) -> "Lubrication":
+    def of_small_end(cls, structure: PinModelContext, fits: Fits) -> "Lubrication":
         """Complete the study for the small end, whose sides stand in oil; errors as of `of`."""
         bores, table, said = structure.bores, structure.film, Assumed()
         in_contact = pin_model(structure.pressure, in_parts=structure.mesh.part is not None).in_contact
@@ -216,7 +216,7 @@ def _require_hole(key: str, diameter: float, end: End, width: float) -> None:
     require(diameter <= most, key, diameter, rule)
 
 
-def _openings(structure: Structure, end: End, said: Assumed) -> tuple[Hole, ...]:
+def _openings(structure: PinModelContext, end: End, said: Assumed) -> tuple[Hole, ...]:
     """Where what is drilled along the rod opens into a bore, full of the oil that feeds the big end."""
     drawn = structure.drawn
     diameter = 0.0 if drawn is None else drawn.big_end_opening if end is End.BIG else drawn.oil_gallery
@@ -245,7 +245,7 @@ def _oil(table: assumed.FilmTable, said: Assumed) -> Oil | WarmOil:
     return replace(oil, temperatures=(100.0, 150.0), kinematic=(kinematic, *oil.kinematic))
 
 
-def _asperities(structure: Structure, end: End, clearance: float, said: Assumed) -> Asperities | None:
+def _asperities(structure: PinModelContext, end: End, clearance: float, said: Assumed) -> Asperities | None:
     table = structure.film
     text = "roughness {:.3g} µm (film.roughness_um)"
     rough = said.or_else(table.roughness_um, assumed.ROUGHNESS_UM, text)
@@ -268,7 +268,9 @@ _OPENED = 0.01
 class Films:
     """The films of one end of a rod, each computed once; `parts`: those of a rod in parts, and its pins."""
 
-    def __init__(self, structure: Structure, end: End = End.BIG, parts: "AssemblyPins | None" = None) -> None:
+    def __init__(
+        self, structure: PinModelContext, end: End = End.BIG, parts: "AssemblyPins | None" = None
+    ) -> None:
         self._structure, self.end, self.parts = structure, end, parts
         # By the speed and the gas, which is kept so that its number stays its own.
         self._found: dict[tuple[float, int], tuple[FilmCycle, FilmCycle, FilmCycle | None, object]] = {}

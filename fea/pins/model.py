@@ -12,11 +12,11 @@ from fea.base.checks import LIMITS
 from fea.base.choices import Support
 from fea.base.material import Material
 from fea.base.note import Note
-from fea.contact.assembly_state import AssemblySpecification, AssemblyState, Touch
+from fea.contact.assembly_state import AssemblySpecification, AssemblyState, PinContact
 from fea.machine.clock import Clock
 from fea.rod.meshed_rod import Bores
 from fea.solid.inertia import EVEN_MOTIONS, ODD_MOTIONS, Inertia
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from fea.solvers.static import Model
 from fea.study.film_table import FilmTable
 from fea.study.option_tables import ContactTable
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Structure:
+class PinModelContext:
     """The rod that the pins load, and what the study says of them."""
 
     model: Model  #: the stiffness of the cell
@@ -83,22 +83,24 @@ def soft_parts(materials: Sequence[Material], mesh: TetMesh) -> tuple[int, ...]:
 class Response:
     """What acts on the rod at an instant: nodal forces that balance, and what the bores feel."""
 
-    forces: Split  #: on the cell, N
-    traction: Mapping[Surface, Split]  #: known traction on the surface, MPa
+    forces: ParityPair  #: on the cell, N
+    traction: Mapping[Surface, ParityPair]  #: known traction on the surface, MPa
     largest: float  #: the largest force on a bore, or of all bolts together, N
     scale: float = 1.0  #: correction factor of a prescribed load that is farthest from 1
     #: Moment out of the plane of motion that the rod's inertia balances, over the largest bore force times
     #: the rod's length; None if mirror planes or a clamp exclude such a moment
     tilt: float | None = None
-    touch: Mapping[Surface, Touch] = field(default_factory=dict)  #: where pins in contact touch the bores
-    shift: Split | None = None  #: rigid displacement of separate parts on the cell, mm
-    growth: Split | None = None  #: free thermal expansion on the cell, mm, which causes no stress
+    touch: Mapping[Surface, PinContact] = field(
+        default_factory=dict
+    )  #: where pins in contact touch the bores
+    shift: ParityPair | None = None  #: rigid displacement of separate parts on the cell, mm
+    growth: ParityPair | None = None  #: free thermal expansion on the cell, mm, which causes no stress
     checks: Mapping[str, float] = field(default_factory=dict)  #: further ones of `fea.base.checks`
     assembly: AssemblyState | None = None  #: bolts and interfaces of a rod of separate parts
     #: (n_nodes,) contact pressure on each surface that something presses on, MPa; 0 beside the surface.
     #: Empty where the pins' pressure is prescribed.
-    pressure: Mapping[Surface, Split] = field(default_factory=dict)
-    gap: Split | None = None  #: (n_nodes,) between its parts, mm
+    pressure: Mapping[Surface, ParityPair] = field(default_factory=dict)
+    gap: ParityPair | None = None  #: (n_nodes,) between its parts, mm
 
 
 class Weights(NamedTuple):
@@ -124,7 +126,7 @@ SMOOTH = 10
 NOT_JOINT = JointBounds(slice(0, 0), slice(0, 0))
 
 
-class Fields(Protocol):
+class UnitLoadFields(Protocol):
     """Unit loads of one parity on the cell."""
 
     @property
@@ -145,7 +147,7 @@ class Contacts(NamedTuple):
     """Contact at each instant."""
 
     #: Of the pins with the bores, where they are in contact
-    touches: tuple[Mapping[Surface, Touch], ...] = ()
+    touches: tuple[Mapping[Surface, PinContact], ...] = ()
     states: tuple[AssemblyState, ...] = ()  #: of bolts and interfaces; empty for a rod of one piece
 
 
@@ -172,7 +174,7 @@ class UnitLoads(ABC):
     path_dependent: ClassVar[bool] = False  #: whether friction makes an instant depend on those before it
 
     @abstractmethod
-    def fields(self) -> tuple[Fields, Fields]:
+    def fields(self) -> tuple[UnitLoadFields, UnitLoadFields]:
         """Return the even and the odd unit loads."""
 
     @abstractmethod
@@ -212,7 +214,7 @@ class PinModel(ABC):
     films: "Mapping[End, Films]" = MappingProxyType({})  #: oil films that load the bores
     resting: Instants = joined(())  #: load cases of a rod on which nothing acts but the model itself
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: PinModelContext) -> None:
         self.structure = structure
 
     @property
@@ -221,7 +223,7 @@ class PinModel(ABC):
         return ""
 
     @classmethod
-    def of(cls, structure: Structure) -> Self:
+    def of(cls, structure: PinModelContext) -> Self:
         """Prepare the model for a rod; what takes long waits. Raises `InvalidValue`: a pin does not fit."""
         return cls(structure)
 
@@ -249,12 +251,14 @@ def inertial_fields(inertia: Inertia) -> tuple[list[Floats], list[Floats]]:
     return [split.symmetric for split in even], [odd_part(split) for split in odd]
 
 
-def odd_part(split: Split) -> Floats:
+def odd_part(split: ParityPair) -> Floats:
     """The antisymmetric part of a field, or all of it on a cell that is not cut at y = 0."""
     return split.symmetric if split.antisymmetric is None else split.antisymmetric
 
 
-def total(parts: Sequence[Split]) -> Split:
+def total(parts: Sequence[ParityPair]) -> ParityPair:
     """Sum of fields."""
     odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
-    return Split(np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None)
+    return ParityPair(
+        np.sum([part.symmetric for part in parts], axis=0), np.sum(odd, axis=0) if odd else None
+    )

@@ -14,11 +14,20 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.units import DEG
-from fea.pins.model import PinModel, Response, Structure, UnitLoads, Weights, inertial_fields, odd_part, total
+from fea.pins.model import (
+    PinModel,
+    PinModelContext,
+    Response,
+    UnitLoads,
+    Weights,
+    inertial_fields,
+    odd_part,
+    total,
+)
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, BoreLoad, bore_facets, bore_load, radial_loads, wrapped
 from fea.solid.inertia import Inertia, Tilt
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure, PressureArc
@@ -64,7 +73,7 @@ class PrescribedPins(PinModel):
         self._rod_length = bores.rod_length
 
     @classmethod
-    def of(cls, structure: Structure) -> Self:
+    def of(cls, structure: PinModelContext) -> Self:
         """Prepare the model for a rod."""
         with structure.clock("loads"):
             rod = structure
@@ -94,7 +103,7 @@ class PrescribedPins(PinModel):
             force, *moments = self.tilt.out_of_plane(forces.symmetric)
             length = self._rod_length
             tilt = float(max(abs(force) * length, *map(abs, moments)) / (largest * length))
-            forces = Split(self.tilt.balanced(forces.symmetric), None)
+            forces = ParityPair(self.tilt.balanced(forces.symmetric), None)
         return Response(
             forces=forces,
             traction={surface: load.traction for surface, load in loads.items()},

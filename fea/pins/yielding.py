@@ -22,7 +22,7 @@ from fea.film.grid import FilmGrid
 from fea.film.journal import ElasticBore
 from fea.pins.bonded import BondedBore
 from fea.pins.fits import Fits
-from fea.pins.model import Structure, inertial_fields
+from fea.pins.model import PinModelContext, inertial_fields
 from fea.rod.meshed_rod import Bores
 from fea.solid.bore import BoreFacets, bore_facets, radial_forces
 from fea.solid.parity import Parity
@@ -63,7 +63,7 @@ class End(StrEnum):
         """The surface of its bore."""
         return Surface(f"{self}_bore")
 
-    def pressed_in(self, structure: Structure) -> bool:
+    def pressed_in(self, structure: PinModelContext) -> bool:
         """Whether the pin is pressed into it, so that there is no film."""
         fit = structure.contact.small_end_clearance_mm
         return self is End.SMALL and fit is not None and fit <= 0
@@ -73,7 +73,7 @@ class End(StrEnum):
         """The end across the rod."""
         return End.SMALL if self is End.BIG else End.BIG
 
-    def facets(self, structure: Structure) -> BoreFacets:
+    def facets(self, structure: PinModelContext) -> BoreFacets:
         """Its bore in the mesh, about its middle; of a slanted one, the mean width is that everywhere.
 
         Places along the width and areas are those of this width, so that forces are those of the pressures.
@@ -86,13 +86,13 @@ class End(StrEnum):
         corners[..., 2] /= at_nodes
         return replace(facets, corners=corners, areas=facets.areas / there)
 
-    def middle(self, structure: Structure) -> float:
+    def middle(self, structure: PinModelContext) -> float:
         """Place of the middle of its bore along z, mm."""
         mesh = structure.mesh
         z = mesh.points[np.unique(mesh.facets[self.bore]), 2]
         return 0.0 if Surface.SYMMETRY_Z in mesh.facets else float(z.min() + z.max()) / 2
 
-    def material(self, structure: Structure) -> Material:
+    def material(self, structure: PinModelContext) -> Material:
         """That of the part at its bore."""
         mesh = structure.mesh
         if mesh.part is None:
@@ -106,7 +106,7 @@ class End(StrEnum):
             return bores.big_radius, bores.big_width
         return bores.small_radius, bores.small_width
 
-    def functions(self, structure: Structure) -> BoreFunctions:
+    def functions(self, structure: PinModelContext) -> BoreFunctions:
         """Smooth functions on its bore."""
         mirrored = Surface.SYMMETRY_Z in structure.mesh.facets
         return BoreFunctions(*self.size(structure.bores), mirrored=mirrored)
@@ -230,7 +230,9 @@ class YieldingBore:
     pin: "YieldingPin | None" = None  #: None for a rigid one
 
     @classmethod
-    def of(cls, structure: Structure, end: End = End.BIG, parts: Assembled | None = None) -> "YieldingBore":
+    def of(
+        cls, structure: PinModelContext, end: End = End.BIG, parts: Assembled | None = None
+    ) -> "YieldingBore":
         """Solve for unit pressures on the bore, unit forces of the other pin and unit motions.
 
         The sum of what acts at an instant balances; each unit alone does not, and is held by the restraints.

@@ -203,9 +203,9 @@ class _Model:  # drawn in the open session
             edges = creases(solid.faces, made.mesh, solid.bodies)
             movable = None
             if request.movable:
-                from mesh.moving import MovableMesh, anchors  # noqa: PLC0415 - few meshes are moved
+                from mesh.moving import MovableMesh, classify  # noqa: PLC0415 - few meshes are moved
 
-                movable = MovableMesh(made.mesh, anchors(made.mesh))
+                movable = MovableMesh(made.mesh, classify(made.mesh))
         warnings = tuple(dict.fromkeys((*self._drawing_warnings, *made.warnings)))
         of_errors = request.follows_errors, bool(request.wanted)
         meshing = Meshing(size, made.quality, made.repair, warnings, *of_errors)

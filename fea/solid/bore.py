@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fea.solid.element import shape_functions, tabulate
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -182,8 +182,8 @@ ANGLE_DECIMALS = 9
 class BoreLoad:
     """A bore pressure on the cell."""
 
-    forces: Split  #: nodal forces, N
-    traction: Split  #: at the bore's nodes, MPa, zero elsewhere
+    forces: ParityPair  #: nodal forces, N
+    traction: ParityPair  #: at the bore's nodes, MPa, zero elsewhere
     scale: float  #: factor on the analytic peak pressure that made the resultant exact
 
 
@@ -205,7 +205,7 @@ def bore_load(
     sides = (1, -1) if bore.cut_y else (1,)  # the cell, and its mirror image reflected onto the cell
     if not magnitude:
         nothing = np.zeros((n_nodes, 3))
-        split = Split(nothing, nothing if bore.cut_y else None)
+        split = ParityPair(nothing, nothing if bore.cut_y else None)
         return BoreLoad(split, split, 1.0)
     on_bore, nodes = np.unique(bore.nodes, return_inverse=True)  # sums over the nodes of the bore only
     local = replace(bore, nodes=nodes.reshape(bore.nodes.shape))
@@ -241,12 +241,12 @@ def bore_load(
     return BoreLoad(_split(forces), _split(tractions), float(factors[0]))
 
 
-def _split(fields: list[Floats]) -> Split:
+def _split(fields: list[Floats]) -> ParityPair:
     """Split a field into its parities, from its values on the cell and on its mirror image, if any."""
     if len(fields) == 1:
-        return Split(fields[0], None)
+        return ParityPair(fields[0], None)
     here, image = fields
-    return Split((here + image) / 2, (here - image) / 2)
+    return ParityPair((here + image) / 2, (here - image) / 2)
 
 
 # Even harmonics of the radial displacement; odd ones move a bore without changing any diameter, or cancel on

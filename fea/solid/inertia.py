@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.base.choices import Assembly
+from fea.base.choices import MatrixAssembly
 from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
 from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from fea.solid.scikit_fem import moment, volume_moments
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, vector
@@ -35,16 +35,18 @@ class Inertia:
     properties: MassProperties
     cut_y: bool  #: whether the mesh is cut at y = 0
 
-    def forces(self, motion: Instants) -> Split:
+    def forces(self, motion: Instants) -> ParityPair:
         """D'Alembert forces −ρ(a₀ + α × x − ω² x) as nodal forces, N."""
         ax, square, ay, alpha = motion.motions
         m, (mx, my, _), none = self.weight, self.moments.T, np.zeros_like(self.weight)
         symmetric = np.stack([square * mx - ax * m, square * my, none], axis=1)
         antisymmetric = np.stack([alpha * my, -ay * m - alpha * mx, none], axis=1)
-        return Split.of(symmetric, antisymmetric, cut=self.cut_y)
+        return ParityPair.of(symmetric, antisymmetric, cut=self.cut_y)
 
 
-def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembly.BATCHED) -> Inertia:
+def inertia(
+    mesh: TetMesh, density: float | Floats, assembly: MatrixAssembly = MatrixAssembly.BATCHED
+) -> Inertia:
     """Integrate mass and its moments over a cell; the planes it is cut at complete the properties.
 
     The density is that of every element, or (n_elements,) of each, t/mm³. Whatever integrates the nodal
@@ -52,7 +54,7 @@ def inertia(mesh: TetMesh, density: float | Floats, assembly: Assembly = Assembl
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
-    if assembly is Assembly.SCIKIT_FEM:
+    if assembly is MatrixAssembly.SCIKIT_FEM:
         fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
         weight, *moments = volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
     else:
@@ -145,7 +147,7 @@ def resultants(points: Floats, forces: Floats) -> Floats:
     return np.concatenate([forces.sum(axis=0), np.cross(points, forces).sum(axis=0)])
 
 
-def imbalance(points: Floats, forces: Split, images: int) -> tuple[float, float]:
+def imbalance(points: Floats, forces: ParityPair, images: int) -> tuple[float, float]:
     """Resultant force (N) and moment about z (N·mm) of nodal forces on the whole rod, both zero in balance.
 
     The nodes (n_nodes, 3) and forces are those of the cell, of which `images` make the whole rod.

@@ -17,7 +17,7 @@ class Parity(IntEnum):
 
 
 @dataclass(frozen=True)
-class Split:
+class ParityPair:
     """Symmetric and antisymmetric part of a field about y = 0 on the meshed cell, each (n_nodes, 3).
 
     The second is None for a model that is not cut there.
@@ -27,7 +27,7 @@ class Split:
     antisymmetric: Floats | None
 
     @classmethod
-    def of(cls, even: Floats, odd: Floats, *, cut: bool) -> "Split":
+    def of(cls, even: Floats, odd: Floats, *, cut: bool) -> "ParityPair":
         """Return the pair for a model that is cut at y = 0; on another the parts add up."""
         return cls(even, odd) if cut else cls(even + odd, None)
 

@@ -22,7 +22,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import minres
 
-from fea.base.choices import Assembly, SolverName, Support
+from fea.base.choices import MatrixAssembly, SolverName, Support
 from fea.base.material import Material, of_parts
 from fea.machine.clock import Clock
 from fea.solid.assembly import SymmetricMatrix
@@ -34,11 +34,11 @@ from fea.solid.element import (
     stiffness_degree,
 )
 from fea.solid.errors import StagnationError
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients, stacked
 from fea.solvers.linear_solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
-from fea.solvers.static import Model, Solution, right_hand_sides
+from fea.solvers.static import Model, StaticSolution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
 from mesh.tetmesh import TetMesh
@@ -304,7 +304,7 @@ class MixedModel(Model):
         *,
         solver: SolverName = SolverName.AUTO,
         clock: Clock | None = None,
-        assembly: Assembly = Assembly.BATCHED,
+        assembly: MatrixAssembly = MatrixAssembly.BATCHED,
     ) -> None:
         shearing = tuple(m.without_lambda() if n in soft else m for n, m in enumerate(materials))
         elastic = of_parts(shearing, mesh.part)
@@ -317,7 +317,7 @@ class MixedModel(Model):
         """Degrees of freedom over the parities factorised so far, including the pressures."""
         return super().solved_dofs + sum(int(self._alive(parity).sum()) for parity in self._factorised)
 
-    def solve(self, loads: Sequence[Split]) -> Solution:
+    def solve(self, loads: Sequence[ParityPair]) -> StaticSolution:
         """Displacements and pressures of the cell under each load.
 
         Raises `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`; `StagnationError`: the mesh

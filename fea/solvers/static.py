@@ -8,12 +8,12 @@ from typing import TypeVar
 import numpy as np
 from scipy import sparse
 
-from fea.base.choices import Assembly, SolverName, Support
+from fea.base.choices import MatrixAssembly, SolverName, Support
 from fea.base.material import Material, Materials
 from fea.machine.clock import Clock
 from fea.solid.assembly import Pattern, SymmetricMatrix, pattern, stiffness
 from fea.solid.errors import StagnationError
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.scikit_fem import assembled_stiffness
 from fea.solid.supports import (
     clamped,
@@ -35,7 +35,7 @@ Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
-class Solution:
+class StaticSolution:
     """Displacement of every load case."""
 
     #: Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent if no load has one
@@ -47,7 +47,7 @@ class Solution:
     #: Condition number of the stiffness, per parity (`fea.solvers.residuals`), if it was estimated
     condition: dict[Parity, float] = field(default_factory=dict)
 
-    def moved(self, shifts: Sequence[Split]) -> "Solution":
+    def moved(self, shifts: Sequence[ParityPair]) -> "StaticSolution":
         """Return the solution with a further displacement in each case, which causes no stress."""
         moved = {
             parity: u + np.stack([shift.part(parity) for shift in shifts], axis=-1)
@@ -80,7 +80,7 @@ class Model:
         solver: SolverName = SolverName.AUTO,
         clock: Clock | None = None,
         *,
-        assembly: Assembly = Assembly.BATCHED,
+        assembly: MatrixAssembly = MatrixAssembly.BATCHED,
         symbolic: Symbolic | None = None,
     ) -> None:
         self.mesh = mesh
@@ -97,7 +97,7 @@ class Model:
         self._restraints = _restraints(mesh, support)
         with self._clock("assembly"):
             self._layout = pattern(mesh.tets, len(mesh.points)) if symbolic is None else symbolic.layout
-            if assembly is Assembly.BATCHED:
+            if assembly is MatrixAssembly.BATCHED:
                 self._K = stiffness(mesh, material, self._layout)
             else:
                 self._K = assembled_stiffness(mesh, material)
@@ -172,7 +172,7 @@ class Model:
             self._factorised_by(self._solver.factorise, parity)
         return self._factorised.index(parity)
 
-    def solve(self, loads: Sequence[Split]) -> Solution:
+    def solve(self, loads: Sequence[ParityPair]) -> StaticSolution:
         """Displacements of the cell under each load.
 
         Raises `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the
@@ -185,7 +185,7 @@ class Model:
         sides = {parity: part.reshape(len(part), -1).T for parity, part in forces.items()}
         return self._solution(sides, self._refined).displacement
 
-    def solve_sums(self, columns: Mapping[Parity, Floats]) -> Solution:
+    def solve_sums(self, columns: Mapping[Parity, Floats]) -> StaticSolution:
         """Displacements under sums of the forces of `compliance`, by columns of weights (k, n)."""
 
         def summed(parity: Parity, slot: int, weights: Floats) -> tuple[Floats, Residuals]:
@@ -199,14 +199,14 @@ class Model:
         self,
         sides: Mapping[Parity, Floats],
         solved: Callable[[Parity, int, Floats], tuple[Floats, Residuals]],
-    ) -> Solution:
+    ) -> StaticSolution:
         displacement, checked = {}, {}
         for parity, side in sides.items():
             slot = self._slot(parity)
             with self._clock("solve"):
                 u, checked[parity] = solved(parity, slot, side)
             displacement[parity] = u.reshape(len(self.mesh.points), 3, -1)
-        return Solution(displacement, checked, condition=dict(self._condition))
+        return StaticSolution(displacement, checked, condition=dict(self._condition))
 
     def _refined(
         self, parity: Parity, slot: int, f: Floats, u: Floats | None = None
@@ -277,7 +277,7 @@ def unheld(forces: sparse.csc_array, fixed: Mask) -> sparse.csc_array:
     return sparse.csc_array((data, forces.indices, forces.indptr), forces.shape)
 
 
-def right_hand_sides(loads: Sequence[Split]) -> dict[Parity, Floats]:
+def right_hand_sides(loads: Sequence[ParityPair]) -> dict[Parity, Floats]:
     """Columns (3 n_nodes, n_cases) per parity; the antisymmetric ones only if a load has that part."""
 
     def column_stack(parts: Sequence[Floats]) -> Floats:

@@ -25,7 +25,7 @@ _SHARE = 1e-2
 
 
 @dataclass(frozen=True)
-class Modes:
+class VibrationModes:
     """Modes of vibration."""
 
     #: (n_modes,) f = ω/2π, Hz, increasing; the first six are the rigid-body modes of a free body
@@ -34,7 +34,9 @@ class Modes:
     backward_error: float  #: largest ‖Kφ − ω²Mφ‖ / (‖K‖ ‖φ‖ + ω² ‖M‖ ‖φ‖), maximum norms
 
 
-def free_modes(mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int) -> Modes:
+def free_modes(
+    mesh: TetMesh, material: Material | Materials, density: float | Floats, count: int
+) -> VibrationModes:
     """Find the `count` lowest elastic modes of a free body, and its six rigid-body modes.
 
     The density is that of every element, or (n_elements,) of each, t/mm³. Raises `SingularMatrixError`: the
@@ -65,7 +67,7 @@ def free_modes(mesh: TetMesh, material: Material | Materials, density: float | F
     residual = np.abs(K @ vectors - values * (M @ vectors)).max(axis=0)
     scale = (K.norm() + np.abs(values) * M.norm()) * np.abs(vectors).max(axis=0)
     frequencies = np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
-    return Modes(frequencies, vectors.reshape(-1, 3, len(values)), float((residual / scale).max()))
+    return VibrationModes(frequencies, vectors.reshape(-1, 3, len(values)), float((residual / scale).max()))
 
 
 def _sum(K: SymmetricMatrix, M: SymmetricMatrix, factor: float) -> SymmetricMatrix:

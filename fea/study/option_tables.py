@@ -88,8 +88,8 @@ class AnalysisTable(StudyTable, table="analysis"):
         "linear solver: pardiso, cholmod or amg; auto chooses by the memory that it needs",
         "solver",
     )
-    matrix_assembly: choices.Assembly = choice(
-        choices.Assembly.BATCHED,
+    matrix_assembly: choices.MatrixAssembly = choice(
+        choices.MatrixAssembly.BATCHED,
         "assembly of the stiffness matrix: batched, or scikit-fem: the same from its weak form, more slowly",
         "matrix_assembly",
         alias="assembly",

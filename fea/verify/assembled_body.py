@@ -9,7 +9,7 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.material import Material, of_parts
-from fea.contact.assembled import Assembled, Warming
+from fea.contact.assembled import Assembled, TemperatureChange
 from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
 from fea.contact.interfaces import MatingFaces
@@ -93,7 +93,7 @@ class AssembledBody:
         *,
         friction: float = 0.0,
         preload: Sequence[float] = (),
-        warming: Warming | None = None,
+        warming: TemperatureChange | None = None,
     ) -> None:
         self.mesh, self.materials = mesh, tuple(materials)
         self.model = Model(mesh, of_parts(materials, mesh.part), Support.INERTIA_RELIEF)

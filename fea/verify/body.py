@@ -10,7 +10,7 @@ import numpy as np
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.recovery import Recovery
 from fea.solvers.static import Model, displacement
 from geometry.arrays import Floats, Ints, Mask
@@ -166,7 +166,7 @@ class SolvedBody:
         return nearest
 
 
-def relieved(mesh: TetMesh, load: Split, parity: Parity = Parity.SYMMETRIC) -> Floats:
+def relieved(mesh: TetMesh, load: ParityPair, parity: Parity = Parity.SYMMETRIC) -> Floats:
     """Displacement (n_nodes, 3, 1) of a free steel body under a load that balances its inertia."""
     solution = Model(mesh, STEEL, Support.INERTIA_RELIEF).solve([load])
     return solution.displacement[parity]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from assemblies import NUTS, SIMPLE, write_assembly
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.analysis.meshing import mesh_study
 from fea.apps.result import analyse
 from fea.contact.bolts import BoltPull
@@ -40,7 +40,7 @@ def test_the_bolts_of_a_file_are_those_of_the_dimensions(study, mesh):
     drawn = load_study("leon-2001")
     bolts = AssemblyTable(bolt_preload_kN=25.0, bolt_head_mm=14.0, bolt_nut_mm=13.0)
     drawn = replace(drawn, rod=replace(drawn.rod, dimensions=PLAIN), assembly=bolts)
-    found, expected = Assembling.of(study, mesh), Assembling.of(drawn)
+    found, expected = AssemblySetup.of(study, mesh), AssemblySetup.of(drawn)
     assert vars(found.bolt.bolt) == {
         key: pytest.approx(value) if isinstance(value, float) else value
         for key, value in vars(expected.bolt.bolt).items()

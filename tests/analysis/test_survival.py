@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from written_figures import buckling, cycle, result
 
 from fea.analysis.survival import factors, survival
-from fea.judge.safety_factor import Answer, SafetyFactor
+from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer
 
 
 def tension(value, error_percent=2.0):
@@ -142,18 +142,18 @@ def test_a_bound_beside_a_smaller_factor_stands_behind_it():
 @pytest.mark.parametrize("bound", [0.97, 1.4])
 def test_a_bound_that_does_not_fail_is_no_judgement(bound):
     verdict = survival([tension(1.99)], fatigue_at_most=fatigue(bound, 5.0, "shank"))
-    assert verdict.answer == Answer.NOT_JUDGED
+    assert verdict.answer == SurvivalAnswer.NOT_JUDGED
     assert verdict.text.endswith(f"fatigue is not judged, its factor is at most {bound:.2f} (--cycle)")
 
 
 @given(st.floats(0.05, 20), st.floats(0, 40), st.floats(0.5, 3))
 def test_the_tolerance_it_names_decides(value, bar, required):
     verdict = survival([tension(value, bar), fatigue(99.0)], required)
-    if verdict.answer != Answer.UNDECIDED or "--tolerance" not in verdict.text:
+    if verdict.answer != SurvivalAnswer.UNDECIDED or "--tolerance" not in verdict.text:
         return
     named = float(verdict.text.split("--tolerance ")[1].split()[0])
     assert named < bar
-    assert survival([tension(value, named), fatigue(99.0)], required).answer != Answer.UNDECIDED
+    assert survival([tension(value, named), fatigue(99.0)], required).answer != SurvivalAnswer.UNDECIDED
 
 
 def test_every_factor_of_a_run_is_judged():

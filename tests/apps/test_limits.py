@@ -14,7 +14,7 @@ from program import fea as program
 from scipy.interpolate import RegularGridInterpolator
 
 import fea
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
 from fea.apps.limits.engine import ScaledEngine
@@ -226,10 +226,10 @@ class Springs(RodFactors):
 def test_a_bolt_yields_where_its_diagram_says():
     """Without gas the pull is in proportion to speed squared, so that the limit speed follows; 1 %."""
     own = load_study("leon-2001-bolted")
-    bolt = Assembling.of(own).bolt.bolt
+    bolt = AssemblySetup.of(own).bolt.bolt
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
     engine = ScaledEngine(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
-    model = Springs(Assembling.of(own))
+    model = Springs(AssemblySetup.of(own))
     search = LimitSearch(model, engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None)
     twisting = math.sqrt(bolt.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
     strongest = bolt.least_area * math.sqrt((bolt.strength.yield_strength / 1.1) ** 2 - twisting**2)
@@ -261,7 +261,7 @@ def test_what_was_estimated_first_is_solved_in_the_end():
     line, edges = OperatingLine("load", engine, lambda rpm: (rpm, 0.0), (500.0, engine.fastest)), []
     spreads = []
     for kind in (Estimated, Springs):
-        model = kind(Assembling.of(own))
+        model = kind(AssemblySetup.of(own))
         search = LimitSearch(model, engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None)
         survey = search.survey()
         for search.certain in (False, True):

@@ -184,8 +184,6 @@ def timed(what, job, repeat=1):
 
 FIRST = """
 from fea.apps.studio.live_rod import LiveRod
-from fea.study.study import load_study
-from fea.study.study import load_study
 rod = LiveRod(load_study({!r}))
 rod.frame({{}}, rod.operation)
 """

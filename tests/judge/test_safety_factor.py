@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fea.judge.safety_factor import Answer, SafetyFactor, interval, printed
+from fea.judge.safety_factor import SafetyFactor, SurvivalAnswer, interval, printed
 
 FACTORS = st.floats(0.005, 50)
 BARS = st.floats(0.01, 90)
@@ -66,9 +66,9 @@ def test_what_is_printed_does_not_promise_more_than_the_answer(value, percent):
     factor = SafetyFactor.of_stress(value, percent)
     low, high = ends(factor)
     answer, rounding = factor.answer(1.0), 1.51 * unit(factor)
-    if answer is Answer.UNDECIDED:
+    if answer is SurvivalAnswer.UNDECIDED:
         assert low - rounding <= 1 <= high + rounding
-    elif answer is Answer.SURVIVES:
+    elif answer is SurvivalAnswer.SURVIVES:
         assert low >= 1 - rounding
     else:
         assert high <= 1 + rounding

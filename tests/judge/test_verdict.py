@@ -8,7 +8,7 @@ from fea.analysis.meshing import mesh_study
 from fea.base.choices import CONVERGED_PERCENT
 from fea.judge.case_error import CaseError
 from fea.judge.case_result import CaseFields, case_result
-from fea.judge.verdict import CAP, Verdict, peak, widened
+from fea.judge.verdict import CAP, ConvergenceVerdict, peak, widened
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.recovery import Recovery
 from fea.solid.singular import BoundaryEdges, masked_nodes
@@ -29,8 +29,8 @@ def test_a_place_that_comes_second_counts_with_its_error():
     found = peak(np.array([100.0, 90.0, 10.0]), np.array([2.0, 20.0, 1.0]))
     assert (found.node, found.value, found.bar) == (0, 100.0, 10.0)
     assert found.error_percent == pytest.approx(10.0)
-    assert found.verdict() is Verdict.NOT_CONVERGED
-    assert found.verdict(12.0) is Verdict.CONVERGED
+    assert found.verdict() is ConvergenceVerdict.NOT_CONVERGED
+    assert found.verdict(12.0) is ConvergenceVerdict.CONVERGED
 
 
 def test_the_bar_of_a_file_s_mesh_that_is_too_coarse_for_its_estimate_is_wider():
@@ -44,17 +44,17 @@ def test_the_threshold_is_the_documented_one():
     def verdict(percent):
         return peak(np.array([100.0]), np.array([percent])).verdict()
 
-    assert verdict(CONVERGED_PERCENT) is Verdict.CONVERGED
-    assert verdict(CONVERGED_PERCENT + 0.1) is Verdict.NOT_CONVERGED
+    assert verdict(CONVERGED_PERCENT) is ConvergenceVerdict.CONVERGED
+    assert verdict(CONVERGED_PERCENT + 0.1) is ConvergenceVerdict.NOT_CONVERGED
 
 
 def test_a_masked_place_counts_in_the_unmasked_peak_only():
     value, error, masked = np.array([300.0, 100.0]), np.array([50.0, 1.0]), np.array([True, False])
     found = peak(value, error, masked)
     assert (found.node, found.value, found.unmasked) == (1, 100.0, 300.0)
-    assert found.verdict() is Verdict.CONVERGED  # of the figure that is reported
+    assert found.verdict() is ConvergenceVerdict.CONVERGED  # of the figure that is reported
     assert found.diverges
-    assert peak(value, error, ~masked).verdict() is Verdict.NOT_CONVERGED
+    assert peak(value, error, ~masked).verdict() is ConvergenceVerdict.NOT_CONVERGED
 
 
 def test_no_stress_has_no_error():
@@ -134,7 +134,7 @@ def test_a_sharp_re_entrant_corner_diverges(order):
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_rounded_corner_does_not(order):
     mesh, found = judged(4.0, order)
-    assert found.verdict(1e6) is Verdict.CONVERGED
+    assert found.verdict(1e6) is ConvergenceVerdict.CONVERGED
     assert not found.diverges
     assert not BoundaryEdges(mesh).singular_nodes().size
 

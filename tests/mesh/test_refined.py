@@ -3,7 +3,7 @@ import pytest
 
 from geometry.bodies import block
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.quality import scaled_jacobian, shape
 from mesh.tetmesh import raised, refined
 
@@ -53,5 +53,5 @@ def test_raising_agrees_with_gmsh():
 
 def test_fine_surfaces_have_smaller_elements():
     corners = block(10.0, 10.0, 10.0)
-    plain, fine = mesh_body(corners, 4.0), mesh_body(corners, 4.0, fine={Surface.FREE: Fine(1.0)})
+    plain, fine = mesh_body(corners, 4.0), mesh_body(corners, 4.0, fine={Surface.FREE: LocalSize(1.0)})
     assert len(fine.tets) > 3 * len(plain.tets)

@@ -14,7 +14,7 @@ from studies import plain_study
 
 import fea
 from fea.analysis.pipeline import prepare, solve_speed
-from fea.base.choices import Assembly, SolverName, Support
+from fea.base.choices import MatrixAssembly, SolverName, Support
 from fea.base.material import Material, Materials
 from fea.solid import scikit_fem as forms
 from fea.solid.assembly import GeometricStiffness, pattern, stiffness
@@ -194,7 +194,7 @@ def test_geometric_stiffness(mesh, materials):
 
 
 def test_weights_of_inertia(mesh, materials):
-    ours, theirs = (inertia(mesh, materials.density, assembly) for assembly in Assembly)
+    ours, theirs = (inertia(mesh, materials.density, assembly) for assembly in MatrixAssembly)
     for name in ("weight", "moments"):
         close(getattr(theirs, name), getattr(ours, name))
     assert theirs.properties == ours.properties
@@ -237,7 +237,7 @@ def test_every_solver_takes_it(solver, without_kernel):
     load = [tilted_load(mesh)]
     ours = Model(mesh, STEEL, Support.CLAMPED, solver).solve(load)
     with without_kernel():
-        theirs = Model(mesh, STEEL, Support.CLAMPED, solver, assembly=Assembly.SCIKIT_FEM).solve(load)
+        theirs = Model(mesh, STEEL, Support.CLAMPED, solver, assembly=MatrixAssembly.SCIKIT_FEM).solve(load)
     for parity in Parity:
         close(theirs.displacement[parity], ours.displacement[parity], rel=1e-9)
 
@@ -248,16 +248,16 @@ def test_parts_with_a_pressure_take_it(without_kernel):
     load = [tilted_load(mesh)]
     ours = MixedModel(mesh, materials, [1], Support.CLAMPED).solve(load)
     with without_kernel():
-        model = MixedModel(mesh, materials, [1], Support.CLAMPED, assembly=Assembly.SCIKIT_FEM)
+        model = MixedModel(mesh, materials, [1], Support.CLAMPED, assembly=MatrixAssembly.SCIKIT_FEM)
     theirs = model.solve(load)
     for parity in Parity:
         close(theirs.displacement[parity], ours.displacement[parity], rel=1e-9)
 
 
 def test_a_study_may_ask_for_it():
-    asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(load_study())
+    asked = Flags(assembly=MatrixAssembly.SCIKIT_FEM).applied(load_study())
     again = parse_study(asked.text(), "again", asked.folder)
-    assert asked.analysis.matrix_assembly is again.analysis.matrix_assembly is Assembly.SCIKIT_FEM
+    assert asked.analysis.matrix_assembly is again.analysis.matrix_assembly is MatrixAssembly.SCIKIT_FEM
     with pytest.raises(InvalidValue, match=r"analysis.matrix_assembly.*Choose from batched, scikit-fem"):
         parse_study(asked.text().replace("scikit-fem", "by-hand"), "again", asked.folder)
 
@@ -269,7 +269,7 @@ def test_a_run_finds_the_same_stress(without_kernel, monkeypatch):
     weighed = Mock(wraps=volume_moments)
     monkeypatch.setattr("fea.solid.inertia.volume_moments", weighed)
     with without_kernel():
-        asked = Flags(assembly=Assembly.SCIKIT_FEM).applied(study)
+        asked = Flags(assembly=MatrixAssembly.SCIKIT_FEM).applied(study)
         theirs = solve_speed(prepare(asked), 6000.0)
     for one, other in zip(ours.cases.values(), theirs.cases.values(), strict=True):
         close(other.stress, one.stress, rel=1e-10)

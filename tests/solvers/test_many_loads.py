@@ -5,7 +5,7 @@ import pytest
 
 from fea.base.choices import Support
 from fea.base.material import Material
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solvers.residuals import CHECKED_SINGLY, REFINE_ABOVE, residuals
 from fea.solvers.static import Model
 from geometry.bodies import block
@@ -36,13 +36,13 @@ def _checked(bar, u, f):
 
 
 def test_right_solutions_pass(bar, loads):
-    found = bar.solve([Split(force, None) for force in loads])
+    found = bar.solve([ParityPair(force, None) for force in loads])
     assert found.residuals[Parity.SYMMETRIC].backward_error < 1e-14
 
 
 @pytest.mark.parametrize("wrong", range(1, COLUMNS))
 def test_a_column_that_is_wrong_shows_whatever_its_size(bar, loads, wrong):
-    u = bar.solve([Split(force, None) for force in loads]).displacement[Parity.SYMMETRIC].copy()
+    u = bar.solve([ParityPair(force, None) for force in loads]).displacement[Parity.SYMMETRIC].copy()
     u[..., wrong] *= 1 + 1e-9
     u, f = u.reshape(-1, COLUMNS), loads.reshape(COLUMNS, -1).T
     alone = _checked(bar, u[:, [wrong]], f[:, [wrong]])
@@ -51,6 +51,10 @@ def test_a_column_that_is_wrong_shows_whatever_its_size(bar, loads, wrong):
 
 
 def test_what_is_not_finite_is_no_solution(bar, loads):
-    u = bar.solve([Split(force, None) for force in loads]).displacement[Parity.SYMMETRIC].reshape(-1, COLUMNS)
+    u = (
+        bar.solve([ParityPair(force, None) for force in loads])
+        .displacement[Parity.SYMMETRIC]
+        .reshape(-1, COLUMNS)
+    )
     u[7, 5] = np.nan
     assert _checked(bar, u, loads.reshape(COLUMNS, -1).T) == np.inf

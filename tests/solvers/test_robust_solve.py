@@ -9,7 +9,7 @@ from fea.base.choices import SolverName, Support
 from fea.base.material import Material, Materials
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.errors import StagnationError, UnderconstrainedError
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.supports import require_restrained
 from fea.solvers import static as solve
 from fea.solvers.direct import factorise
@@ -49,7 +49,7 @@ def test_pieces_that_nothing_joins_are_not_held_one_by_one(bar):
     both = twice(bar)
     model = solve.Model(both, STEEL, Support.INERTIA_RELIEF)
     with pytest.raises(UnderconstrainedError, match="2 disconnected pieces"):
-        model.solve([Split(np.ones_like(both.points), None)])
+        model.solve([ParityPair(np.ones_like(both.points), None)])
 
 
 def test_the_motion_left_is_named(bar):
@@ -106,7 +106,7 @@ def test_every_run_estimates_its_condition_beside_the_loads(bar):
     stretch = np.where(np.arange(3) == 0, bar.points, 0.0).reshape(-1, 1)
     load = model._K @ stretch
     assert condition_of(model._K, stretch, load) < 0.3 * exact
-    (found,) = model.solve([Split(load.reshape(-1, 3), None)]).condition.values()
+    (found,) = model.solve([ParityPair(load.reshape(-1, 3), None)]).condition.values()
     assert 0.3 * exact < found < 5 * exact
 
 
@@ -144,7 +144,7 @@ class Sloppy:
 def pulled(bar):
     forces = np.zeros_like(bar.points)
     forces[bar.points[:, 0].argmin(), 0], forces[bar.points[:, 0].argmax(), 0] = -1.0, 1.0
-    return [Split(forces, None)]
+    return [ParityPair(forces, None)]
 
 
 def test_a_stagnating_solver_hands_over(bar, monkeypatch):

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator
 
-from fea.analysis.assembling import Assembling
+from fea.analysis.assembling import AssemblySetup
 from fea.base.choices import BoltGrade, ThreadRolled
 from fea.base.note import NoteKind
 from fea.judge.bolt_choice import BoltSeats, choose_bolt, seats_of
@@ -32,7 +32,7 @@ def read(text, rod=ROD):
 
 
 def assembling(text):
-    found = Assembling.of(read(text))
+    found = AssemblySetup.of(read(text))
     assert found is not None
     return found
 
@@ -306,7 +306,7 @@ def test_the_seats_of_a_rod_given_by_dimensions_are_ones_that_can_be_drawn():
         study = read("[assembly]\n", ROD.replace("72.0", f"{spacing}"))
         seats = seats_of(study.rod.dimensions)
         assert (seats.hole, seats.length, seats.cap) == (9.0, 40.0, 20.0)
-        check(study.rod.dimensions, Assembling.of(study).geometry)
+        check(study.rod.dimensions, AssemblySetup.of(study).geometry)
 
 
 def test_fits_and_temperature_are_judged_and_said():
@@ -339,5 +339,5 @@ def test_the_examples_of_the_template_are_ones_that_work(key):
         text, found = re.subn(rf"(?m)^# ({shown} = )", r"\1", text)
         assert found == 1, shown
     study = parse_study(text, "template", Path.cwd())
-    check(study.rod.dimensions, Assembling.of(study).geometry)
+    check(study.rod.dimensions, AssemblySetup.of(study).geometry)
     Draft202012Validator(study_schema()).validate(tomllib.loads(text))

@@ -7,7 +7,7 @@ import numpy as np
 
 from fea.solid.bore import bore_facets, bore_load
 from fea.solid.inertia import inertia
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 from fea.solid.supports import rigid_modes
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure
@@ -91,7 +91,7 @@ def tilted_load(mesh):
         )
         parts.append(load.forces)
     odd = [part.antisymmetric for part in parts if part.antisymmetric is not None]
-    return Split(sum(part.symmetric for part in parts), sum(odd) if odd else None)
+    return ParityPair(sum(part.symmetric for part in parts), sum(odd) if odd else None)
 
 
 def without_rigid_motion(points, u):

@@ -4,7 +4,7 @@ import numpy as np
 
 from fea.pins.prescribed import LinearPins
 from fea.solid.bore import BoreLoad
-from fea.solid.parity import Split
+from fea.solid.parity import ParityPair
 
 
 class EvenPins(LinearPins):
@@ -21,6 +21,6 @@ class EvenPins(LinearPins):
             along, across = (
                 np.outer(shape, vector) / area for vector in ([force[0], 0, 0], [0, force[1], 0])
             )
-            return Split(along, across) if facets.cut_y else Split(along + across, None)
+            return ParityPair(along, across) if facets.cut_y else ParityPair(along + across, None)
 
         return BoreLoad(split(share), split(touched), 1.0)

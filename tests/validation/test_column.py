@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from fea.judge.column import Column, Plane, column, euler_load
-from geometry.section import Section
+from fea.judge.column import ColumnLoads, Plane, column, euler_load
+from geometry.section import CrossSection
 
 E, LENGTH = 207e3, 150.0
 
@@ -31,7 +31,7 @@ def test_a_tapered_column_has_its_exact_load(growth):
 
 def test_the_weaker_axis_of_each_plane_counts():
     stations = tuple(
-        Section(x, area=90.0, inertia_y=3000.0, inertia_z=5000.0) for x in np.linspace(0, LENGTH, 21)
+        CrossSection(x, area=90.0, inertia_y=3000.0, inertia_z=5000.0) for x in np.linspace(0, LENGTH, 21)
     )
     swing, sideways = (column(plane, stations, stations[1], E, 600.0) for plane in Plane)
     assert swing.slenderness == pytest.approx(150 / math.sqrt(5000 / 90))
@@ -40,7 +40,7 @@ def test_the_weaker_axis_of_each_plane_counts():
 
 
 def uniform(slenderness, strength=600.0, area=90.0):
-    return Column(slenderness, math.pi**2 * E * area / slenderness**2, strength * area)
+    return ColumnLoads(slenderness, math.pi**2 * E * area / slenderness**2, strength * area)
 
 
 @pytest.mark.parametrize("slenderness", [20.0, 60.0])

@@ -16,7 +16,7 @@ from geometry.segments import Arc, Line
 from geometry.session import session
 from geometry.surfaces import Surface
 from mesh.generate import tetrahedralise
-from mesh.moving import MovableMesh, anchors
+from mesh.moving import MovableMesh, classify
 from mesh.sizing import Refinement, Sizing
 
 RADIUS, LENGTH, FORCE, STRENGTH = 5.0, 80.0, 20e3, 250.0
@@ -49,7 +49,7 @@ def meshed(half):
     with session():
         faces = draw(body(half))
         mesh, _ = tetrahedralise(faces, [Refinement(faces[Surface.INNER], 0.8, 0.0)], Sizing(8.0, 2, 0.4))
-        return MovableMesh(mesh, anchors(mesh))
+        return MovableMesh(mesh, classify(mesh))
 
 
 def moved(movable, half):

@@ -23,7 +23,7 @@ import numpy as np
 
 from fea.analysis.cycle.unit_solutions import UnitSolutions
 from fea.judge.history import deviator_norm
-from fea.pins.model import SMOOTH, Contacts, Fields, JointBounds, UnitLoads, Weights
+from fea.pins.model import SMOOTH, Contacts, JointBounds, UnitLoadFields, UnitLoads, Weights
 from fea.solid.parity import Parity
 from geometry.arrays import Floats, Ints, Mask
 from loads.crank_cycle import CrankCycle
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from fea.pins.contact import ContactUnits
 
 # Solves even and odd unit loads and recovers their stress.
-Solve = Callable[[tuple[Fields, Fields]], UnitSolutions]
+Solve = Callable[[tuple[UnitLoadFields, UnitLoadFields]], UnitSolutions]
 
 
 class Basis(ABC):
@@ -61,7 +61,7 @@ class Basis(ABC):
         """Make instants exact at every node, given weights of `loads`."""
 
     @abstractmethod
-    def fields(self) -> tuple[Fields, Fields]:
+    def fields(self) -> tuple[UnitLoadFields, UnitLoadFields]:
         """Return the even and the odd loads of `units`."""
 
     def full(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
@@ -83,7 +83,7 @@ class FullBasis(Basis):
     def exact_at(self, full: Weights) -> None:
         """Every instant is exact: see `Basis.exact_at`."""
 
-    def fields(self) -> tuple[Fields, Fields]:
+    def fields(self) -> tuple[UnitLoadFields, UnitLoadFields]:
         """Return the even and the odd unit loads."""
         return self.loads.fields()
 
@@ -170,7 +170,7 @@ class SmallBasis(Basis):
         """Weights of the sums: see `Basis.projected`."""
         return Weights(*(columns.T @ w for columns, w in zip(self._columns, full, strict=True)))
 
-    def fields(self) -> tuple[Fields, Fields]:
+    def fields(self) -> tuple[UnitLoadFields, UnitLoadFields]:
         """Return the even and the odd sums."""
         return self._combined(self._columns)
 
@@ -299,7 +299,7 @@ class SmallBasis(Basis):
         joint = (slice(n + SMOOTH, max(end, n + SMOOTH)) for n, end in zip(self._kept, ends, strict=True))
         self.units = self.units.followed_by(units).bounded(JointBounds(*joint))
 
-    def _combined(self, columns: list[Floats]) -> tuple[Fields, Fields]:
+    def _combined(self, columns: list[Floats]) -> tuple[UnitLoadFields, UnitLoadFields]:
         even, odd = (of.combined(some) for of, some in zip(self._full, columns, strict=True))
         return even, odd
 

@@ -13,7 +13,7 @@ from fea.analysis.cycle.unit_solutions import PlaceHistory, UnitSolutions, disti
 from fea.base.checks import LIMITS, Check
 from fea.base.note import SINGULAR, Note, warning
 from fea.base.units import DEG, UM
-from fea.contact.assembly_state import FITS, AssemblyState, Touch, bolt_forces
+from fea.contact.assembly_state import FITS, AssemblyState, PinContact, bolt_forces
 from fea.judge.case_result import CaseResult
 from fea.judge.fatigue import fatigue_notes
 from fea.pins.model import Weights
@@ -65,7 +65,7 @@ class CycleResult:
     #: The worst place by Crossland's criterion, or None if no endurance limit is known
     multiaxial: PlaceHistory | None = None
     #: Contact of the pins with the bores at every degree; empty where their pressure is prescribed
-    touches: tuple[Mapping[Surface, Touch], ...] = ()
+    touches: tuple[Mapping[Surface, PinContact], ...] = ()
     #: Bolts and interfaces at every degree; empty for a rod of one piece
     states: tuple[AssemblyState, ...] = ()
 

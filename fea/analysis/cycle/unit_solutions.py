@@ -10,10 +10,10 @@ import numpy as np
 from fea.base.material import Material
 from fea.judge.history import deviatoric, signed_equivalent, tensor
 from fea.machine.threads import side_by_side
-from fea.pins.model import NOT_JOINT, Fields, JointBounds, Weights
-from fea.solid.parity import Parity, Split
+from fea.pins.model import NOT_JOINT, JointBounds, UnitLoadFields, Weights
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.recovery import PartRecovery
-from fea.solvers.static import Model, Solution
+from fea.solvers.static import Model, StaticSolution
 from geometry.arrays import Floats, Ints
 from mesh.mirror import MirroredMesh
 
@@ -105,7 +105,7 @@ def unit_solutions(
     model: Model,
     recovery: PartRecovery,
     materials: Sequence[Material],
-    fields: tuple[Fields, Fields],
+    fields: tuple[UnitLoadFields, UnitLoadFields],
     *,
     cut_y: bool,
     single: bool = False,
@@ -130,17 +130,17 @@ def _after(one: Floats, other: Floats) -> Floats:
     return np.concatenate([one, other.astype(one.dtype)], axis=2)
 
 
-def _solution(model: Model, fields: tuple[Fields, ...], units: slice) -> Solution:
+def _solution(model: Model, fields: tuple[UnitLoadFields, ...], units: slice) -> StaticSolution:
     """Solve some unit loads; those of two parities in pairs."""
     sums = {parity: of.sums(units) for parity, of in zip(Parity, fields, strict=False)}
     condensed = {parity: total for parity, total in sums.items() if total is not None}
     if condensed:
         return model.solve_sums(condensed)
     if len(fields) == 1:
-        return model.solve([Split(one, None) for one in fields[0].forces(units)])
+        return model.solve([ParityPair(one, None) for one in fields[0].forces(units)])
     even, odd = (of.forces(units) for of in fields)
     none = np.zeros_like(even[0] if even else odd[0])
-    return model.solve(list(starmap(Split, zip_longest(even, odd, fillvalue=none))))
+    return model.solve(list(starmap(ParityPair, zip_longest(even, odd, fillvalue=none))))
 
 
 def _solved(
@@ -148,7 +148,7 @@ def _solved(
     recovery: PartRecovery,
     materials: Sequence[Material],
     *,
-    fields: tuple[Fields, ...],
+    fields: tuple[UnitLoadFields, ...],
     single: bool,
 ) -> tuple[list[list[Floats]], list[float]]:
     """Stress per parity and part (n, 6, n_units), and backward errors."""
@@ -176,9 +176,9 @@ def _like_blocks(start: int, stop: int, most: int) -> Iterator[tuple[int, int]]:
 def _recover(
     recovery: PartRecovery,
     materials: Sequence[Material],
-    solution: Solution,
+    solution: StaticSolution,
     first: int,
-    item: tuple[tuple[Parity, Fields, list[Floats]], range],
+    item: tuple[tuple[Parity, UnitLoadFields, list[Floats]], range],
 ) -> None:
     """Put the stress of some units of one parity in its place; `first` is the first solved."""
     (parity, fields, stresses), units = item

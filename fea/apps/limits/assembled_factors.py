@@ -39,7 +39,7 @@ from fea.apps.limits.factors import (
 )
 from fea.contact.assembly_state import AssemblyState, FaceState
 from fea.pins.assembly import AssemblyPins
-from fea.pins.model import Fields, Response, UnitLoads, Weights
+from fea.pins.model import Response, UnitLoadFields, UnitLoads, Weights
 from fea.pins.prescribed import StoredFields
 from fea.solid.errors import UnsettledError
 from fea.solid.parity import Parity
@@ -68,7 +68,7 @@ class _InstantLoads(UnitLoads):
         )
         self._fields = even, odd
 
-    def fields(self) -> tuple[Fields, Fields]:
+    def fields(self) -> tuple[UnitLoadFields, UnitLoadFields]:
         return self._fields
 
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:  # noqa: ARG002

@@ -31,7 +31,7 @@ from fea.rod.places import place_name
 from fea.study.study import Study
 from geometry.arrays import Floats, Ints, Mask, vector
 from geometry.mass import MassProperties, tensor
-from geometry.section import Section
+from geometry.section import CrossSection
 from loads.instants import Instants, joined
 
 UNIT = 0.15  # a change of a dimension by this share is a unit of distance
@@ -89,7 +89,7 @@ class SampledDesign:
     loading: Callable[[Study], Loading]  #: of its length
     mass: MassProperties
     points: Singles  #: (n_nodes, 3) of the tracked nodes of the cell, mm
-    column: tuple[tuple[Section, ...], Section]
+    column: tuple[tuple[CrossSection, ...], CrossSection]
     cases: Mapping[str, _SolvedCase]
     solved: object  #: the `DesignLoad.key` of these; None where rows are those of several parts
     parts: list[PartRows]  #: unit stresses of the rows; empty where forces are given, which do not change

@@ -11,8 +11,8 @@ from rich.table import Table as RichTable
 from fea.analysis.figures import Summary
 from fea.analysis.many_speeds import JOINT_OPENING, MODES, rounded, speed_map
 from fea.base.note import Note, NoteKind, by_consequence
-from fea.judge.safety_factor import Answer
-from fea.judge.verdict import Verdict
+from fea.judge.safety_factor import SurvivalAnswer
+from fea.judge.verdict import ConvergenceVerdict
 from fea.output import statements, tables
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.target import near, picture_name
@@ -148,10 +148,10 @@ def _next(folder: Path, summary: Summary) -> str:
 def _print_speeds(console: Console, runs: Sequence[tuple[Path, Summary]], *, verbose: bool) -> None:
     """Print the worst case of each speed, and from which speed on the rod fails."""
     summaries = [summary for _, summary in runs]
-    gravity = list(Answer)
+    gravity = list(SurvivalAnswer)
 
     def rank(summary: Summary) -> tuple[int, float]:
-        return -gravity.index(Answer(summary.survival.answer)), summary.survival.assured_safety_factor
+        return -gravity.index(SurvivalAnswer(summary.survival.answer)), summary.survival.assured_safety_factor
 
     worst = min(summaries, key=rank)
     headline = f"{worst.title}, the worst of {len(summaries)} speeds: {worst.survival.text}"
@@ -198,7 +198,7 @@ def _doubts(summaries: Sequence[Summary]) -> Iterator[str]:
         names, speeds = ", ".join(dict.fromkeys(failed.values())), some_speeds(list(failed))
         yield f"NOT TO BE TRUSTED: failed checks at {speeds}: {names}."
     verdicts = [summary.results[summary.worst_case].verdict for summary in summaries]
-    loose = verdicts.count(Verdict.NOT_CONVERGED)
+    loose = verdicts.count(ConvergenceVerdict.NOT_CONVERGED)
     remedy = "a smaller --tolerance" if summaries[0].passes else "--tolerance 5 or less"
     remedy = "a finer mesh" if summaries[0].model.mesh_from_file else remedy
     if loose:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from fea.base.material import Material
-from fea.contact.assembled import Warming
+from fea.contact.assembled import TemperatureChange
 from fea.contact.assembly_state import BoltBeam
 from fea.contact.bolts import BoltBending, BoltEnds, BoltPull
 from fea.contact.friction_system import ContactState
@@ -23,7 +23,7 @@ from fea.verify.michell import stresses
 from geometry.arrays import Floats
 from geometry.bodies import Prism, Revolution, SideBySide, polygon
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.tetmesh import TetMesh, separated
 
 
@@ -89,7 +89,7 @@ def _fitted(
         growth = np.zeros(len(mesh.points))
         for part, expansion in enumerate(_EXPANSIONS):
             growth[np.unique(mesh.tets[mesh.part == part])] = expansion * warmer
-        warming = Warming((growth[:, None] * mesh.points).ravel(), np.zeros(0), ())
+        warming = TemperatureChange((growth[:, None] * mesh.points).ravel(), np.zeros(0), ())
     return AssembledBody(mesh, fit.materials, [face], [], applied, warming=warming)
 
 
@@ -237,7 +237,7 @@ def _tube(size: float) -> TetMesh:
         half(-half_grip, 0.0, (Surface.BOLT_THREAD, None)),
         half(0.0, half_grip, (None, Surface.BOLT_HEAD)),
     )
-    fine = {end: Fine(0.6 * size) for end in (Surface.BOLT_THREAD, Surface.BOLT_HEAD)}
+    fine = {end: LocalSize(0.6 * size) for end in (Surface.BOLT_THREAD, Surface.BOLT_HEAD)}
     upright = mesh_body(SideBySide(halves), size, fine=fine)
     cuts = {Surface.SYMMETRY_X: Surface.SYMMETRY_Y, Surface.SYMMETRY_Y: Surface.SYMMETRY_Z}
     facets = {cuts.get(surface, surface): rows for surface, rows in upright.facets.items()}

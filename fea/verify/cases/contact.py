@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fea.base.material import Material
-from fea.contact.active_set import Contact
+from fea.contact.active_set import FrictionlessState
 from fea.contact.elastic_pin import ElasticPin, Pin
 from fea.contact.interfaces import Multipliers, PinInBore, radial
 from fea.contact.problem import ContactProblem
@@ -37,7 +37,7 @@ from geometry.bodies import Prism, Side, polygon
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.bearing import BorePressure, PressureArc
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.tetmesh import TetMesh
 
 ALUMINIUM = Material(70e3, 0.3, 2.7e-9, 400.0)
@@ -61,7 +61,7 @@ class _TouchedBody:
         K = stiffness(self.mesh, self._material, pattern(self.mesh.tets, len(self.mesh.points)))
         return self._solver.condense(0, K.constrained(self._fixed), unheld(forces, self._fixed))
 
-    def touched(self, clearance: float, force: float) -> Contact:
+    def touched(self, clearance: float, force: float) -> FrictionlessState:
         """Pressures (n,) at the vertices under a force along x on the whole body, N."""
         gap = self.problem.initial + (clearance - self._pin.clearance) * self._weights
         return self.problem.system.solve(gap, np.array([force]))
@@ -155,7 +155,7 @@ def persson(size: float) -> Quantities:
     largest where the contact ends, where its slope is infinite: hence the small elements.
     """
     plate = Prism(half_ring(_RADIUS, _PLATE), (0.0, size))
-    mesh = mesh_body(plate, _PLATE / 10, fine={_INNER: Fine(size)})
+    mesh = mesh_body(plate, _PLATE / 10, fine={_INNER: LocalSize(size)})
     pin, fixed = _steel_pin(mesh), _plane_strain(mesh)
     steel, aluminium = (_TouchedBody(mesh, material, fixed, pin) for material in (STEEL, ALUMINIUM))
     large = "the plate is a ring, sixty times as large as the hole; the rest is the mesh"
@@ -210,7 +210,7 @@ def roller(size: float) -> Quantities:
         ((0.0, half_width), _FREE),
         ((0.0, near), _INNER),
     )
-    mesh = mesh_body(Prism(polygon(*corners), (0.0, size)), 20.0, fine={_INNER: Fine(size, near)})
+    mesh = mesh_body(Prism(polygon(*corners), (0.0, size)), 20.0, fine={_INNER: LocalSize(size, near)})
     steel = (210e3, 0.3)
     pin = Pin(_ROLLER, 0.0, size, None, *steel)
     multipliers = Multipliers.of(mesh, _INNER, radial(-_ROLLER))
@@ -335,7 +335,7 @@ def pin_loaded_eye(size: float) -> Quantities:
         Side(Line((0.0, outside), (-length, outside)), _FREE),
         Side(Line((-length, outside), (-length, 0.0)), Surface.CLAMPED),
     )
-    mesh = mesh_body(Prism(sides, (0.0, half_thickness)), 6 * size, fine={_INNER: Fine(size)})
+    mesh = mesh_body(Prism(sides, (0.0, half_thickness)), 6 * size, fine={_INNER: LocalSize(size)})
     fixed, bore = held(mesh, {Surface.CLAMPED: (0,)}), bore_facets(mesh, _INNER, 0.0)
     net = force / (2 * (outside - radius) * 2 * half_thickness)
     why = (

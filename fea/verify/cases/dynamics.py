@@ -7,7 +7,7 @@ import numpy as np
 from fea.base.choices import Support
 from fea.base.material import Material
 from fea.solid.inertia import inertia
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.supports import SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z, ConstrainedSurface
 from fea.solid.traction import nodal_traction, traction_forces
 from fea.solvers.buckling import Buckling
@@ -20,7 +20,7 @@ from geometry.bodies import Prism, Side, block
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
 from loads.instants import in_motion
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.tetmesh import TetMesh
 
 _AT_POINT = "the solution is exact; the stress is the mean over the elements at a single node inside the body"
@@ -42,7 +42,7 @@ def accelerated_bar(size: float) -> Quantities:
     mesh = mesh_body(Prism(sides, (0.0, 5.0)), size)
     pull = uniform(stress, 0.0, 0.0)
     moving = inertia(mesh, STEEL.density).forces(in_motion((acceleration, 0.0), 0.0, 0.0))
-    u = relieved(mesh, Split(traction_forces(mesh, _FAR, pull) + moving.symmetric, None))
+    u = relieved(mesh, ParityPair(traction_forces(mesh, _FAR, pull) + moving.symmetric, None))
     body = SolvedBody(mesh, STEEL, u, (_FREE, _FAR), {_FAR: nodal_traction(mesh, _FAR, pull)})
     error = body.stress[:, 0] / stress - mesh.points[:, 0] / length
     far, near = body.node_at(length, 0.0, 0.0), body.node_at(0.0, 0.0, 0.0)
@@ -76,11 +76,11 @@ def spun_up_ring(size: float) -> Quantities:
         return np.asarray(np.stack([-y, x, 0 * x], axis=1) / np.hypot(x, y)[:, None])
 
     ring = Prism(half_ring(a, b, middle), (0.0, half_thickness))
-    mesh = mesh_body(ring, size, fine={inner: Fine(size / 2)})
+    mesh = mesh_body(ring, size, fine={inner: LocalSize(size / 2)})
     moving = inertia(mesh, STEEL.density).forces(in_motion((0.0, 0.0), 0.0, alpha))
     around = {surface: traction_forces(mesh, surface, tangents) for surface in (inner, outer)}
     driven = moving.part(Parity.ANTISYMMETRIC) + shear(a) * around[inner]
-    u = relieved(mesh, Split(moving.symmetric, driven), Parity.ANTISYMMETRIC)
+    u = relieved(mesh, ParityPair(moving.symmetric, driven), Parity.ANTISYMMETRIC)
     traction = {inner: nodal_traction(mesh, inner, lambda p: shear(a) * tangents(p))}
     body = SolvedBody(mesh, STEEL, u, (_FREE, inner, outer), traction, Parity.ANTISYMMETRIC)
 

@@ -29,7 +29,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Side, block
 from geometry.segments import Arc, Line
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.tetmesh import TetMesh, refined
 
 Complexes = npt.NDArray[np.complex128]
@@ -46,7 +46,7 @@ LAME_HOOP = "hoop stress at the bore, worst node"
 def lame_body(size: float, order: int = 2) -> LoadedBody:
     """A slice of a quarter, with elements of `size` at the outside and half of it at the bore."""
     body = Prism(quarter_ring(INSIDE, OUTSIDE), (0.0, THICKNESS), top=Surface.ROLLER)
-    mesh = mesh_body(body, size, order=order, fine={Surface.INNER: Fine(size / 2)})
+    mesh = mesh_body(body, size, order=order, fine={Surface.INNER: LocalSize(size / 2)})
     forces = traction_forces(mesh, Surface.INNER, pressure(PRESSURE))
     radial = np.array([PRESSURE, PRESSURE, 0.0]) / INSIDE
     pressed = nodal_traction(mesh, Surface.INNER, lambda places: radial * places)
@@ -118,7 +118,7 @@ def grooved_shaft(size: float) -> Quantities:
         Side(Arc((0.0, 0.0), GROOVE, meet, -meet), Surface.INNER),
     )
     body = Prism(sides, (0.0, LENGTH), Surface.ROLLER, Surface.LOADED)
-    mesh = mesh_body(body, size, fine={Surface.INNER: Fine(size / 5)})
+    mesh = mesh_body(body, size, fine={Surface.INNER: LocalSize(size / 5)})
 
     def shear(places: Floats, _normals: Floats) -> Floats:
         x, y, _ = places.T
@@ -177,7 +177,7 @@ def goodier_body(size: float, order: int = 2) -> LoadedBody:
     """The eighth of a ball, with elements of `size` at the cavity."""
     # In pieces, because element sizes depend on the distance to the edges of faces.
     ball = eighth_ball(CAVITY, BALL, _PIECES)
-    fine = {Surface.INNER: Fine(size, math.pi / 2 * CAVITY / _PIECES / 2)}
+    fine = {Surface.INNER: LocalSize(size, math.pi / 2 * CAVITY / _PIECES / 2)}
     mesh = mesh_body(ball, 18 * size, order=order, fine=fine, growth=0.35)
 
     def traction(places: Floats, normals: Floats) -> Floats:

@@ -23,7 +23,7 @@ from fea.verify.reproduce.tables import records
 from geometry.arrays import Floats
 from geometry.bodies import Prism
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 
 # A journal, mm and rad/s, and its oil, MPa·s: the figures compared do not depend on them.
 _RADIUS, _CLEARANCE, _OMEGA, _VISCOSITY = 25.0, 0.025, 300.0, 1e-8
@@ -164,7 +164,7 @@ def elastic_ring(size: float) -> Quantities:
     """Elastic ring under the pressures of a film."""
     inner, outer, half_width = 25.0, 35.0, 1.0
     ring = Prism(half_ring(inner, outer), (0.0, half_width))
-    mesh = mesh_body(ring, size, fine={Surface.INNER: Fine(size / 2)})
+    mesh = mesh_body(ring, size, fine={Surface.INNER: LocalSize(size / 2)})
     functions, facets = BoreFunctions(inner, 2 * half_width), bore_facets(mesh, Surface.INNER, 0.0)
     even, odd = unit_forces(functions, facets, len(mesh.points))
     compliance, _ = works(Model(mesh, STEEL, Support.INERTIA_RELIEF), facets, even, odd)

@@ -13,7 +13,7 @@ from geometry.arrays import Floats
 from geometry.bodies import Prism, Revolution, Side, polygon
 from geometry.segments import Arc, EllipticArc, Line
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.tetmesh import TetMesh
 
 _NAFEMS = "NAFEMS, The Standard NAFEMS Benchmarks, TNSB rev. 3 (1990)"
@@ -35,7 +35,7 @@ def _between_ellipses() -> tuple[Side, ...]:
 def le1_mesh(size: float) -> TetMesh:
     """Mesh with elements of `size`, and of a quarter of it at the inner ellipse."""
     body = Prism(_between_ellipses(), (0.0, 50.0), top=Surface.ROLLER)
-    return mesh_body(body, size, fine={Surface.INNER: Fine(size / 4)})
+    return mesh_body(body, size, fine={Surface.INNER: LocalSize(size / 4)})
 
 
 def le1_body(mesh: TetMesh) -> LoadedBody:
@@ -67,7 +67,7 @@ _HALF = 300.0  # of the thickness of LE10, mm
 def le10_mesh(size: float) -> TetMesh:
     """Mesh with elements of `size`, and of 0.4 of it at the inner ellipse."""
     body = Prism(_between_ellipses(), (-_HALF, 0.0, _HALF), bottom=Surface.FREE, top=Surface.LOADED)
-    return mesh_body(body, size, fine={Surface.INNER: Fine(size / 2.5)})
+    return mesh_body(body, size, fine={Surface.INNER: LocalSize(size / 2.5)})
 
 
 def le10_body(mesh: TetMesh) -> LoadedBody:
@@ -117,7 +117,7 @@ def le11_mesh(size: float) -> TetMesh:
         Side(Line((s, top), (s, s)), Surface.FREE),
         Side(Arc((0.0, 0.0), _METRE, eighth, -eighth), Surface.INNER),
     )
-    return mesh_body(Revolution(sides), size, fine={Surface.INNER: Fine(size / 4)})
+    return mesh_body(Revolution(sides), size, fine={Surface.INNER: LocalSize(size / 4)})
 
 
 def le11_body(mesh: TetMesh) -> LoadedBody:
@@ -155,7 +155,7 @@ def cook_mesh(size: float, order: int = 2) -> TetMesh:
     )
     body = Prism(polygon(*corners), (0.0, 0.6), top=Surface.ROLLER)
     # The corners of both edges are singular, and the displacement is taken at a corner of the loaded edge.
-    fine = Fine(size / 10)
+    fine = LocalSize(size / 10)
     return mesh_body(body, size, order=order, fine={Surface.CLAMPED: fine, Surface.LOADED: fine})
 
 
@@ -216,7 +216,7 @@ def plate_mesh(size: float) -> TetMesh:
         Side(Arc((0.0, 0.0), _RADIUS, quarter, -quarter), Surface.INNER),
     )
     body = Prism(sides, (0.0, 1.0), top=Surface.ROLLER)
-    return mesh_body(body, 10 * size, fine={Surface.INNER: Fine(size)})
+    return mesh_body(body, 10 * size, fine={Surface.INNER: LocalSize(size)})
 
 
 def plate_body(mesh: TetMesh) -> LoadedBody:

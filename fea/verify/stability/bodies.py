@@ -37,7 +37,7 @@ from fea.verify.stability.outcome import (
 from geometry.arrays import Floats
 from geometry.bodies import Prism, SideBySide
 from geometry.surfaces import Surface
-from mesh.generate import Fine, mesh_body
+from mesh.generate import LocalSize, mesh_body
 from mesh.quality import measure, shape
 from mesh.tetmesh import TetMesh
 
@@ -266,7 +266,7 @@ def grading() -> Iterator[ExtremeRow]:
 def graded_sphere(ratio: float) -> TetMesh:
     """Mesh an octant; the radius of the cavity is proportional to the smallest size."""
     inside = _cavity(ratio)
-    fine = {Surface.INNER: Fine(BALL_SIZE / ratio, inside)} if ratio > 1 else {}
+    fine = {Surface.INNER: LocalSize(BALL_SIZE / ratio, inside)} if ratio > 1 else {}
     return mesh_body(eighth_ball(inside, BALL), BALL_SIZE, fine=fine)
 
 

@@ -168,7 +168,7 @@ def beyond(method: str, ratio: float) -> tuple[str, ...]:
 
 def unconverged(peak: Peak) -> tuple[str, ...]:
     """Return the verdict of a run on a peak, for `ExtremeRow.noticed_by`."""
-    if peak.verdict() is verdict.Verdict.CONVERGED:
+    if peak.verdict() is verdict.ConvergenceVerdict.CONVERGED:
         return ()
     return (f"not converged, ±{peak.error_percent:.2g} %",)
 

@@ -13,7 +13,7 @@ from worker import Run
 from fea.base.choices import SolverName, Support
 from fea.machine.clock import Clock
 from fea.solid.element import stiffness_degree, tabulate
-from fea.solid.parity import Parity, Split
+from fea.solid.parity import Parity, ParityPair
 from fea.solid.recovery import ElementStress, Recovery
 from fea.solid.stress import von_mises
 from fea.solvers.static import Model
@@ -68,7 +68,7 @@ def warm_up(material: object) -> None:
     """Let the libraries start their threads: one small tetrahedron."""
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     mesh = TetMesh(corners, np.array([[0, 1, 2, 3]]))
-    Model(mesh, material, Support.INERTIA_RELIEF).solve([Split(np.zeros((4, 3)), None)])
+    Model(mesh, material, Support.INERTIA_RELIEF).solve([ParityPair(np.zeros((4, 3)), None)])
 
 
 def reference(run: Run, *, straight: bool) -> None:
@@ -79,7 +79,7 @@ def reference(run: Run, *, straight: bool) -> None:
             mesh = TetMesh(data["straight"], mesh.tets, mesh.facets)
     material = load_study("leon-2001").material.material()
     run.start()
-    solution = Model(mesh, material, Support.INERTIA_RELIEF).solve([Split(case.forces, None)])
+    solution = Model(mesh, material, Support.INERTIA_RELIEF).solve([ParityPair(case.forces, None)])
     u = solution.displacement[Parity.SYMMETRIC]
     sampled = ElementStress(mesh)(u, material)[..., 0]
     mean = Recovery(mesh).nodal_stress(u, material)[..., 0]
