@@ -20,7 +20,7 @@ import numpy as np
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, lapack
 
-from fea.contact.active_set import ContactSystem, PressureEstimator
+from fea.contact.active_set import ContactSystem
 from fea.contact.bolts import BoltPull, BoltStop
 from fea.contact.interfaces import ContactInterface, MatingFaces, PinInBore
 from fea.solid.parity import MirrorUnfolding, Parity
@@ -102,11 +102,6 @@ class ContactProblem:
     def system(self) -> ContactSystem:
         """The problem of a body of one part and its pins."""
         return ContactSystem(self.compliance, self.rigid)
-
-    @cached_property
-    def estimator(self) -> PressureEstimator:
-        """Bounds the error of estimated pressures of such a body."""
-        return PressureEstimator(self.compliance, self.rigid)
 
     def _compliance(self, body: _ElasticBody, parity: Parity, loads: Floats) -> tuple[Floats, Floats]:
         """Moments on the cell of unit pressures (n_cell, n_cell) and of the other loads (n_cell, n_loads)."""

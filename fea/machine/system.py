@@ -241,8 +241,8 @@ def usable_processors() -> int:
 
 
 if sys.platform == "win32":
-    from fea.machine.windows import PathLock as PathLock  # noqa: PLC0414 - exported
     from fea.machine.windows import ResourceLimiter, machine_memory, process_memory
+    from fea.machine.windows import WindowsPathLock as PathLock
 
     _watch = ResourceLimiter(OVERTIME, OUT_OF_MEMORY)
 else:

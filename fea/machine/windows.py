@@ -80,7 +80,7 @@ class ResourceLimiter:
                 os._exit(self._out_of_memory)
 
 
-class PathLock:
+class WindowsPathLock:
     """The lock of a file or directory, by a name that all processes of a session of Windows know.
 
     The system frees it when the process ends. Windows would give a thread a lock twice, hence the names.

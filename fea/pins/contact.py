@@ -15,7 +15,7 @@ import numpy as np
 
 from fea.base.checks import LIMITS
 from fea.base.choices import CONTACT, SolverName
-from fea.contact.active_set import FrictionlessState, interpolated
+from fea.contact.active_set import FrictionlessState
 from fea.contact.assembly_state import PinContact
 from fea.contact.bolts import BoltPull
 from fea.contact.friction_system import ContactState
@@ -30,7 +30,6 @@ from fea.pins.model import (
     PinModel,
     PinModelContext,
     Response,
-    SampledWeights,
     UnitLoads,
     Weights,
     inertial_fields,
@@ -45,10 +44,6 @@ from loads.crank_cycle import CrankCycle
 from loads.instants import Instants
 
 _MOTIONS = (*EVEN_MOTIONS, *ODD_MOTIONS)
-# Every so many instants of a sampled cycle are solved at first.
-KNOTS = 10
-# Of the resultants of the patterns: below it, they have none.
-_RESULTANT = 1e-9
 # Of the largest pressure of an instant: what rounding leaves where nothing touches.
 NOTHING = 1e-9
 
@@ -333,22 +328,6 @@ class PressurePatterns(ContactUnits):
         motions = instants.motions
         return Weights(np.concatenate([even, motions[:2]]), np.concatenate([odd, motions[2:]]))
 
-    def sampled(
-        self,
-        instants: Instants,
-        cycle: CrankCycle,  # noqa: ARG002
-        like: Sequence[tuple[float, SampledWeights]] = (),
-    ) -> SampledWeights:
-        """Estimate between solved instants, or from other cycles: see `UnitLoads.sampled`."""
-        return _EstimatedWeights(self, instants, like)
-
-    def balanced(self) -> Weights:
-        """As `UnitLoads.balanced`: pressures that differ by an error have the same resultants."""
-        resultants = [self.pin_forces(parity, self._patterns[parity]).T for parity in Parity]
-        directions, sizes, _ = np.linalg.svd(np.concatenate(resultants), full_matrices=False)
-        kept = directions[:, sizes > _RESULTANT * sizes.max(initial=0.0)]
-        return Weights(*np.split(kept, [len(resultants[0])]))
-
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact of the pins with the bores at each instant."""
         parts = {}
@@ -357,45 +336,6 @@ class PressurePatterns(ContactUnits):
             parts[parity] = patterns @ part[: patterns.shape[1]]
         pressure = self.contact.problem.unfolding.unfolded(parts)
         return Contacts(self.contact.touches(pressure, slice(None)))
-
-
-class _EstimatedWeights(SampledWeights):
-    """Weights of contact: estimated from other cycles, or between solved instants, and solved on demand.
-
-    Attributes: `pressure`: (n, n_instants) before further instants are solved on demand.
-    """
-
-    def __init__(
-        self, units: PressurePatterns, instants: Instants, like: Sequence[tuple[float, SampledWeights]]
-    ) -> None:
-        self._units, self._instants = units, instants
-        problem, every = units.contact.problem, np.arange(len(instants))
-        known = [share * other.pressure for share, other in like if isinstance(other, _EstimatedWeights)]
-        knots = every[:0] if known else np.unique(np.append(every[::KNOTS], every[-1]))
-        left, error = np.setdiff1d(every, knots), np.zeros(len(every))
-        gaps, forces = (acting[:, left] for acting in units.contact.acting(instants))
-        self.pressure: Floats = np.zeros((len(gaps), len(every)))
-        self.pressure[:, knots] = self._solved(knots)
-        guess = np.sum(known, axis=0) if known else interpolated(self.pressure[:, knots], knots, left)
-        self.pressure[:, left], error[left] = problem.estimator.estimate(guess, gaps, forces)
-        unknown = np.flatnonzero(~np.isfinite(error))
-        self.pressure[:, unknown], error[unknown] = self._solved(unknown), 0.0
-        super().__init__(units.of_pressures(self.pressure, instants))
-        self.error = error / np.sqrt(problem.unfolding.images)
-
-    def _solved(self, which: Ints) -> Floats:
-        """Pressures (n, k) at some instants."""
-        values = [state.values for state in self._units.pins.states(self._instants[which])]
-        return np.reshape(values, (len(which), self._units.contact.problem.unfolding.size)).T
-
-    def solve(self, which: Ints) -> None:
-        """Solve some instants: see `SampledWeights.solve`."""
-        which = which[self.error[which] > 0]
-        if which.size:
-            exact = self._units.of_pressures(self._solved(which), self._instants[which])
-            for known, new in zip(self.weights, exact, strict=True):
-                known[:, which] = new
-            self.error[which] = 0.0
 
 
 def of_unit_work(compliance: Floats) -> tuple[Floats, Floats]:

@@ -151,20 +151,6 @@ class Contacts(NamedTuple):
     states: tuple[AssemblyState, ...] = ()  #: of bolts and interfaces; empty for a rod of one piece
 
 
-class SampledWeights:
-    """Weights at n instants, which may be estimates until they are solved.
-
-    Attributes: `weights`: at every instant; `error`: (n,) upper bound of the length of the vector of errors
-    of the even and odd weights; 0 where they are exact.
-    """
-
-    def __init__(self, weights: Weights) -> None:
-        self.weights, self.error = weights, np.zeros(weights.even.shape[1])
-
-    def solve(self, which: Ints) -> None:
-        """Make the weights of some instants exact."""
-
-
 class UnitLoads(ABC):
     """Loads whose sums, with weights, are everything that acts over crank cycles."""
 
@@ -180,25 +166,6 @@ class UnitLoads(ABC):
     @abstractmethod
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants; `cycle` as for `PinModel.respond`."""
-
-    def balanced(self) -> Weights | None:
-        """Orthonormal directions (n, k), split into even and odd, in which estimated weights do not err.
-
-        They are those of the first unit loads; weights of the others are exact. None if all are.
-        """
-        return None
-
-    def sampled(
-        self,
-        instants: Instants,
-        cycle: CrankCycle,
-        like: Sequence[tuple[float, SampledWeights]] = (),  # noqa: ARG002
-    ) -> SampledWeights:
-        """Weights at n instants of a cycle in their order, of which only some are exact at first.
-
-        `like`: shares and samples of other cycles, the sum of whose loads is nearly that of this one.
-        """
-        return SampledWeights(self.weights(instants, cycle))
 
     def contacts(self, weights: Weights, instants: Instants, cycle: CrankCycle) -> Contacts:  # noqa: ARG002
         """Contact at the instants of a cycle, whose weights are known."""

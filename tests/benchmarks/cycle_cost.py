@@ -17,10 +17,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 
-from cycles import SPEEDS, direct, on_bores
-
 import fea.pins.pressure as pressure_loads_module
 import fea.pins.pressure as series_module
+from cycles import SPEEDS, direct, on_bores
+
 from fea.analysis.pipeline import prepare
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Symmetry
