@@ -68,14 +68,14 @@ def creases(
     for body in bodies:
         boundary = gmsh.model.getBoundary([(3, volume) for volume in body], combined=True, oriented=False)
         skins.append({face: axis_of.get(face, -1) for _, face in boundary})
-    rows, folds, labels = [], [], []
+    order, rows, folds, labels = mesh.order, [], [], []
     between: list[tuple[str, str]] = []
     for axes, curve, faces in ((skin, *pair) for skin in skins or [axis_of] for pair in _shared(skin)):
-        _, line_nodes = gmsh.model.mesh.getElementsByType(_LINES[mesh.order], curve)
+        _, line_nodes = gmsh.model.mesh.getElementsByType(_LINES[order], curve)
         tags, places, _ = gmsh.model.mesh.getNodes(1, curve, includeBoundary=True)
-        order_of = np.argsort(tags)
-        ends = line_nodes.reshape(-1, mesh.order + 1)[:, :2]
-        ends = np.asarray(places.reshape(-1, 3)[order_of[np.searchsorted(tags[order_of], ends)]])
+        rising = np.argsort(tags)
+        ends = line_nodes.reshape(-1, order + 1)[:, :2]
+        ends = np.asarray(places.reshape(-1, 3)[rising[np.searchsorted(tags[rising], ends)]])
         fold = _fold(curve, ends.mean(axis=1), faces, axes)
         sharp = fold > LEAST_FOLD
         if sharp.any():

@@ -13,7 +13,6 @@ from fea.base.note import UNITS, Note, doubt
 from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS
 from fea.study.tables import Written, own_unit, unit_of
-from geometry.errors import is_finite
 
 # What a value beyond its range costs, in parts of the range's own width on a logarithmic scale.
 _OUTSIDE = 10.0
@@ -194,7 +193,7 @@ def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:
             numbers = [
                 (Written if isinstance(number, Written) else float)(abs(number))
                 for number in (value if isinstance(value, list | tuple) else (value,))
-                if isinstance(number, int | float) and not isinstance(number, bool) and is_finite(number)
+                if isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < math.inf
             ]
             if numbers:
                 values[f"{table}.{key}"] = max(numbers)

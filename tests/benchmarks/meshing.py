@@ -10,13 +10,13 @@ from scripts import reporting
 
 from fea.solid.inertia import inertia
 from geometry.mass import MassProperties
-from geometry.presets import LEON_2001
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise
 from mesh.mirror import reflect, unmirrored
 from mesh.sizing import Sizing, default_size, refinements
 
+LEON_2001 = PRESETS["leon-2001"]
 SIZES = (16.0, 12.0, 8.0, 6.0, default_size(LEON_2001.length), 4.0, 3.0)
 HEAD = (
     "size mm", "nodes, whole rod", "elements", "mesh s", "least shape", "median shape",
@@ -28,6 +28,8 @@ TEXT = """# Meshing the León rod
 Made by `python tests/benchmarks/meshing.py --report results/meshing.md`. A quarter is meshed and reflected;
 the last three columns are relative differences of mass, centre of gravity and inertia (largest tensor entry)
 from the CAD kernel's. Refinements follow the size in proportion. Seconds are of one run on a shared two-core
+
+LEON_2001 = PRESETS["leon-2001"]
 machine.
 
 {table}

@@ -10,7 +10,9 @@ from cad_files import cad_file
 from program import COARSE, fea, figures
 from studies import ENGINE, PLAIN, PRESSED
 
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
+
+LEON_2001 = PRESETS["leon-2001"]
 
 
 def test_a_step_file_gives_what_the_dimensions_gave(tmp_path):

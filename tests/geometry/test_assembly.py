@@ -14,11 +14,13 @@ from geometry.assembly import Assembly, BoltSeat, bolt_axes
 from geometry.dimensions import dimensions
 from geometry.errors import InvalidValue
 from geometry.faces import edge_points
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build, contact_areas
 from geometry.surfaces import Mirror, Surface
+
+LEON_2001 = PRESETS["leon-2001"]
 
 EVERY = Assembly(bushing=True, shell=1.5, bolt=NUTS)
 NAMES = ["rod", "cap", "bushing", "upper shell", "lower shell"]

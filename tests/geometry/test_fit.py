@@ -3,12 +3,14 @@ import pytest
 from geometry.errors import InvalidValue
 from geometry.fit import Targets, fit
 from geometry.mass import joined
-from geometry.presets import FORSA_G10
+from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
+
+FORSA_G10 = PRESETS["forsa-g10"]
 
 STEEL = 7.85e-9
 FREE = ("big_end_ring", "small_end_ring", "shank_depth_small_end")

@@ -9,11 +9,13 @@ from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
 from geometry.holes import EQUAL_BORES
 from geometry.imports import RodFile
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.rod import proportioned
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
+
+LEON_2001 = PRESETS["leon-2001"]
 
 CENTER = (12.0, -30.0, 7.0)
 

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from geometry.outline import Outline, web_pocket
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.segments import Arc, Line
+
+LEON_2001 = PRESETS["leon-2001"]
 
 OUTLINE = Outline(LEON_2001)
 

@@ -1,9 +1,13 @@
 import pytest
 
-from geometry.presets import FORSA_G10, LEON_2001, MOLINA_2000CC, PRESETS
+from geometry.presets import PRESETS
 from geometry.section import HeightField, least_section
 from geometry.session import session
 from geometry.solid import build
+
+FORSA_G10 = PRESETS["forsa-g10"]
+LEON_2001 = PRESETS["leon-2001"]
+MOLINA_2000CC = PRESETS["molina-2000cc"]
 
 
 def test_leon_meets_every_figure_the_thesis_prints():

@@ -7,8 +7,10 @@ from hypothesis import strategies as st
 
 from geometry.dimensions import ShankSection, dimensions, options
 from geometry.errors import InvalidValue
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.rod import Rod, proportioned
+
+LEON_2001 = PRESETS["leon-2001"]
 
 ROD = proportioned(141, 50, 22, big_end_width=30, small_end_width=28)
 

@@ -3,12 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.rod import proportioned
 from geometry.section import HeightField
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
+
+LEON_2001 = PRESETS["leon-2001"]
 
 RODS = {
     "leon": LEON_2001,

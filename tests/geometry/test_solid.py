@@ -6,10 +6,12 @@ import pytest
 
 from geometry.errors import GeometryError
 from geometry.faces import FeatureKind
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror, Surface
+
+LEON_2001 = PRESETS["leon-2001"]
 
 
 def area(faces):

@@ -9,7 +9,7 @@ import pytest
 from damage import write_surface
 
 from geometry.imports import MissingCap, RodFile
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
@@ -18,6 +18,8 @@ from mesh.files.given import given_mesh, shells, with_assumed_cap, with_cap
 from mesh.files.reading import crossings, require_closed, stl_surface
 from mesh.surface_mesh import SurfaceMesh
 from mesh.tetmesh import MeshError
+
+LEON_2001 = PRESETS["leon-2001"]
 
 BOLTED = replace(
     LEON_2001,

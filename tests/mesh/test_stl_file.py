@@ -6,7 +6,7 @@ import pytest
 from damage import write_surface
 
 from geometry.imports import RodFile
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
@@ -14,6 +14,8 @@ from mesh.files import reading
 from mesh.files.given import given_mesh
 from mesh.files.reading import read_tets
 from mesh.tetmesh import MeshError
+
+LEON_2001 = PRESETS["leon-2001"]
 
 
 @pytest.fixture(scope="module")

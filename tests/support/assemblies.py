@@ -13,11 +13,13 @@ from fea.study.speed_tables import SpeedTable
 from fea.study.study import load_study
 from geometry.assembly import Assembly, BoltSeat
 from geometry.errors import InvalidValue
-from geometry.presets import LEON_2001
+from geometry.presets import PRESETS
 from geometry.rod import Rod
 from geometry.session import session
 from geometry.solid import build
 from geometry.surfaces import Mirror
+
+LEON_2001 = PRESETS["leon-2001"]
 
 # León's rod with bosses that are wide enough for bolt heads.
 BOLTED = replace(
