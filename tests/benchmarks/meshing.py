@@ -10,6 +10,7 @@ from scripts import reporting
 
 from fea.solid.inertia import inertia
 from geometry.mass import MassProperties
+from geometry.presets import PRESETS
 from geometry.session import session
 from geometry.solid import build
 from mesh.generate import tetrahedralise
