@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from fea.machine.clock import Listener
+from fea.output.json_file import JsonObject
 from geometry.errors import require
 
 Row = TypeVar("Row")
@@ -47,7 +48,7 @@ class BenchmarkRow:
     dofs: int
     seconds: float
 
-    def as_dict(self) -> dict[str, object]:
+    def as_dict(self) -> JsonObject:
         """Return the row with the names that other programs rely on."""
         named = ("unit", "target", "computed", "error_percent", "tolerance_percent")
         of_quantity = {name: getattr(self.quantity, name) for name in named}

@@ -25,6 +25,7 @@ from fea.machine.clock import Clock
 from fea.machine.system import peak_memory
 from fea.machine.threads import threads
 from fea.output.inp import Step, read_frd, write_deck
+from fea.output.json_file import JsonObject
 from fea.solid.stress import von_mises
 from fea.solid.supports import clamped, determinate_restraints
 from fea.study.option_tables import MeshTable
@@ -101,7 +102,7 @@ class ConvergenceRow:
         """The estimated error relative to the value, percent; None where nothing estimates it."""
         return None if self.error_bar is None else 100 * self.error_bar / self.value
 
-    def as_dict(self) -> dict[str, object]:
+    def as_dict(self) -> JsonObject:
         """Return the row with the names that other programs rely on."""
         return {
             "tool": self.computation.tool,

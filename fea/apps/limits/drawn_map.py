@@ -14,6 +14,7 @@ from fea.apps.limits.figures import TABLE_HEAD, LimitsFigures
 from fea.apps.limits.limit_map import ELASTIC, LimitPoint, ending, least_of
 from fea.base.units import BAR, DEG
 from fea.output.html import embedded_json, html_page, page_file
+from fea.output.json_file import JsonObject
 from fea.output.plots.figure import label_axes, new_figure, save
 from fea.output.report.page import viewer
 from fea.output.report.scene import scene
@@ -140,7 +141,7 @@ class DrawnMap:
         bar = scale("bar")
         rows, columns = ([*range(0, len(axis), _EVERY), len(axis) - 1] for axis in (self.peak, self.rpm))
         some = np.ix_(rows, columns)
-        data: dict[str, Any] = {
+        data: JsonObject = {
             "box": box,
             "rpm": _rounded(self.rpm[columns]),
             "peak": _rounded(bar * self.peak[rows]),
@@ -177,7 +178,7 @@ class DrawnMap:
         )
         write_text(path, page)
 
-    def _json(self, limit: LimitPoint, bar: float) -> dict[str, Any]:
+    def _json(self, limit: LimitPoint, bar: float) -> JsonObject:
         """A limit with its place, mm, and crank angle, °; `bar` converts pressures."""
         angle = limit.worst.crank_angle
         of_rod = {"name": self._found.place(limit), "at": limit.worst.at, "angle": angle and angle / DEG}

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from fea.base.choices import Finish
+from fea.output.json_file import JsonObject
 from fea.pins.fits import BIG_CLEARANCE, SMALL_CLEARANCE
 from fea.rod.loading import EngineLoading
 from fea.study.material_table import LIBRARY, MaterialTable, library_material
@@ -56,10 +57,10 @@ class OperatingPoint:
         return cls(rpm, scale, engine.piston_mass_kg, study.material, study.contact)
 
     @cached_property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> JsonObject:
         """The plain values that `changed` takes."""
         resolved = self.material.resolved()
-        values: dict[str, Any] = {key: getattr(self, key) for key in _ENGINE}
+        values: JsonObject = {key: getattr(self, key) for key in _ENGINE}
         values |= {"material": self.material.preset, "surface": resolved.surface}
         values |= {key: getattr(resolved, key) for key in _MATERIAL}
         values |= {key: getattr(self.contact, key) for key in _CLEARANCES}

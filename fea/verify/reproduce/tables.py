@@ -24,7 +24,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base import units
-from fea.base.shipped import shipped_text, shipped_toml
+from fea.base.shipped import TomlTable, shipped_text, shipped_toml
+from fea.output.json_file import JsonObject
 from geometry.arrays import Floats
 
 
@@ -175,7 +176,7 @@ class PrintedFigure:
         slipped = [self.slip.text] if self.slip is not None and self.status is not Status.AGREES else []
         return "; ".join(slipped + [self.formula_cause] * (wrong and bool(self.formula_cause)))
 
-    def as_dict(self) -> dict[str, object]:
+    def as_dict(self) -> JsonObject:
         """Return the figure with the names that other programs rely on."""
         named = ("source", "table", "quantity", "at", "unit", "published", "as_published", "corrected")
         return {name: getattr(self, name) for name in (*named, "cause", "status")}
@@ -294,7 +295,7 @@ class PublishedStudy:
     names: dict[str, Any]
 
     @cached_property
-    def data(self) -> dict[str, Any]:
+    def data(self) -> TomlTable:
         """The content of the study's file."""
         return shipped_toml(f"verify/published/{self.source}.toml")
 
@@ -338,7 +339,7 @@ class PublishedStudy:
         named = {name for _, name, *_ in Formatter().parse(text) if name and name not in texts}
         return text.format(**texts, **{name: self._value(name, rpm=rpm) for name in named})
 
-    def _figures(self, table: dict[str, Any]) -> Iterator[PrintedFigure]:
+    def _figures(self, table: TomlTable) -> Iterator[PrintedFigure]:
         quantities = [PrintedQuantity(**table.get("common", {}) | given) for given in table["quantity"]]
         for speeds, alternating in groupby(quantities, key=lambda quantity: quantity.rpm):
             together = list(alternating)

@@ -11,6 +11,7 @@ from fea.base.choices import CONVERGED_PERCENT
 from fea.base.material import Material, Materials
 from fea.judge import verdict
 from fea.judge.verdict import Peak
+from fea.output.json_file import JsonObject
 from fea.solid.assembly import pattern, stiffness
 from fea.solid.error_estimate import ErrorEstimator
 from fea.solid.stress import von_mises
@@ -58,7 +59,7 @@ class ExtremeRow:
         """Whether the result is right or the problem is reported."""
         return self.verdict is not Outcome.WRONG
 
-    def as_dict(self) -> dict[str, object]:
+    def as_dict(self) -> JsonObject:
         """Return the figures by their JSON keys."""
         return dict(vars(self))
 
