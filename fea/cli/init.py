@@ -7,7 +7,11 @@ from rich.console import Console
 from rich.table import Table
 
 from fea.cli.options import Json, print_json
+from fea.output.json_file import json_text
 from fea.output.target import require_target
+from fea.output.text import write_text
+from fea.study.documents import SCHEMA_FILE, is_schema, study_schema, template
+from fea.study.tables import number_of, unit_of
 from geometry.errors import InvalidValue, require, require_positive
 
 
@@ -40,8 +44,6 @@ def init(
     thread
         Of its bolts: 3/8-24 UNF, M9x1, …
     """
-    from fea.study.documents import template
-
     require_target("FILE", file, (file.suffix.lower(),))
     if not file.suffix:
         file = file.with_suffix(".toml")
@@ -50,7 +52,6 @@ def init(
         text = template()
     else:
         from fea.analysis.engine_study import engine_study
-        from fea.study.tables import number_of
 
         lengths = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
         given = {
@@ -73,9 +74,6 @@ def init(
 
 
 def _schema_beside(study: Path) -> Path | None:
-    from fea.output.json_file import json_text
-    from fea.output.text import write_text
-    from fea.study.documents import SCHEMA_FILE, is_schema, study_schema
 
     path = study.parent / SCHEMA_FILE
     if path.exists() and not is_schema(path.read_text(encoding="utf-8", errors="replace")):
@@ -93,7 +91,6 @@ def materials(name: str | None = None, /, *, json: Json = False) -> None:
         A material, by one of its names.
     """
     from fea.study.material_table import LIBRARY, library_material
-    from fea.study.tables import unit_of
 
     shown = list(LIBRARY.values()) if name is None else [library_material("NAME", name)]
     if json:
@@ -126,8 +123,6 @@ no limit. For a steel without one, half the ultimate strength is used. `fea mate
 
 def schema() -> None:
     """Print the JSON Schema of a study, for editors and other programs."""
-    from fea.study.documents import study_schema
-
     print_json(study_schema())
 
 

@@ -7,6 +7,7 @@ from typing import Literal
 
 from fea.cli.options import FILE_FLAGS, USUAL, Printing, StudyName, load_with_flags, one_or_all, takes
 from fea.machine.exit_codes import CHECK_FAILED
+from fea.machine.system import replaced
 from fea.output.target import require_target
 from fea.output.terminal.rod import print_forces, print_modes, print_rod
 from fea.output.text import write_columns
@@ -71,7 +72,6 @@ def rod(
     figures, mesh = rod_report(loaded)
     written: list[Path] = []
     if step is not None:
-        from fea.machine.system import replaced
         from geometry.cad.formats import step_file
         from geometry.session import session
 
