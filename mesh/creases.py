@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import gmsh
 import numpy as np
-from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.surfaces import PLANE_AXIS, Surface
@@ -86,8 +85,22 @@ def creases(
             between.append((_in_words(outer[0], cut), _in_words(outer[-1], cut)))
     if not rows:
         return Creases(np.zeros((0, 2), int), np.zeros(0), np.zeros(0, int), ())
-    _, nodes = KDTree(mesh.points).query(np.concatenate(rows))
-    return Creases(nodes, np.concatenate(folds), np.concatenate(labels), tuple(between))
+    return Creases(
+        _numbers(np.concatenate(rows), mesh), np.concatenate(folds), np.concatenate(labels), tuple(between)
+    )
+
+
+def _numbers(ends: Floats, mesh: TetMesh) -> Ints:
+    """Nodes (n, 2) of a mesh at places (n, 2, 3), the nearest where none is exactly there."""
+    count, places = len(mesh.points), ends.reshape(-1, 3)
+    together = np.concatenate([mesh.points, places]) + 0.0  # no negative zeros
+    _, place = np.unique(together, axis=0, return_inverse=True)
+    node_at = np.full(len(together), -1)
+    node_at[place[:count]] = np.arange(count)
+    nodes = node_at[place[count:]]
+    for row in np.flatnonzero(nodes < 0):
+        nodes[row] = np.linalg.norm(mesh.points - places[row], axis=1).argmin()
+    return np.asarray(nodes, dtype=np.int64).reshape(-1, 2)
 
 
 def _shared(axis_of: Mapping[int, int]) -> list[tuple[int, tuple[int, int]]]:

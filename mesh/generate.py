@@ -12,7 +12,6 @@ from itertools import count
 
 import gmsh
 import numpy as np
-from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.bodies import Body, draw
@@ -105,6 +104,8 @@ def of_crossing(message: str) -> MeshError:
 
 def of_elements(corners: Floats, what: str) -> Repair:
     """Repair the mesh of the open model around elements (n, 4, 3), mm; `what` is wrong with them."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 - only a mesh that is repaired needs it
+
     longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
     centers = corners.mean(axis=1)
     balls = tuple(

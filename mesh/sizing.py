@@ -6,7 +6,6 @@ from math import sqrt
 
 import gmsh
 import numpy as np
-from scipy.spatial import KDTree
 
 from geometry.arrays import Floats, Ints
 from geometry.faces import Feature, FeatureKind
@@ -55,6 +54,8 @@ class SizeField:
         small = np.flatnonzero(wanted < wanted.max())
         if not small.size:
             return self
+        from scipy.spatial import KDTree  # noqa: PLC0415 - only a refined mesh needs it
+
         # An exact limit would need an advancing front; the nearest seeds give practically the same bound.
         seeds, sizes = places[small], wanted[small]
         distance, nearest = KDTree(seeds).query(places, k=min(_NEIGHBOURS, small.size))

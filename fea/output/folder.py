@@ -13,9 +13,9 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from fea.machine.system import PathLock, exchange, flush, incomplete
-from fea.output.json_file import JsonObject
 from fea.output.target import OccupiedError, near, picture_name, reported
 
 REPORT = "report.html"
@@ -52,7 +52,7 @@ def _is_file(path: Path) -> bool:
     return path.is_file() and not path.is_symlink()
 
 
-def _manifest(folder: Path) -> JsonObject:
+def _manifest(folder: Path) -> dict[str, Any]:
     for name in (SUMMARY, OPTIMISED):
         try:
             summary = json.loads((folder / name).read_text(encoding="utf-8"))

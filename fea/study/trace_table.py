@@ -120,7 +120,7 @@ def find_table(text: str, source: str) -> TraceTable:
     sample = lines[:_SAMPLE]
     form = _form([line for line in sample if not line.is_comment], source)
     start = next(i for i, line in enumerate(sample) if not line.is_comment and form.fits(line))
-    return _rows(lines[start:], form, _names(sample[:start], form, source), source)
+    return _rows(lines[start:], form, _names(sample[:start], sample[start], form, source), source)
 
 
 def _cells(text: str, separator: str | None) -> list[str]:
@@ -159,7 +159,7 @@ def _commonest(separator: str | None, sample: Sequence[_TextLine]) -> tuple[_For
     return None if best is None else (best, forms[best])
 
 
-def _names(above: Sequence[_TextLine], form: _Form, source: str) -> tuple[str, ...]:
+def _names(above: Sequence[_TextLine], first: _TextLine, form: _Form, source: str) -> tuple[str, ...]:
     """Names of the columns: the lines above the first row with as many cells, joined column by column."""
     rows: list[list[str]] = []
     for line in reversed(above[-_MOST_NAME_LINES:]):
@@ -169,6 +169,9 @@ def _names(above: Sequence[_TextLine], form: _Form, source: str) -> tuple[str, .
         rows.insert(0, cells)
     if not rows and above and not above[-1].is_comment:  # a line of names that does not fit
         cells, text = _cells(above[-1].text, form.separator), above[-1].text
+        if len(cells) > 1 and all(_is_number(cell, comma=form.comma) for cell in cells):
+            rule = f"must have {len(cells)} columns like the lines above it"
+            raise InvalidValue(f"{source} line {first.number}", first.text, rule)
         is_preamble = len(cells) < 2 or (form.separator is None and not {"[", "("} & set(text))
         rule = f"names {len(cells)} columns, but the lines below it have {form.cells}"
         remedy = "Name every column, and use another separator than the decimal sign."

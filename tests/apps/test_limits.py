@@ -206,7 +206,7 @@ class Springs(RodFactors):
 
     def judged(self, pull):
         area = self._assembling.bolt.bolt.least_area
-        forces = self._assembling.bolt.bolt.preload + self.share * np.atleast_1d(pull)
+        forces = self._assembling.bolt.preload + self.share * np.atleast_1d(pull)
         states = [SimpleNamespace(bolts=(BoltState((0, 0, 0), one, 1, fibre=one / area),)) for one in forces]
         (bolt,) = judged_bolts(self._assembling, states)
         return {FailureMode.BOLT_YIELD: ModeFactor(bolt.working_safety)}
@@ -226,14 +226,15 @@ class Springs(RodFactors):
 def test_a_bolt_yields_where_its_diagram_says():
     """Without gas the pull is in proportion to speed squared, so that the limit speed follows; 1 %."""
     own = load_study("leon-2001-bolted")
-    bolt = AssemblySetup.of(own).bolt.bolt
+    tightened = AssemblySetup.of(own).bolt
+    bolt = tightened.bolt
     loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
     engine = ScaledEngine(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
     model = Springs(AssemblySetup.of(own))
     search = LimitSearch(model, engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None)
-    twisting = math.sqrt(bolt.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
+    twisting = math.sqrt(tightened.working_stress(0.0) ** 2)  # √3 k_τ τ: torsion that tightening leaves
     strongest = bolt.least_area * math.sqrt((bolt.strength.yield_strength / 1.1) ** 2 - twisting**2)
-    pull = (strongest - bolt.preload) / model.share
+    pull = (strongest - tightened.preload) / model.share
     at_1000 = engine.cycle(1000.0, 1.0).degrees.crank_axial.max() / 2
     expected = 1000 * math.sqrt(pull / at_1000)
     survey = search.survey()

@@ -3,7 +3,8 @@ import threading
 
 import pytest
 
-from fea.machine.threads import imported_meanwhile, threads
+from fea.machine import threads
+from fea.machine.threads import imported_meanwhile
 
 
 @pytest.fixture

@@ -58,7 +58,7 @@ def test_a_flat_element_is_found_by_its_shape():
         flat = replace(mesh, points=points)
         repair = mesh_flaws(None, None, flat, measure(flat))
         assert mesh_flaws(None, None, mesh, quality) is None
-    centers = [spot.center for spot in repair.spots]
+    centers = [spot.center for spot in repair.balls]
     assert np.isclose(centers, points[mesh.tets[0]].mean(axis=0)).all(axis=1).any()
     assert "flat near" in repair.causes[0]
 
