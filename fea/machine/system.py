@@ -241,8 +241,9 @@ def usable_processors() -> int:
 
 
 if sys.platform == "win32":
-    from fea.machine.windows import ResourceLimiter, machine_memory, process_memory
-    from fea.machine.windows import WindowsPathLock as PathLock
+    from fea.machine.windows import ResourceLimiter, WindowsPathLock, machine_memory, process_memory
+
+    PathLock = WindowsPathLock
 
     _watch = ResourceLimiter(OVERTIME, OUT_OF_MEMORY)
 else:
