@@ -90,10 +90,8 @@ class WorstOfSpeed:
     fatigue: WorstPlace | None
 
 
-# Number of speeds at which every place is evaluated first.
-SURVEYED = 5
-# Speeds whose peak cases are superposed at once.
-AT_ONCE = 10
+# Speeds at which every place is evaluated first, and whose peak cases are superposed at once.
+SURVEYED, AT_ONCE = 5, 10
 # Share of the largest distance from its centre, and of the largest mean stress, from which on an instant may
 # decide on Crossland's factor of a place.
 _DECIDING = 0.98
@@ -132,8 +130,7 @@ class SpeedSearch:
         """Look at every place at a speed, rpm; if any is worse than what was found there, search again."""
         known = np.full(len(CRITERIA), np.nan)
         known[YIELDING] = 1 / found.yielding.factor
-        if found.fatigue is not None:
-            known[FATIGUE] = 1 / found.fatigue.factor
+        known[FATIGUE] = np.nan if found.fatigue is None else 1 / found.fatigue.factor
         return self._candidates.confirm(self._cycles(rpm), known)
 
     def _worst(self, cycle: CrankCycle, histories: CandidateHistories, mode: int) -> WorstPlace:

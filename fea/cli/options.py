@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from cyclopts import Parameter
 
 from fea.base.choices import UnitSystem
+from fea.machine.threads import limit_threads
 from fea.output.units import shown_in
 
 if TYPE_CHECKING:
@@ -98,7 +99,6 @@ def takes(*names: str, **helps: str) -> Callable[[Command], Command]:
 
 def load_with_flags(study: str, flags: "Flags", threads: int | None = None) -> "Study":
     """Return a study with its flags; before that, and before a library starts threads, they are limited."""
-    from fea.machine.threads import limit_threads
     from fea.study.study import load_study
 
     limit_threads(threads)

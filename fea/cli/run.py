@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from fea.base.choices import UnitSystem
 from fea.cli import options
+from fea.judge.safety_factor import SurvivalAnswer
 from fea.machine.clock import stages
 from fea.machine.exit_codes import CHECK_FAILED, MACHINE, UNSAFE
 from fea.machine.threads import limit_threads
@@ -54,8 +55,6 @@ def run(
 
 def verdict(summaries: "list[Summary]", min_safety: float | None) -> int:
     """Exit code of finished runs: a failed check takes precedence over a low safety factor."""
-    from fea.judge.safety_factor import SurvivalAnswer
-
     if not all(summary.trusted for summary in summaries):
         return CHECK_FAILED
     unsafe = {SurvivalAnswer.UNDECIDED, SurvivalAnswer.FAILS}
