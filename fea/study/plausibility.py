@@ -5,6 +5,7 @@ ships are alike in their proportions.
 """
 
 import math
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -18,6 +19,8 @@ from fea.study.tables import Written, own_unit, unit_of
 _OUTSIDE = 10.0
 # A unit is named if it brings the values of the study this much closer to those of engines.
 _BETTER = 0.5
+# An integer may be larger than any float.
+_LARGEST = sys.float_info.max
 # Ratios of the units of length that a file may be in.
 _FILE_UNITS = (25.4, 1000.0, 10.0)
 
@@ -193,7 +196,9 @@ def magnitudes(tables: Mapping[str, Any]) -> dict[str, float]:
             numbers = [
                 (Written if isinstance(number, Written) else float)(abs(number))
                 for number in (value if isinstance(value, list | tuple) else (value,))
-                if isinstance(number, int | float) and not isinstance(number, bool) and abs(number) < math.inf
+                if isinstance(number, int | float)
+                and not isinstance(number, bool)
+                and abs(number) <= _LARGEST
             ]
             if numbers:
                 values[f"{table}.{key}"] = max(numbers)
