@@ -83,12 +83,12 @@ class EngineLoading:
 
     def cycle_at(self, rod: MassProperties, speed: float) -> CrankCycle:
         """Return the crank cycle at a speed, rad/s: the same object each time, with what it has computed."""
-        key = id(rod), speed  # no other rod has this id as long as the cycle holds the rod
-        if key not in self._cycles:
-            if len(self._cycles) == _MOST_CYCLES:
+        found = self._cycles.get((id(rod), speed))
+        if found is None or found.rod is not rod:  # an id may have been another rod's, in another process too
+            if len(self._cycles) >= _MOST_CYCLES:
                 self._cycles.clear()
-            self._cycles[key] = CrankCycle(self.engine, rod, self.gas, speed)
-        return self._cycles[key]
+            found = self._cycles[id(rod), speed] = CrankCycle(self.engine, rod, self.gas, speed)
+        return found
 
 
 @dataclass(frozen=True)
