@@ -35,7 +35,7 @@ from fea.analysis.figures import (
     PlaceFigures,
     Summary,
 )
-from fea.analysis.prepared_rod import PreparedRod
+from fea.analysis.prepared_rod import PreparedRod, evenly_spread
 from fea.analysis.speed_result import SpeedResult
 from fea.analysis.summary import load_figures, summary_of
 from fea.base.note import omission
@@ -90,8 +90,8 @@ class WorstOfSpeed:
     fatigue: WorstPlace | None
 
 
-# Speeds at which every place is evaluated first, and whose peak cases are superposed at once.
-SURVEYED, AT_ONCE = 5, 10
+# Speeds whose peak cases are superposed at once.
+AT_ONCE = 10
 # Share of the largest distance from its centre, and of the largest mean stress, from which on an instant may
 # decide on Crossland's factor of a place.
 _DECIDING = 0.98
@@ -107,9 +107,7 @@ class SpeedSearch:
         self, analysis: CycleAnalysis, cycles: Callable[[float], CrankCycle], speeds: Sequence[float]
     ) -> None:
         self._analysis, self._cycles, self._candidates = analysis, cycles, Candidates(analysis)
-        count = min(SURVEYED, len(speeds))
-        surveyed = np.unique(np.linspace(0, len(speeds) - 1, count).round().astype(int))
-        for rpm in np.sort(np.asarray(speeds, float))[surveyed]:
+        for rpm in sorted(evenly_spread(speeds)):  # every place is evaluated at these
             self._candidates.survey(cycles(rpm))
         self._candidates.choose()
         blocks = [speeds[start : start + AT_ONCE] for start in range(0, len(speeds), AT_ONCE)]
@@ -127,7 +125,7 @@ class SpeedSearch:
         return WorstOfSpeed(tuple(cases), figures, yielding, fatigue if np.isfinite(fatigue.factor) else None)
 
     def confirmed(self, rpm: float, found: WorstOfSpeed) -> bool:
-        """Look at every place at a speed, rpm; if any is worse than what was found there, search again."""
+        """Whether no place is worse than those found at a speed, rpm; any that is joins the candidates."""
         known = np.full(len(CRITERIA), np.nan)
         known[YIELDING] = 1 / found.yielding.factor
         known[FATIGUE] = np.nan if found.fatigue is None else 1 / found.fatigue.factor
@@ -140,8 +138,7 @@ class SpeedSearch:
         row = int(usage[number].argmax())
         of_part = histories.parts[number]
         factor = 1 / usage[number][row] if usage[number][row] > 0 else np.inf
-        worst = RowHistories(of_part.part, of_part.rows[[row]], of_part.stress[[row]])
-        return self._place(factor, worst, cycle, histories.angles)
+        return self._place(factor, of_part.some(np.array([row])), cycle, histories.angles)
 
     def _place(self, factor: float, worst: RowHistories, cycle: CrankCycle, angles: Floats) -> WorstPlace:
         part, row = worst.part, int(worst.rows[0])
@@ -164,13 +161,12 @@ class SpeedSearch:
 
     def _around_decisive(self, worst: RowHistories, cycle: CrankCycle, angles: Floats) -> Floats:
         """Stress (1, 6, n_instants) of a row, also around the instants that decide on Crossland's factor."""
-        history = worst.stress
-        _, center = enclosing_balls(history[:, :5])
-        away, mean = np.linalg.norm(history[0, :5] - center[0, :, None], axis=0), history[0, 5]
+        _, center = enclosing_balls(worst.stress[:, :5])
+        (history,) = worst.stress
+        away, mean = np.linalg.norm(history[:5] - center[0, :, None], axis=0), history[5]
         deciding = (away >= _DECIDING * away.max()) | (mean == mean.max())
         more = np.setdiff1d(around(angles[deciding]), angles)
-        added = worst.part.stress(self._analysis.weights(cycle, more), worst.rows)
-        return np.concatenate([history, added], axis=2)
+        return worst.extended(worst.part, self._analysis.weights(cycle, more)).stress
 
     def _at_peaks(self, speeds: Sequence[float]) -> list[tuple[CaseFigures, ...]]:
         """Superpose the peak cases of some speeds: many are hardly more work than those of one."""

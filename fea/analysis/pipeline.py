@@ -106,11 +106,11 @@ def refined_rod(
             if len(results) < max(1, MAX_KEPT_NODES // len(rod.mesh.whole.points)):
                 results[rpm] = result
         passes.append(errors.figures(clock.total - sum(each.seconds for each in passes)))
-        wanted, obstacle = errors.wanted_sizes(len(passes))
+        wanted, obstacle, draft = errors.next_mesh(len(passes))
         if listener:
             listener(passes[-1].text(len(passes)))
             if len(passes) == 1 and wanted is not None:
-                listener(errors.draft(wanted))
+                listener(draft)
         if wanted is None:
             break
         sizes.append(wanted)

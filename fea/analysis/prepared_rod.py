@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -300,12 +301,15 @@ def require_engine(loading: Loading, name: str = "") -> EngineLoading:
     return loading
 
 
-def evenly_spread(speeds: Iterable[float | None]) -> list[float | None]:
+_Speed = TypeVar("_Speed", float, float | None)
+
+
+def evenly_spread(speeds: Iterable[_Speed]) -> list[_Speed]:
     """Choose at most `MOST_SPEEDS` of the speeds, rpm, each once; of more, in rising order."""
     every = list(dict.fromkeys(speeds))
     if len(every) <= MOST_SPEEDS:
         return every
-    rising = sorted(rpm or 0.0 for rpm in every)
+    rising = sorted(every, key=lambda rpm: rpm or 0.0)
     return [rising[index] for index in np.linspace(0, len(rising) - 1, MOST_SPEEDS).round().astype(int)]
 
 

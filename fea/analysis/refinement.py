@@ -71,6 +71,14 @@ class ErrorBar(NamedTuple):
         return f"±{self.percent:.2g} % in {self.case}, because of ({x}, {y}, {z}) mm"
 
 
+class NextMesh(NamedTuple):
+    """What the errors of a mesh ask for."""
+
+    sizes: SizeField | None = None  #: of the next mesh; None where there is none
+    obstacle: str = ""  #: why there is none; empty where the tolerance is met
+    draft: str = ""  #: progress line after the first mesh, with what the next one will be
+
+
 class MeshErrors:
     """The errors of a mesh over the load cases of some speeds, which are included one after another.
 
@@ -88,10 +96,11 @@ class MeshErrors:
         """Include the load cases of a speed."""
         rod, mesh, cases = self._rod, self._rod.mesh.whole, tuple(results.values())
         all_cases, masked = rod.options.all_cases, cases[0].error.masked
-        used = usage(rod, cases) if rod.options.cycle and len(cases) > 1 else None
-        fatigue = [] if used is None else [peak(*used, masked)]
-        fields = [] if used is None else [used]
+        fatigue, fields = list[Peak](), list[Judged]()
         if rod.options.cycle and len(cases) > 1:
+            if (used := usage(rod, cases)) is not None:
+                fatigue.append(peak(*used, masked))
+                fields.append(used)
             fields.append(amplitude(cases))
         self.bar = max(self.bar, *_bars(cases, fatigue, all_cases=all_cases))
         self.smallest = min(self.smallest, *_factors(cases, fatigue), key=lambda factor: factor.low)
@@ -110,13 +119,13 @@ class MeshErrors:
             seconds=seconds,
         )
 
-    def wanted_sizes(self, n_passes: int) -> tuple[SizeField | None, str]:
-        """Return the sizes of the next mesh, or None; then why not, empty where the tolerance is met."""
+    def next_mesh(self, n_passes: int) -> NextMesh:
+        """Return the mesh that the tolerance asks for after so many passes."""
         mesh = self._rod.mesh
         if self.bar.percent <= self._tolerance:
-            return None, ""
+            return NextMesh()
         if self._rod.options.draft:
-            return None, "this is a draft; without --draft the mesh is refined"
+            return NextMesh(obstacle="this is a draft; without --draft the mesh is refined")
         wanted, elements = wanted_sizes(mesh, self._ratio), 0.0
         if wanted is not None and n_passes < MAX_PASSES:
             elements = predicted_elements(mesh, wanted, self._growth)
@@ -125,20 +134,12 @@ class MeshErrors:
             elements = 0.0 if wanted is None else predicted_elements(mesh, wanted, self._growth)
         if not elements:
             meshes = "1 mesh was" if n_passes == 1 else f"{n_passes} meshes were"
-            return None, f"{meshes} tried; start from a smaller --size"
+            return NextMesh(obstacle=f"{meshes} tried; start from a smaller --size")
+        count = f"{float(f'{elements:.2g}'):.0f} elements"
         if elements > MAX_ELEMENTS:
-            return None, f"it would take {two_digits(elements)} elements, and the limit is {MAX_ELEMENTS}"
-        return wanted, ""
-
-    def draft(self, wanted: SizeField) -> str:
-        """Return the progress line after the first mesh, with what the next one will be."""
-        count = two_digits(predicted_elements(self._rod.mesh, wanted, self._growth))
-        return f"draft: safety factor {self.smallest.text}; refining, to about {count} elements"
-
-
-def two_digits(count: float) -> str:
-    """Return a count in two significant digits."""
-    return f"{float(f'{count:.2g}'):.0f}"
+            return NextMesh(obstacle=f"it would take {count}, and the limit is {MAX_ELEMENTS}")
+        draft = f"draft: safety factor {self.smallest.text}; refining, to about {count}"
+        return NextMesh(wanted, draft=draft)
 
 
 def size_ratio(

@@ -69,14 +69,12 @@ def sweep(
     units
         Units of the report: si or us; the table is in those that its columns name.
     """
-    from fea.apps.sweep.sweep_file import load_sweep, study_text
+    from fea.apps.sweep.sweep_file import load_sweep, require_extra, study_text
 
     loaded = load_sweep(file)
     if study is not None:
         sys.stdout.write(study_text(loaded, study))
         return 0
-    from fea.apps.sweep.sweep_file import require_extra
-
     require_extra()
     from fea.apps.sweep.run_sweep import run_sweep
 

@@ -319,10 +319,7 @@ class PressurePatterns(ContactUnits):
     def weights(self, instants: Instants, cycle: CrankCycle | None = None) -> Weights:
         """Weights of the unit loads at n instants: see `UnitLoads.weights`."""
         states = self.pins.states(instants, cycle)
-        return self.of_pressures(np.stack([state.values for state in states], axis=1), instants)
-
-    def of_pressures(self, values: Floats, instants: Instants) -> Weights:
-        """Weights of pressures (n, n_instants) and of the inertia of instants."""
+        values = np.stack([state.values for state in states], axis=1)  # pressures (n, n_instants)
         parts, none = self.contact.problem.unfolding.parts(values), np.zeros((self._n_cell, len(instants)))
         even, odd = (self._weighing[parity].T @ parts.get(parity, none) for parity in Parity)
         motions = instants.motions

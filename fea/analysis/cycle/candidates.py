@@ -48,10 +48,32 @@ class RowHistories(NamedTuple):
     rows: Ints  #: (n,)
     stress: Floats  #: (n, 6, n_instants), MPa, components as in `fea.judge.history`
 
+    @classmethod
+    def of(cls, part: PartRows, rows: Ints, weights: Weights) -> "RowHistories":
+        """Superpose the stress of some rows."""
+        return cls(part, rows, part.stress(weights, rows))
+
+    def some(self, which: Ints) -> "RowHistories":
+        """Return those of some of the rows, by their place among these."""
+        return RowHistories(self.part, self.rows[which], self.stress[which])
+
+    def extended(self, part: PartRows, weights: Weights) -> "RowHistories":
+        """Append further instants, which `part` superposes: this part, or the same one of other solutions."""
+        more = part.stress(weights, self.rows)
+        return self._replace(stress=np.concatenate([self.stress, more], axis=2))
+
     @property
     def utilisation(self) -> Floats:
-        """Utilisations (3, n) of the rows."""
-        return utilisation_of(self.part, self.stress, self.rows)
+        """Utilisations (3, n) of the rows; 0 where a strength is not known."""
+        signed = signed_equivalent(self.stress)
+        highest, lowest = signed.max(axis=1), signed.min(axis=1)
+        factors = [
+            self.part.yielding_factor(highest, lowest),
+            self.part.fatigue_factor(highest, lowest, self.rows),
+            self.part.lining_factor(highest, lowest),
+        ]
+        known = [np.where(np.isnan(each), np.inf, each) for each in factors]
+        return np.asarray([1 / np.maximum(each, _TINY) for each in known])
 
 
 class CandidateHistories(NamedTuple):
@@ -117,15 +139,15 @@ class Candidates:
         angles = np.union1d(sampled_angles(cycle, _CANDIDATE_STEP), np.zeros(0) if known is None else known)
         weights = self._analysis.weights(cycle, angles)
         pairs = [(part, rows) for part, rows in zip(self.parts, self._rows, strict=True) if rows.size]
-        first = [RowHistories(part, rows, part.stress(weights, rows)) for part, rows in pairs]
+        first = [RowHistories.of(part, rows, weights) for part, rows in pairs]
         usage = [each.utilisation for each in first]
-        decisive = decisive_angles(angles, [each.stress for each in first], usage)
+        decisive = decisive_angles(angles, first, usage)
+        worst = [each.some(most_used(used)) for each, used in zip(first, usage, strict=True)]
         more = np.setdiff1d(decisive, angles)
         if more.size:
-            weights = Weights(*map(np.hstack, zip(weights, self._analysis.weights(cycle, more), strict=True)))
-        worst = [(part, rows[most_used(used)]) for (part, rows), used in zip(pairs, usage, strict=True)]
-        found = tuple(RowHistories(part, rows, part.stress(weights, rows)) for part, rows in worst)
-        return CandidateHistories(found, np.append(angles, more), decisive)
+            weights = self._analysis.weights(cycle, more)
+            worst = [each.extended(each.part, weights) for each in worst]
+        return CandidateHistories(tuple(worst), np.append(angles, more), decisive)
 
 
 def _largest(usage: Sequence[Floats]) -> Floats:
@@ -146,20 +168,11 @@ def utilisation(part: PartRows, weights: Weights) -> Floats:
 
     def block(start: int) -> Floats:
         nodes = slice(start, start + _BLOCK)
-        stress = part.every(weights, nodes)
-        return utilisation_of(part, stress, rows[:, nodes].ravel()).reshape(len(CRITERIA), len(rows), -1)
+        histories = RowHistories(part, rows[:, nodes].ravel(), part.every(weights, nodes))
+        return histories.utilisation.reshape(len(CRITERIA), len(rows), -1)
 
     blocks = list(side_by_side(block, range(0, rows.shape[1], _BLOCK)))
     return np.concatenate(blocks, axis=2).reshape(len(CRITERIA), -1)
-
-
-def utilisation_of(part: PartRows, history: Floats, rows: Ints) -> Floats:
-    """Utilisations (3, n) of histories (n, 6, n_instants) of some rows; 0 where a strength is not known."""
-    signed = signed_equivalent(history)
-    highest, lowest = signed.max(axis=1), signed.min(axis=1)
-    factors = [part.yielding_factor(highest, lowest), part.fatigue_factor(highest, lowest, rows)]
-    factors.append(part.lining_factor(highest, lowest))
-    return np.asarray([1 / np.maximum(np.where(np.isnan(each), np.inf, each), _TINY) for each in factors])
 
 
 def most_used(usage: Floats) -> Ints:
@@ -169,7 +182,7 @@ def most_used(usage: Floats) -> Ints:
 
 
 def decisive_angles(
-    angles: Floats, histories: Sequence[Floats], usage: Sequence[Floats], window: int = WINDOW
+    angles: Floats, histories: Sequence[RowHistories], usage: Sequence[Floats], window: int = WINDOW
 ) -> Floats:
     """Crank angles around the extremes of the three worst rows against each mode, rad."""
     found = set[int]()
@@ -179,7 +192,7 @@ def decisive_angles(
         if not most[number] and mode:  # no part fails in this way
             continue
         for row in np.argsort(-usage[number][mode])[:3]:
-            signed = signed_equivalent(histories[number][row : row + 1])[0]
+            signed = signed_equivalent(histories[number].stress[row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}
     return around(angles[sorted(found)], window)
 

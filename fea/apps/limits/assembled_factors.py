@@ -96,7 +96,7 @@ class _SolvedInstants(NamedTuple):
     def most_stressed(self) -> list[RowHistories]:
         """Rows of each part that may be the worst."""
         pairs = [(part, most_used(utilisation(part, self.weights))) for part in self.parts]
-        return [RowHistories(part, rows, part.stress(self.weights, rows)) for part, rows in pairs]
+        return [RowHistories.of(part, rows, self.weights) for part, rows in pairs]
 
 
 class AssembledFactors(RodFactors):
@@ -168,19 +168,14 @@ class AssembledFactors(RodFactors):
         angles = sampled_angles(cycle, ALL_ROWS_STEP)
         first = self._solved(cycle.at(angles), cycle)
         worst = first.most_stressed
-        histories, usage = [each.stress for each in worst], [each.utilisation for each in worst]
-        self._decisive = np.union1d(self._decisive, decisive_angles(angles, histories, usage, 0))
+        usage = [each.utilisation for each in worst]
+        self._decisive = np.union1d(self._decisive, decisive_angles(angles, worst, usage, 0))
         of_assembly = self._of_assembly(first.states, angles).values()
         decisive = [each.crank_angle for each in of_assembly if each.crank_angle is not None]
-        more = np.union1d(decisive_angles(angles, histories, usage), around(np.array(decisive)))
+        more = np.union1d(decisive_angles(angles, worst, usage), around(np.array(decisive)))
         more = np.setdiff1d(more, angles)
         second = self._solved(cycle.at(more), cycle)
-        both = [
-            each._replace(
-                stress=np.concatenate([each.stress, part.stress(second.weights, each.rows)], axis=2)
-            )
-            for each, part in zip(worst, second.parts, strict=True)
-        ]
+        both = [each.extended(part, second.weights) for each, part in zip(worst, second.parts, strict=True)]
         return (both, np.append(angles, more)), [*first.states, *second.states]
 
     def _factors(self, solved: _SolvedInstants, angles: Floats) -> dict[FailureMode, ModeFactor]:

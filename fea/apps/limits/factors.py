@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from fea.analysis.buckling import columns, compression
-from fea.analysis.cycle.candidates import Candidates, RowHistories, utilisation_of
+from fea.analysis.cycle.candidates import Candidates, RowHistories
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.life import COUNTED
 from fea.analysis.prepared_rod import PreparedRod
@@ -150,10 +150,6 @@ class SuperposedFactors(RodFactors):
         found = {mode: ModeFactor(1 / used) for mode, used in zip(STRESSED, largest, strict=True) if used > 0}
         return found | {FailureMode.BUCKLING: self.buckling(cycle)}
 
-    def choose_candidates(self) -> None:
-        """Choose the rows that may be the worst between the rays that were surveyed in their order."""
-        self._candidates.choose()
-
     def certify(self, cycle: CrankCycle, factors: Factors) -> bool:
         """Check that no row is worse than `factors`; any that is becomes a candidate."""
         known = [1 / factors[mode].factor if mode in factors else np.nan for mode in STRESSED]
@@ -175,8 +171,9 @@ def worst_of_histories(
 ) -> dict[FailureMode, ModeFactor]:
     """Return the least factors among rows of parts with their histories (n, 6, n_instants)."""
     found = dict[FailureMode, ModeFactor]()
-    for part, rows, history in rows_of_parts:
-        for mode, used in zip(STRESSED, utilisation_of(part, history, rows), strict=True):
+    for of_part in rows_of_parts:
+        part, rows, history = of_part
+        for mode, used in zip(STRESSED, of_part.utilisation, strict=True):
             row = int(used.argmax())
             factor = 1 / max(float(used[row]), _TINY)
             if used[row] > 0 and (mode not in found or factor < found[mode].factor):
