@@ -1,6 +1,7 @@
 """The error for a value that breaks a rule, and the checks that raise it."""
 
 import math
+from collections.abc import Mapping
 from enum import Enum
 
 # Longest value shown in a message: enough to recognise it.
@@ -46,6 +47,11 @@ def require_number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not is_finite(value):
         raise InvalidValue(name, value, "must be a finite number")
     return float(value)
+
+
+def require_numbers(values: Mapping[str, object]) -> list[float]:
+    """Return values by their names as finite floats, or raise `InvalidValue` for the first that is none."""
+    return [require_number(name, value) for name, value in values.items()]
 
 
 def is_finite(value: float) -> bool:

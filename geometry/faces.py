@@ -1,7 +1,7 @@
 """The faces of a solid: their shapes, points on them, and the named surfaces that they belong to."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -100,10 +100,22 @@ class Face:
         off = self.values[0] - x, self.values[6] - major, self.values[7] - minor
         return max(map(abs, off)) < slack
 
+    def rounds(self, between: tuple[float, float], level: float, radius: float, slack: float) -> bool:
+        """Whether it rounds an edge: its axis lies at z = ±level, and between two x."""
+        if self.shape not in ("Cylinder", "Torus") or self.upright():
+            return False
+        off = abs(self.values[2]) - level, self.values[-1] - radius
+        return between[0] < self.values[0] < between[1] and max(map(abs, off)) < slack
+
     def lies_at(self, axis: int, level: float, slack: float) -> bool:
         """Whether it is a plane at ±`level` along a coordinate axis."""
         ends = self.low[axis], self.high[axis]
         return self.shape == "Plane" and max(abs(abs(end) - level) for end in ends) < slack
+
+
+def matching(faces: Iterable[Face], matches: Callable[..., bool], slack: float) -> tuple[int, ...]:
+    """Return the tags of the faces that match, where `slack` is by how much lengths may differ, mm."""
+    return tuple(face.tag for face in faces if matches(face, slack=slack))
 
 
 def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
-from geometry.errors import require, require_number, require_positive
+from geometry.errors import InvalidValue, require, require_number, require_numbers, require_positive
 from geometry.outline import Bosses, Outline, Pocket, web_pocket
 from geometry.steps import LEAST, highest, rib, ring_steps
 
@@ -15,11 +15,11 @@ _ENDS = ("big_end", "small_end")
 
 def _check(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
-    for name in dimensions():
-        value = require_number(f"rod.{key(name)}", getattr(rod, name))
+    optional, rule = options(), f"must lie between {_LEAST:g} and {_MOST:g} mm"
+    given = require_numbers({f"rod.{name}_mm": getattr(rod, name) for name in dimensions()})
+    for name, value in zip(dimensions(), given, strict=True):
         object.__setattr__(rod, name, value)
-        allowed = _LEAST <= value <= _MOST or (value == 0 and name in options())
-        rule = f"must lie between {_LEAST:g} and {_MOST:g} mm"
+        allowed = _LEAST <= value <= _MOST or (value == 0 and name in optional)
         require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
     section, sections = rod.shank_section, [str(section) for section in ShankSection]
     valid = isinstance(section, str) and section in sections
@@ -53,7 +53,8 @@ def _check(rod: Dimensions) -> None:
 
 def require_of(rod: Dimensions, name: str, holds: bool, rule: str, remedy: str = "") -> None:  # noqa: FBT001
     """Raise `InvalidValue` for a dimension of a rod unless `holds`."""
-    require(holds, f"rod.{key(name)}", getattr(rod, name), rule, remedy)
+    if not holds:
+        raise InvalidValue(f"rod.{key(name)}", getattr(rod, name), rule, remedy)
 
 
 def _at_most(rod: Dimensions, name: str, most: float, what: str, remedy: str = "") -> None:

@@ -203,13 +203,13 @@ class HeightField:
                 short *= 4
 
     def _crossing(self, center: float, begin: float, radius: float) -> float:
-        """Return x where a circle about a bore crosses the outline, by bisection from x inside of it."""
-        side = math.copysign(1.0, begin - center)
-        low, high = abs(begin - center), radius
-        for _ in range(50):
-            middle = (low + high) / 2
-            height = float(self.outline.height(np.array(center + side * middle)))
-            low, high = (low, middle) if math.hypot(middle, height) > radius else (middle, high)
+        """Return x where a circle about a bore crosses the outline: the search begins inside of it."""
+        side, low, high = math.copysign(1.0, begin - center), abs(begin - center), radius
+        for _ in range(6):  # each narrows the interval 256 times
+            along = np.linspace(low, high, 257)
+            outside = np.hypot(along, self.outline.height(center + side * along)) > radius
+            first = max(int(outside.argmax()), 1) if outside.any() else along.size - 1
+            low, high = along[first - 1 : first + 1].tolist()
         return center + side * low
 
     def _seams(self, x: Floats) -> Floats:

@@ -16,7 +16,7 @@ from geometry import kernel
 from geometry.arrays import Floats
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
-from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
+from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, matching, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline, Pocket, space_beside, web_pocket
@@ -59,8 +59,6 @@ def _expected(rod: Rod, turn: float) -> Iterator[_Expected]:
     for arc in turned if turn else arcs:
         yield _cylinder(FeatureKind.BOSS_FILLET, arc, abs(arc.sweep))
     yield from _expected_steps(rod, outline.rib)
-    if rod.has_pockets:
-        yield from _expected_in_pocket(web_pocket(rod, outline.edge), rod.web_thickness)
 
 
 def _expected_steps(rod: Rod, rib: Rib | None) -> Iterator[_Expected]:
@@ -75,31 +73,14 @@ def _expected_steps(rod: Rod, rib: Rib | None) -> Iterator[_Expected]:
 
 
 def _expected_in_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
-    """Corners, floor edges and web floors of the two pockets."""
+    """Corners, floor edges and web floors of the two pockets, as seen along their depth."""
     r = pocket.floor_radius
-
-    def seen(face: Face) -> Face:
-        return face.from_side() if pocket.in_sides else face
-
     for arc in pocket.corners():
-
-        def is_corner(face: Face, slack: float, arc: Arc = arc) -> bool:
-            return seen(face).about(*arc.center, arc.radius, slack)
-
-        yield Feature(FeatureKind.POCKET_CORNER, (), arc.radius, abs(arc.sweep)), is_corner
-
-    def rounds_floor(face: Face, slack: float) -> bool:
-        face = seen(face)
-        if face.shape not in ("Cylinder", "Torus") or face.upright():
-            return False
-        off = abs(face.values[2]) - pocket.floor - r, face.values[-1] - r
-        return pocket.big_end < face.values[0] < pocket.small_end and max(map(abs, off)) < slack
-
-    def is_floor(face: Face, slack: float) -> bool:
-        return seen(face).lies_at(2, pocket.floor, slack)
-
+        yield _cylinder(FeatureKind.POCKET_CORNER, arc, abs(arc.sweep))
+    between = pocket.big_end, pocket.small_end
+    rounds_floor = partial(Face.rounds, between=between, level=pocket.floor + r, radius=r)
     yield Feature(FeatureKind.POCKET_FLOOR, (), r, math.pi / 2), rounds_floor
-    yield Feature(FeatureKind.WEB, (), thickness=web), is_floor
+    yield Feature(FeatureKind.WEB, (), thickness=web), partial(Face.lies_at, axis=2, level=pocket.floor)
 
 
 def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
@@ -109,8 +90,13 @@ def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[
     the shape of a feature.
     """
     slack, features = SLACK * rod.length, []
-    for feature, matches in _expected(rod, turn):
-        tags = tuple(face.tag for face in faces if matches(face, slack=slack))
+    expected = [(*each, faces) for each in _expected(rod, turn)]
+    if rod.has_pockets:
+        pocket = web_pocket(rod, Outline(rod).edge)
+        seen = [face.from_side() for face in faces] if pocket.in_sides else faces
+        expected += [(*each, seen) for each in _expected_in_pocket(pocket, rod.web_thickness)]
+    for feature, matches, among in expected:
+        tags = matching(among, matches, slack)
         if not tags:
             raise GeometryError(
                 f"the CAD kernel drew no {feature.kind.replace('_', ' ')} faces, but the dimensions give "

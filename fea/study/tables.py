@@ -114,7 +114,8 @@ class StudyTable:
                     check(where, entry)
             other = declared.needs.replace(":", ",").partition(",")[0]
             complete, remedy = not other or getattr(self, other) is not None, f"Give {other}, too."
-            require(complete, where, value, f"needs {declared.needs}", remedy)
+            if not complete:
+                raise InvalidValue(where, value, f"needs {declared.needs}", remedy)
 
     def needed(self, name: str, rule: str = "is missing", remedy: str = "Give it.") -> float:
         """Return the number of a key. Raises `InvalidValue`: it is not given."""
@@ -235,7 +236,8 @@ def read_keys(cls: Any, where: str, raw: object) -> TomlTable:
         name = aliases.get(given, given)
         if name not in hints:
             raise unknown_key(f"[{where}]", given, hints)
-        require(name not in values, f"{where}.{given}", value, "is given twice, by two names", "Remove one.")
+        if name in values:
+            raise InvalidValue(f"{where}.{given}", value, "is given twice, by two names", "Remove one.")
         values[name] = checked(f"{where}.{given}", value, hints[name])
     return values
 
@@ -248,7 +250,8 @@ def in_own_units(cls: Any, where: str, raw: Mapping[str, Any]) -> TomlTable:
     values: TomlTable = {}
     for given, value in raw.items():
         name, place = full_key(given, keys_of(cls)), f"{where}.{given}"
-        require(name not in values, place, value, "is given twice, with its unit and without", "Remove one.")
+        if name in values:
+            raise InvalidValue(place, value, "is given twice, with its unit and without", "Remove one.")
         if isinstance(value, Mapping):
             entries = keys_of(cls)[given].entries() if given in keys_of(cls) else keys_of(cls)
             values[name] = {
