@@ -49,7 +49,10 @@ def root(
         step = min(max(step, ends[0]), ends[1])
         levels[step] = level(step)
         change = levels[step] - levels[x]
-        steepness = math.log(step / x) / change if change and math.isfinite(change) else slope
+        if change and math.isfinite(change):
+            steepness = math.log(step / x) / change
+        else:  # on a plateau, such as of a share that is counted in whole facets
+            steepness = slope if math.isinf(levels[step]) else 2 * steepness
     if above and below and abs(levels[best]) >= within:
         low, high = min(product(above, below), key=lambda pair: abs(pair[0] - pair[1]))
 

@@ -275,6 +275,32 @@ def test_what_was_estimated_first_is_solved_in_the_end():
     assert (spreads[0], spreads[1]) == (pytest.approx(0.015, rel=1), 0)
 
 
+def test_a_limit_without_the_history_of_friction_has_a_wide_bar():
+    """A cycle whose friction does not settle is judged without its history, which moves factors by 5 %."""
+
+    class Unsettled(Springs):
+        def at(self, cycle):
+            self.unsettled += 1
+            return super().at(cycle)
+
+        def estimate(self, cycle):
+            return Springs.at(self, cycle)
+
+    own = load_study("leon-2001-bolted")
+    loading = EngineLoading.of(replace(own.engine, gas="none"), own.rod.length)
+    engine = ScaledEngine(loading, MassProperties(5e-4, (50.0, 0.0, 0.0), np.eye(3)))
+    line = OperatingLine("load", engine, lambda rpm: (rpm, 0.0), (500.0, engine.fastest))
+    for kind, least in ((Unsettled, 0.05), (Springs, 0.0)):
+        search = LimitSearch(
+            kind(AssemblySetup.of(own)), engine, RayAxes(7000.0, 1.0), 1.1, lambda _text: None
+        )
+        survey = search.survey()
+        for search.certain in (False, True):
+            [(_, _, limit)] = search.safe(survey, line)
+            assert limit.spread >= least
+    assert limit.spread == 0
+
+
 def test_the_line_of_the_film_is_where_it_is_as_thin_as_surfaces_are_rough():
     """A film whose thickness over the roughness falls with speed, whatever the gas, to 1 at 5000 rpm."""
     engine = ScaledEngine(

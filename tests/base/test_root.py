@@ -38,3 +38,15 @@ def test_a_bracket_is_enough_and_no_place_is_evaluated_twice():
     edge = root(level, [5000.0, 9000.0], -0.5, (5000.0, 9000.0), 1e-6)
     assert edge.x == pytest.approx(7000 / math.sqrt(0.7), rel=1e-6)
     assert len(places) == len(set(places)) <= 7
+
+
+@pytest.mark.parametrize("wide", [1.05, 1.2, 1.5])
+def test_a_plateau_beside_the_root_is_crossed(wide):
+    """The open share of a joint is counted in facets: one stays open over a range of speeds."""
+
+    def level(x):
+        beyond = x / 5000.0
+        return 2.0 * -math.log(beyond) if beyond < 1 else min(-2.0 * math.log(beyond / wide), 0.0) - 0.007
+
+    edge = root(level, [4990.0 * wide], -0.5, (1000.0, 20000.0), 3e-3)
+    assert edge.x == pytest.approx(5000.0, rel=3e-3)

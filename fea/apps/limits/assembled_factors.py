@@ -140,7 +140,19 @@ class AssembledFactors(RodFactors):
     def _at_decisive(self, cycle: CrankCycle) -> tuple[_SolvedInstants, Floats]:
         peaks = cycle.peaks.cases
         angles = np.union1d(self._decisive, peaks.crank_angle[peaks.in_cycle])
+        with suppress(UnsettledError):
+            return self._solved(cycle.at(angles)), angles
+        angles = angles[[self._settles(instant) for instant in cycle.at(angles)]]
+        if not angles.size:
+            raise UnsettledError("contact and friction between the parts settled at no instant of the cycle")
         return self._solved(cycle.at(angles)), angles
+
+    def _settles(self, instant: Instants) -> bool:
+        try:
+            self._pins.states(instant[None])
+        except UnsettledError:
+            return False
+        return True
 
     def at(self, cycle: CrankCycle) -> Factors:
         """Return the factors over a cycle, with their places, from every row."""

@@ -46,6 +46,8 @@ _CHECKS, _CLOSE = 3, 0.02
 # By which share of the coordinate the slope is measured there, and the least relative uncertainty of
 # estimates: another mode, place or instant may govern.
 _STEP, _LEAST_SPREAD = 0.03, 0.015
+# The same where friction did not settle: without its history, factors of one rod erred by 5 %.
+_NO_HISTORY = 0.1
 # Relative distance within which a limit that was found earlier is the same one.
 _SAME = 0.03
 
@@ -89,6 +91,7 @@ class LimitSearch:
         self._within = _OF_COSTLY if model.costly else WITHIN
         self.certain = not model.costly  #: whether factors are more than estimates
         self._evaluated: dict[tuple[ScaledEngine, Point, bool], Factors] = {}
+        self._without_history: set[tuple[ScaledEngine, Point, bool]] = set()  # friction did not settle
         self._rays: dict[float, dict[float, Factors]] = {}  # of the survey, by angle and load
         self._found: list[tuple[str, float, LimitPoint, bool]] = []  # by line: coordinate, limit, certain
         self.rest = {mode: required / worst.factor for mode, worst in model.rest.items()}
@@ -97,8 +100,10 @@ class LimitSearch:
         """Factors at a point; none where no state of contact carries the load."""
         key = (engine, point, certain)
         if key not in self._evaluated:
-            evaluate = self._model.at if certain else self._model.estimate
+            evaluate, before = self._model.at if certain else self._model.estimate, self._model.unsettled
             self._evaluated[key] = _carried(evaluate, engine, point)
+            if self._model.unsettled > before:
+                self._without_history.add(key)
         return self._evaluated[key]
 
     def survey(self) -> LimitMap:
@@ -274,7 +279,8 @@ class LimitSearch:
             factors = self._factors(point, line.engine, certain=True)
             if self._model.certify(line.engine.cycle(*point), factors):
                 _, mode, worst = self._least(line, x, certain=True)
-                limit = LimitPoint(mode, *point, line.engine.peak(*point), worst, edge.slope)
+                spread = self._unsettled(line, x)
+                limit = LimitPoint(mode, *point, line.engine.peak(*point), worst, edge.slope, spread=spread)
                 break
             start, slope = edge.x, edge.slope
             self._evaluated.clear()
@@ -291,15 +297,20 @@ class LimitSearch:
             left, mode, worst = self._least(line, x, certain=True)
             if abs(left) < self._within:
                 break
-            change = level(x * (1 + _STEP)) - level(x)
+            change = level(x * (1 + _STEP)) - left
             slope = math.log1p(_STEP) / change if change and math.isfinite(change) else 0.0
             slope = slope if slope * edge.slope > 0 else edge.slope
             x = min(max(leap(x, slope, left), line.ends[0]), line.ends[1])
             if abs(left) < _CLOSE:
                 break
-        spread = max(abs(math.log(x / solved)), abs(slope) * self._within, _LEAST_SPREAD)
         point = line.point(x)
+        least = max(self._unsettled(line, solved), _LEAST_SPREAD)
+        spread = max(abs(math.log(x / solved)), abs(slope) * self._within, least)
         return x, LimitPoint(mode, *point, line.engine.peak(*point), worst, slope, spread=spread)
+
+    def _unsettled(self, line: OperatingLine, x: float) -> float:
+        """Relative uncertainty of a coordinate where friction did not settle; 0 where it did."""
+        return _NO_HISTORY if (line.engine, line.point(x), True) in self._without_history else 0.0
 
     def _least(
         self, line: OperatingLine, at: float, *, certain: bool
