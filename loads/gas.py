@@ -76,6 +76,44 @@ class Boyle(GasModel):
 
 
 @dataclass(frozen=True)
+class Compressor(GasModel):
+    """Ideal cycle of a reciprocating compressor with clearance, every revolution.
+
+    The gas that the clearance holds expands to the pressure of the intake, and what is drawn in is compressed
+    to the delivery pressure, both by p V^γ = const; valves open at once. Per revolution it takes the work
+    γ/(γ − 1) p₁ V₁ [(p₂/p₁)^((γ−1)/γ) − 1], with the volume V₁ that is drawn in.
+    """
+
+    engine: Engine  #: gives the volume over the crank angle
+    compression_ratio: float  #: largest over smallest volume
+    delivery: float  #: absolute pressure at which it delivers, MPa
+    #: intake, atmosphere: absolute pressures, MPa
+    intake: float = ATMOSPHERE
+    atmosphere: float = ATMOSPHERE
+    heat_ratio: float = HEAT_RATIO_AIR  #: exponent γ of compression and expansion
+
+    def __post_init__(self) -> None:
+        _require_compression(self.compression_ratio)
+        require_positive("engine.intake_pressure_bar", self.intake)
+        reached = self.intake * self.compression_ratio**self.heat_ratio
+        rule = f"must lie above the intake and be reached by compression, at most {10 * reached:.4g} bar"
+        name, remedy = "engine.delivery_pressure_bar", "Raise compression_ratio, which leaves less clearance."
+        require(self.intake < self.delivery <= reached, name, 10 * self.delivery, rule, remedy)
+        require(self.delivery <= LARGEST_PEAK, name, 10 * self.delivery, too_high(self.delivery))
+
+    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
+        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
+        top, bottom = dead_centres(self.engine)
+        shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
+        expanding = np.maximum(self.delivery * shrunk, self.intake)
+        compressing = np.minimum(
+            self.intake * self.compression_ratio**self.heat_ratio * shrunk, self.delivery
+        )
+        outwards = np.mod(crank_angle - top, 2 * math.pi) < bottom - top
+        return at_every(speed, np.where(outwards, expanding, compressing) - self.atmosphere)
+
+
+@dataclass(frozen=True)
 class Otto(GasModel):
     """Ideal four-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.2 and table 5.1).
 
@@ -92,6 +130,12 @@ class Otto(GasModel):
     intake: float = ATMOSPHERE
     atmosphere: float = ATMOSPHERE
     heat_ratio: float = HEAT_RATIO_AIR  #: γ = c_p/c_v of the charge
+    remark: str = ""  #: where the peak comes from, if that is to be said
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Where the peak comes from."""
+        return (self.remark,) if self.remark else ()
 
     def __post_init__(self) -> None:
         _require_compression(self.compression_ratio)

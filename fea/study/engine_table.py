@@ -20,13 +20,14 @@ from fea.base.note import Note, assumptions, warning
 from fea.base.shipped import TomlTable, shipped_names, shipped_toml
 from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.files import located
-from fea.study.tables import Positive, checked, key, nearest, within
+from fea.study.tables import Positive, checked, key, nearest, one_of, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
+from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, GasModel, NoGas, Otto, scaled
+from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
 
 _FOLDER = "studies/engines"
 
@@ -109,7 +110,7 @@ def with_preset(raw: object) -> object:
     return {**engine_preset(checked("engine.preset", raw["preset"], str)).entries(), **raw}
 
 
-_CYCLES = ("boyle", "otto", "motored", "none")
+_CYCLES = ("boyle", "otto", "motored", "compressor", "none")
 _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load gives
 
 
@@ -164,13 +165,19 @@ class EngineTable(
     friction: float = key("0.0", "coefficient of friction between piston and wall", default=0.0)
     gas: str = key(
         '"otto"',
-        'or "leon-2001" (a measured trace), "boyle", "motored", "none", or a file of pressures over crank '
-        'angle, such as "trace.csv"',
+        'or "leon-2001" (a measured trace), "boyle", "motored", "compressor", "none", or a file of pressures '
+        'over crank angle, such as "trace.csv"',
         default="none",
         stated=True,
     )
     compression_ratio: float | None = key("10.0", stated=True)
     peak_pressure_bar: float | None = key("60.0", stated=True)
+    fuel: str | None = key(
+        '"petrol"',
+        'or "diesel": for "otto" without peak_pressure_bar, which is then computed for full load from the '
+        "intake and the compression ratio: the upper end of the interval from late to early combustion",
+        one_of(FUELS),
+    )
     intake_pressure_bar: Positive | None = key(
         "1.01325", 'for "otto" and "motored", absolute; of a trace, that to which its zero is pegged'
     )
@@ -180,7 +187,11 @@ class EngineTable(
         "trace the boost with which it was measured, from which fea limits counts",
     )
     atmosphere_bar: Positive | None = key("1.01325", "pressure in the crankcase")
-    heat_ratio: float | None = key("1.4", 'of the gas, for "otto" and "motored"')
+    delivery_pressure_bar: Positive | None = key(
+        "8.0",
+        'absolute pressure at which a "compressor" delivers; its clearance follows from compression_ratio',
+    )
+    heat_ratio: float | None = key("1.4", 'of the gas, for "otto", "motored" and "compressor"')
     gas_scale: Positive | None = key(
         "1.5",
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
@@ -284,12 +295,32 @@ class EngineTable(
             gas = self._imported(engine.crank_radius / engine.rod_length).trace
         elif self.gas == "boyle":
             gas = Boyle(engine, self.needed("compression_ratio", *missing), self.atmosphere)
+        elif self.gas == "compressor":
+            ratio = self.needed("compression_ratio", *missing)
+            delivery = self.needed("delivery_pressure_bar", *missing) * BAR
+            heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
+            gas = Compressor(engine, ratio, delivery, self.intake, self.atmosphere, heat_ratio)
         elif self.gas != "none":
             ratio = self.needed("compression_ratio", *missing)
-            peak = self.needed("peak_pressure_bar", *missing) * BAR if self.gas == "otto" else None
+            peak, remark = self._peak(ratio, engine) if self.gas == "otto" else (None, "")
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio)
+            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio, remark)
         return scaled(gas, self.gas_scale or 1.0)
+
+    def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
+        """Return the absolute peak pressure, MPa, and where it comes from if it is computed."""
+        if self.peak_pressure_bar is not None or self.fuel is None:
+            rule, remedy = (
+                f'is missing: gas = "{self.gas}" needs it',
+                'Give it, or fuel = "petrol" or "diesel".',
+            )
+            return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
+        low, high = peak_interval(self.fuel, ratio, self.intake, engine.crank_radius / engine.rod_length)
+        return high, (
+            f"peak_pressure_bar = {high / BAR:.3g}, computed for {self.fuel} at full load with "
+            f"{self.intake / BAR:.3g} bar in the intake: from late to early combustion it is "
+            f"{low / BAR:.0f} to {high / BAR:.0f} bar, of which the largest is used"
+        )
 
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""
@@ -348,7 +379,10 @@ def _is_file(gas: str) -> bool:
 _NOT_BOOSTED = {"none", "boyle"}  # gas models that know no pressure in the intake
 _SAME_LENGTH = 2e-3  # relative difference up to which two rods count as equally long
 # The gas models that need a key; the others do without.
-_NEEDED_BY = {"compression_ratio": {"boyle", "otto", "motored"}, "peak_pressure_bar": {"otto"}}
+_NEEDED_BY = {
+    "compression_ratio": {"boyle", "otto", "motored", "compressor"},
+    "peak_pressure_bar": {"otto"},
+}
 
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:

@@ -6,7 +6,7 @@ from engines import DEG, LEON, RPM
 
 from geometry.errors import InvalidValue
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, Boyle, NoGas, Otto, dead_centres
+from loads.gas import ATMOSPHERE, Boyle, Compressor, NoGas, Otto, dead_centres, relative_volume
 from loads.trace import Trace
 
 DEGREES = np.arange(0, 720, 10.0)
@@ -106,8 +106,6 @@ def test_otto_work_is_that_of_the_ideal_cycle():
     # W = (p₃ − p₂) V₂ (1 − r^(1−γ))/(γ − 1): heat times efficiency 1 − r^(1−γ), with intake at atmosphere.
     otto = Otto(LEON, compression_ratio=10.0, peak=7.0)
     theta = np.linspace(math.pi, 3 * math.pi, 40_001)
-    from loads.gas import relative_volume
-
     volume = relative_volume(LEON, 10.0, theta) * LEON.piston_area * LEON.stroke / 9
     before = theta < 2 * math.pi
     p = otto.pressure(theta, np.array(1.0)) + ATMOSPHERE
@@ -117,6 +115,26 @@ def test_otto_work_is_that_of_the_ideal_cycle():
     work = up + np.trapezoid(p[top:], volume[top:])
     heat = (7.0 - otto.compressed) * volume[top] / 0.4
     assert work == pytest.approx(heat * (1 - 10**-0.4), rel=1e-6)
+
+
+def test_the_work_of_a_compressor_is_that_of_its_ideal_diagram():
+    """γ/(γ − 1) p₁ V₁ [(p₂/p₁)^((γ−1)/γ) − 1] with V₁ = V [1 − c ((p₂/p₁)^(1/γ) − 1)], c = 1/(r − 1)."""
+    ratio, delivery, gamma = 21.0, 0.8, 1.3
+    compressor = Compressor(LEON, ratio, delivery, heat_ratio=gamma)
+    theta = np.linspace(0.0, 2 * math.pi, 100_001)
+    swept = LEON.piston_area * LEON.stroke
+    volume = relative_volume(LEON, ratio, theta) * swept / (ratio - 1)
+    pressure = compressor.pressure(theta, np.array(1.0)) + ATMOSPHERE
+    assert (pressure.min(), pressure.max()) == (pytest.approx(ATMOSPHERE), pytest.approx(delivery))
+    np.testing.assert_allclose(
+        compressor.pressure(theta + 2 * math.pi, np.array(1.0)), pressure - ATMOSPHERE, atol=1e-9
+    )
+    raised = delivery / ATMOSPHERE
+    drawn = swept * (1 - (raised ** (1 / gamma) - 1) / (ratio - 1))
+    expected = gamma / (gamma - 1) * ATMOSPHERE * drawn * (raised ** (1 - 1 / gamma) - 1)
+    assert -np.trapezoid(pressure, volume) == pytest.approx(expected, rel=1e-5)
+    with pytest.raises(InvalidValue, match="delivery_pressure_bar"):
+        Compressor(LEON, 4.0, delivery, heat_ratio=gamma)
 
 
 def test_motored_is_symmetric_about_tdc_and_does_no_work():

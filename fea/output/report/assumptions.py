@@ -89,6 +89,7 @@ def _gas(engine: EngineTable) -> str:
     kinds = {
         "none": "zero",
         "boyle": "that of isothermal compression and expansion (Boyle)",
+        "compressor": "that of an ideal compressor with clearance",
         "motored": "that of adiabatic compression and expansion without combustion",
         "otto": "that of an ideal Otto cycle",
     }
