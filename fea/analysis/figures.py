@@ -570,6 +570,29 @@ class FilmFigures(Figures):
     verdict: str  #: ``hydrodynamic``, ``mixed``, ``metal to metal`` or why there is none
 
 
+class HeadClearanceFigures(Figures):
+    """What the gap between piston and head must leave at the dead centre of gas exchange, mm."""
+
+    rod_stretch_mm: float  #: of the rod between its pins, with ovality and joint
+    clearances_mm: float  #: radial, of both pins
+    pin_bending_mm: float
+    crank_mm: float  #: main bearing and crank, assumed
+    cold_mm: float  #: the sum of these
+    piston_growth_mm: float  #: of the warm engine, assumed, as the next three
+    rod_growth_mm: float
+    aluminium_block_growth_mm: float
+    iron_block_growth_mm: float
+    #: hot_aluminium_block_mm, hot_iron_block_mm: cold, with the growth of piston and rod, less the block's
+    hot_aluminium_block_mm: float
+    hot_iron_block_mm: float
+    crown_height_mm: float  #: from the pin to the crown of the piston, assumed
+
+    @property
+    def most_mm(self) -> float:
+        """The largest of the sums."""
+        return max(self.cold_mm, self.hot_aluminium_block_mm, self.hot_iron_block_mm)
+
+
 class Summary(Figures):
     """What `summary.json` holds."""
 
@@ -589,6 +612,7 @@ class Summary(Figures):
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
+    head_clearance: WhereKnown[HeadClearanceFigures] = None
     checks: Mapping[str, Check]
     notes: tuple[Note, ...]
     timings_s: dict[str, float]

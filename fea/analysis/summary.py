@@ -20,6 +20,7 @@ from fea.analysis.figures import (
     EngineFigures,
     EnvironmentFigures,
     FilmFigures,
+    HeadClearanceFigures,
     LiningFigures,
     LoadFigures,
     ModelFigures,
@@ -32,6 +33,7 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
+from fea.analysis.head_clearance import head_clearance
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
@@ -111,6 +113,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         buckling=buckling.figures,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,
+        head_clearance=head_clearance(rod, result),
         checks={**result.checks, **buckling.checks},
         notes=(
             *result.notes,
@@ -171,6 +174,7 @@ def summary_of(
     fatigue: SafetyFactor | None = None,
     assembly: AssemblyFigures | None = None,
     film: Mapping[str, FilmFigures] | None = None,
+    head_clearance: HeadClearanceFigures | None = None,
     checks: Mapping[str, Check],
     notes: Sequence[Note],
 ) -> Summary:
@@ -206,6 +210,7 @@ def summary_of(
         film=film,
         life=None if life is None else life.figures,
         buckling=buckling,
+        head_clearance=head_clearance,
         assembly=assembly,
         checks=checks,
         notes=shown,

@@ -118,6 +118,17 @@ def _governing_edge(summary: Summary) -> SharpEdgeFigures | None:
     return next((edge for edge in edges if summary.survival.place == f"edge {edge.name}"), None)
 
 
+def head_gap(summary: Summary) -> Iterator[str]:
+    """Yield how far the piston comes nearer to the head than at rest."""
+    if (gap := summary.head_clearance) is not None:
+        sums = gap.cold_mm, gap.hot_iron_block_mm, gap.hot_aluminium_block_mm
+        cold, iron, aluminium = (quantity(value, ".2f", "mm") for value in sums)
+        yield (
+            f"The piston comes {cold} nearer to the head than at rest in the cold engine; in the warm one "
+            f"{iron} with an iron block, {aluminium} with one of aluminium."
+        )
+
+
 def not_converged(summary: Summary) -> Iterator[str]:
     """Yield the load cases whose peaks finer elements would change."""
     cases = [
@@ -350,6 +361,7 @@ STATEMENTS = (
     Statement(life, life, "fatigue"),
     Statement(levers, levers),
     Statement(cycle, cycle),
+    Statement(lambda _summary: (), head_gap, "head-clearance"),
     Statement(worst_edge, sharp_edges, "results"),
     Statement(_if_assembled(fits)),
     Statement(near_buckling, buckling, "buckling"),

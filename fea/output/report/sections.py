@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import tables
+from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
 from fea.output.plots.chart import Chart, chart
 from fea.output.report.assumptions import assumptions, limits
@@ -161,6 +162,8 @@ def sections(run: Run) -> Iterator[ReportSection]:
         yield from (replace(section, template="film.html.jinja") for section in films)
     yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
+    gap = head_clearance_tables(summary)
+    yield from _answer(summary, "head-clearance", "Piston to head", gap)
     bars = tables.convergence_tables(summary)
     yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed])
     yield from _answer(summary, "checks", "Checks", tables.check_tables(summary))
