@@ -269,6 +269,23 @@ class SpotFigures(PlaceFigures):
     history_MPa: tuple[float, ...]
 
 
+class CycleLifeFigures(Figures):
+    """Hours of running at one speed until the place of the smallest factor against fatigue fails.
+
+    None stands for no damage: `unlimited` says whether life may then be called so, else no failure is
+    expected by 10⁸ cycles.
+    """
+
+    hours: float | None
+    #: low_hours, high_hours: with all strengths lower and higher by `band_percent`
+    low_hours: float | None
+    high_hours: float | None
+    band_percent: float
+    cycles: float | None
+    assumed: bool  #: whether the S–N line is assumed from the strengths
+    unlimited: bool
+
+
 class CycleFigures(Figures):
     """``envelope`` of a speed whose fields are not written: the worst of the whole crank cycle."""
 
@@ -290,6 +307,7 @@ class EnvelopeFigures(CycleFigures):
     """``envelope``: the worst of the whole crank cycle, and the places where stress is largest."""
 
     fatigue: SpotFigures | None
+    life: WhereKnown[CycleLifeFigures] = None
     max_von_mises_MPa: float
     max_principal_MPa: float
     min_principal_MPa: float

@@ -109,7 +109,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
         results={
             name: case_figures(rod, case, governing, edges[name]) for name, case in result.cases.items()
         },
-        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases),
+        envelope=None if result.cycle is None else envelope_figures(result.cycle, rod, cases, result.rpm),
         buckling=buckling.figures,
         assembly=assembly,
         film={film.end.value: film.figures for film in result.films} or None,

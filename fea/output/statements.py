@@ -7,6 +7,7 @@ from typing import NamedTuple
 from fea.analysis.figures import (
     AssemblyFigures,
     CaseFigures,
+    CycleLifeFigures,
     PlaceFigures,
     SharpEdgeFigures,
     Summary,
@@ -16,6 +17,7 @@ from fea.base.choices import Finish
 from fea.base.note import CANNOT_GOVERN, HEADING, SINGULAR, UNITS, Note, NoteKind
 from fea.base.units import KN
 from fea.judge.case_error import SHARP_EDGE
+from fea.judge.cycle_life import LONGEST, LOW_CYCLE
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
 from fea.output.assembly_statements import (
@@ -158,8 +160,10 @@ def singular(summary: Summary) -> Iterator[str]:
 
 
 def life(summary: Summary) -> Iterator[str]:
-    """Yield the hours of a duty, with their band and the speed that takes most of them."""
+    """Yield the hours of a duty, with their band and the speed that takes most of them, or of the speed."""
     if (found := summary.life) is None:
+        if summary.cycle is not None and summary.cycle.life is not None:
+            yield _lasts(summary.cycle.life, f"at {summary.rpm:g} rpm")
         return
     low, high = (hours_text(hours) for hours in found.band_hours)
     band = "" if low == high else f" ({low} to {high})"
@@ -231,6 +235,29 @@ def cycle(summary: Summary) -> Iterator[str]:
     )
     fatigue = f"fatigue {factor(envelope.fatigue.fatigue_safety_factor)} ({envelope.fatigue_criterion})"
     yield f"Cycle: {least}; {fatigue}, mean {mean}, amplitude {amplitude}."
+
+
+def _lasts(life: CycleLifeFigures, speed: str) -> str:
+    """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
+    line = "assumed S–N line" if life.assumed else "S–N line"
+    of = f"({line}, strength ± {life.band_percent:.0f} %)"
+    if life.cycles is not None and life.cycles < LOW_CYCLE:
+        return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
+    if life.cycles is None or life.cycles > LONGEST:
+        endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
+        if life.low_hours is None:
+            return f"Life {speed}: {endless} {of}."
+        return f"Life {speed}: {endless}, at least {_hours(life.low_hours)} {of}."
+    high = "unlimited" if life.high_hours is None else _hours(life.high_hours)
+    return f"Lasts {_hours(life.low_hours)} to {high} {speed}, about {_hours(life.hours)} {of}."
+
+
+def _hours(hours: float | None) -> str:
+    """Return hours with one significant digit, minutes below one hour."""
+    if hours is None:
+        return "unlimited"
+    value, own = (60 * hours, "min") if hours < 1 else (hours, "h")
+    return f"{float(f'{value:.1g}'):,.0f} {own}" if value >= 1 else f"less than 1 {own}"
 
 
 # A fillet radius, mm, that any tool leaves.

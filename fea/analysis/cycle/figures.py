@@ -8,16 +8,19 @@ import numpy as np
 from fea.analysis.cycle.superposition import CycleResult
 from fea.analysis.cycle.unit_solutions import PlaceHistory
 from fea.analysis.figures import (
+    CycleLifeFigures,
     EnduranceFigures,
     EnvelopeFigures,
     SpotFigures,
     SurfaceFigures,
 )
+from fea.analysis.life import CYCLES_PER_HOUR
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
+from fea.judge.cycle_life import cycle_life
 from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
@@ -26,8 +29,10 @@ from fea.rod.places import place_name
 from geometry.arrays import vector
 
 
-def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult]) -> EnvelopeFigures:
-    """Return the worst of the cycle and its worst places; errors are those of its load cases."""
+def envelope_figures(
+    result: CycleResult, rod: PreparedRod, cases: Sequence[CaseResult], rpm: float | None
+) -> EnvelopeFigures:
+    """Return the worst of the cycle at a speed and its worst places; errors are those of its load cases."""
     mesh, materials = rod.mesh.whole, rod.materials
     found, counts = result.envelope, result.counts
     worst = int(np.where(counts, found.usage, -np.inf).argmax())
@@ -52,6 +57,7 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         min_fatigue_safety_factor=None if fatigue is None else fatigue.fatigue_safety_factor,
         fatigue_criterion=rod.options.fatigue.value,
         fatigue=fatigue,
+        life=_life(result, rod, rpm),
         fatigue_error_percent=off,
         min_crossland_safety_factor=None if multiaxial is None else multiaxial.crossland_safety_factor,
         crossland=multiaxial,
@@ -62,6 +68,31 @@ def envelope_figures(result: CycleResult, rod: PreparedRod, cases: Sequence[Case
         superposition_error=result.superposition,
         unmasked_max_von_mises_MPa=float(found.von_mises.max()) if singular else None,
         unmasked_min_safety_factor=SafetyFactor(float(found.safety_factor.min())) if singular else None,
+    )
+
+
+def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
+    """Return the hours at a speed until the worst place fails; None where no S–N line can be assumed."""
+    spot = result.weakest
+    if spot is None or not rpm:
+        return None
+    material = rod.materials[spot.part]
+    surface = float(result.regions.at(np.array([spot.node])).factors(material)[0])
+    found = cycle_life(spot.signed, material, surface, rod.options.fatigue)
+    if found is None:
+        return None
+    hours, low, high = (
+        cycles / (CYCLES_PER_HOUR * rpm) if np.isfinite(cycles) else None
+        for cycles in (found.cycles, found.low, found.high)
+    )
+    return CycleLifeFigures(
+        hours=hours,
+        low_hours=low,
+        high_hours=high,
+        band_percent=found.band_percent,
+        cycles=found.cycles if np.isfinite(found.cycles) else None,
+        assumed=found.assumed,
+        unlimited=found.unlimited,
     )
 
 

@@ -48,6 +48,8 @@ _CHECKS, _CLOSE = 3, 0.02
 _STEP, _LEAST_SPREAD = 0.03, 0.015
 # The same where friction did not settle: without its history, factors of one rod erred by 5 %.
 _NO_HISTORY = 0.1
+# The line of operation of a vehicle that drives its engine, which has one limit.
+_CLOSED = "closed throttle"
 # Relative distance within which a limit that was found earlier is the same one.
 _SAME = 0.03
 
@@ -322,7 +324,8 @@ class LimitSearch:
         """Find the highest speed of another engine, whose gas hardly counts; None if any is safe."""
         most, rpm = engine.fastest, self._axes.rpm
         start = min(rpm * math.sqrt(float(of_rays.least(rpm, 0.0))), most)
-        line = OperatingLine("closed throttle", engine, lambda at: (at, 1.0), (engine.idle, most))
+        start = next((x for name, x, *_ in self._found if name == _CLOSED), start)
+        line = OperatingLine(_CLOSED, engine, lambda at: (at, 1.0), (engine.idle, most))
         return self._refined(line, start, -0.5)[1]
 
 
