@@ -333,11 +333,12 @@ class LifeFigures(Figures):
     """``life``: hours of the duty until the worst place fails, by Palmgren–Miner's sum."""
 
     hours: float | None  #: at the reliability of the study, or of the mean of all rods; None for unlimited
-    #: At the worst place, of rods whose fatigue strength is below and above the mean by `band_percent`, two
-    #: standard deviations of the endurance limit of steels (see `fea.base.material`)
+    #: At the worst place, of rods whose fatigue strength is below and above the mean by `band_percent`: two
+    #: standard deviations of the endurance limit of steels, or what an assumed S–N line may be off by
     band_hours: tuple[float | None, float | None]
     band_percent: float
     band_of: str
+    assumed_line: WhereKnown[bool] = None  #: whether the S–N line is assumed from the strengths
     endless: bool  #: nothing is damaged
     duties: WhereKnown[float] = None  #: how many times the hours of the duty, where the duty has hours
     at_mm: Vector

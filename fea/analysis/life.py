@@ -17,8 +17,8 @@ from fea.analysis.cycle.screened import path, signed_extremes
 from fea.analysis.cycle.superposition import CycleAnalysis
 from fea.analysis.cycle.unit_solutions import spots
 from fea.analysis.figures import DutyFigures, LifeFigures
-from fea.base.material import SCATTER
-from fea.base.note import Note, doubt, omission, remark, warning
+from fea.base.note import Note, assumptions, doubt, omission, remark, warning
+from fea.judge.cycle_life import band_of, with_line
 from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.pins.model import Weights
 from fea.rod.loading import DutyLoads
@@ -28,13 +28,18 @@ from geometry.mass import MassProperties
 
 # Of a four-stroke cycle, 720°, that the angles of a history cover.
 CYCLES_PER_HOUR = 30.0  # at 1 rpm
-# Standard deviations of the band.
-_BAND = 2
+# What the band is of.
+_OF_KNOWN = "strengths 2 standard deviations below and above the mean"
+_OF_ASSUMED = "strengths a standard deviation of such estimates below and above the assumed S–N line"
 # Nodes at which every range is counted: so many, if their damage is at least this part of the largest, as a
 # cycle has a few ranges of any size.
 COUNTED, LEAST = 16, 0.2
 _NOT_JUDGED = -1.0
 _LIFE = "life"
+_ASSUMED_LINE = (
+    "the S–N line of {}: 0.75 of the ultimate strength at 10³ cycles, and the endurance limit at 10⁶ or at "
+    "material.endurance_cycles (material.fatigue_strength_coefficient_MPa and fatigue_strength_exponent)"
+)
 _OMISSION = omission(
     "fretting, residual stress, growth of cracks and overspeed in the life",
     "the S–N line is that of smooth specimens at the stresses of the duty alone",
@@ -150,7 +155,11 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
 
     Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
     """
-    part, units, material = analysis.units.parts[number], analysis.units, analysis.materials[number]
+    part, units, material = (
+        analysis.units.parts[number],
+        analysis.units,
+        with_line(analysis.materials[number]),
+    )
     line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None
@@ -169,7 +178,7 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
 
 def _counted(analysis: CycleAnalysis, entries: _Entries, node: int, number: int) -> WorstLife:
     """Count every range of the histories of a node, as of a part."""
-    material, whole = analysis.materials[number], analysis.mesh.mirrored
+    material, whole = with_line(analysis.materials[number]), analysis.mesh.mirrored
     source = whole.source[[node]]
     line = LifeLine.of(material, analysis.regions.at(source).factors(material))
     if line is None:
@@ -190,14 +199,17 @@ def _figures(analysis: CycleAnalysis, duty: DutyTable, worst: WorstLife) -> Life
     total = float(damage.sum())
     by_entry = np.bincount(worst.entry, damage, len(duty.rpm))
     largest = sum(float(damage[worst.entry == number].max(initial=0.0)) for number in range(len(duty.rpm)))
-    reliability = analysis.materials[worst.part].marin.reliability
-    low, high = (_hours(worst.damage((1 + sign * _BAND * SCATTER) / reliability)) for sign in (-1, 1))
+    material = analysis.materials[worst.part]
+    reliability, assumed = material.marin.reliability, material.basquin is None
+    band = band_of(assumed=assumed)
+    low, high = (_hours(worst.damage((1 + sign * band) / reliability)) for sign in (-1, 1))
     hours = _hours(damage)
     return LifeFigures(
         hours=hours,
         band_hours=(low, high),
-        band_percent=100 * _BAND * SCATTER,
-        band_of=f"strengths {_BAND} standard deviations below and above the mean",
+        band_percent=100 * band,
+        band_of=_OF_ASSUMED if assumed else _OF_KNOWN,
+        assumed_line=assumed or None,
         endless=hours is None,
         duties=None if hours is None or duty.hours is None else hours / sum(duty.hours),
         at_mm=vector(mesh.points[worst.node]),
@@ -226,7 +238,10 @@ def _hours(damage: Floats) -> float | None:
 
 
 def _unknown(analysis: CycleAnalysis) -> Iterator[Note]:
-    for part, material in zip(analysis.mesh.parts, analysis.materials, strict=True):
+    for part, own in zip(analysis.mesh.parts, analysis.materials, strict=True):
+        material = with_line(own)
+        if own.basquin is None and material.basquin is not None:
+            yield from assumptions("life", [_ASSUMED_LINE.format(part)])
         needed = {
             "S–N line (fatigue_strength_coefficient_MPa and fatigue_strength_exponent, or sn_cycles and "
             "sn_amplitude_MPa)": material.basquin,

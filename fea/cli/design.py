@@ -206,7 +206,7 @@ def limits(
         Boost, in bar or with its unit, that it must survive at this speed, less the error bar; otherwise
         exit code 6.
     duty
-        Compute the hours of life at each point as well, as with [duty] in the study; needs an S-N line.
+        Compute the hours of life at each point as well, as with [duty] in the study.
     out
         Directory of the results; default: results/STUDY-limits. Only an earlier run is ever replaced.
     """

@@ -57,24 +57,41 @@ def assumed_line(material: Material) -> Basquin | None:
     return Basquin(short / (2 * SHORT) ** exponent, exponent)
 
 
+def with_line(material: Material, *surfaces: float) -> Material:
+    """Return a material with its S–N line, else with one that is assumed, which may be none.
+
+    `surfaces`: factors k_a of the places whose life is sought; by default those of all regions.
+    """
+    factors = surfaces or tuple(surface.factor for surface in material.marin.surfaces.values())
+    line = replace(material, basquin=material.basquin or assumed_line(material))
+    try:
+        LifeLine.of(line, np.array(factors))
+    except InvalidValue:
+        if material.basquin is not None:
+            raise
+        return material
+    return line
+
+
+def band_of(*, assumed: bool) -> float:
+    """Return by which share strengths may be lower and higher: of an assumed S–N line, or of a known one."""
+    return _ASSUMED if assumed else _BAND * SCATTER
+
+
 def cycle_life(
     history: Floats, material: Material, surface: float = 1.0, criterion: Fatigue = Fatigue.GOODMAN
 ) -> CycleLife | None:
     """Return the life of a place of surface factor k_a under a periodic signed stress (n,), MPa.
 
-    None where neither its S–N line nor the strengths for one are known, or where these do not fit.
+    None where neither its S–N line nor the strengths for one are known, or where these do not fit. Raises
+    `InvalidValue`: its own S–N line does not fit its endurance limit.
     """
-    specimen, assumed = material.basquin or assumed_line(material), material.basquin is None
-    if specimen is None or criterion_strength(criterion, material) is None:
-        return None
-    try:
-        line = LifeLine.of(replace(material, basquin=specimen), np.array([surface]))
-    except InvalidValue:
-        return None
-    if line is None:
+    assumed, material = material.basquin is None, with_line(material, surface)
+    line = LifeLine.of(material, np.array([surface]))
+    if line is None or criterion_strength(criterion, material) is None:
         return None
     amplitude = reversed_amplitude(criterion, *rainflow(history), material)
-    band = _ASSUMED if assumed else _BAND * SCATTER
+    band = band_of(assumed=assumed)
     hard = line.endless and (material.ultimate_strength or 0.0) >= _HARD
     low, cycles, high = (
         _cycles(line.stronger(strength), amplitude, hard=hard) for strength in (1 - band, 1.0, 1 + band)

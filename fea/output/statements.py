@@ -169,7 +169,11 @@ def life(summary: Summary) -> Iterator[str]:
     band = "" if low == high else f" ({low} to {high})"
     most = max(found.duty, key=lambda entry: entry.damage_percent or 0.0)
     damage = f"; {number(most.damage_percent, '.3g')} % of the damage at {most.rpm:g} rpm"
-    yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
+    if found.assumed_line and found.hours is not None:
+        least, longest, about = (_hours(hours) for hours in (*found.band_hours, found.hours))
+        yield f"Life over the duty: {least} to {longest}, about {about} (assumed S–N line){damage}."
+    else:
+        yield f"Life over the duty: {hours_text(found.hours)}{band}{'' if found.endless else damage}."
 
 
 def levers(summary: Summary) -> Iterator[str]:

@@ -124,8 +124,17 @@ def test_without_gas_both_revolutions_count(rod):
     assert life_of(other, DutyTable((6500.0,), hours=(1.0,))).figures.hours == pytest.approx(none.hours)
 
 
-def test_a_material_without_a_line_gets_factors_only_and_is_told():
-    plain = replace(study(duty=DUTY), material=MaterialTable(preset="leon-2001"))
+def test_a_material_without_a_line_has_an_assumed_one_with_its_band_and_is_told():
+    plain = replace(study(duty=DUTY), material=MaterialTable(preset="hard-steel-1945"))
+    life = prepare(plain).life
+    assert life.figures.assumed_line
+    assert life.figures.band_percent == pytest.approx(13.8)
+    assert life.figures.band_hours[0] < life.figures.hours
+    assert any("0.75 of the ultimate strength" in str(note) for note in life.notes)
+
+
+def test_a_material_without_strengths_gets_factors_only_and_is_told():
+    plain = replace(study(duty=DUTY), material=MaterialTable(preset="cusn8p"))
     life = prepare(plain).life
     assert life.figures is None
     assert life.point_data() == {}
