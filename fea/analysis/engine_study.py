@@ -5,7 +5,7 @@ from typing import Any
 
 from fea.analysis.rod_report import fitted
 from fea.study.documents import template
-from fea.study.engine_table import EnginePreset, Figure, engine_preset
+from fea.study.engine_library import EnginePreset, Figure, engine_preset
 from fea.study.files import toml_text
 from fea.study.rod_table import LEAST, MASS_KEYS, rod_of_kind
 from fea.study.study import parse_study

@@ -5,6 +5,7 @@ between values are left to the reader.
 """
 
 import dataclasses
+import re
 import textwrap
 import typing
 from collections.abc import Iterable
@@ -12,7 +13,7 @@ from enum import StrEnum
 from typing import Any
 
 from fea.base.shipped import TomlTable
-from fea.study.engine_table import engine_names
+from fea.study.engine_library import engine_aliases, engine_names
 from fea.study.material_table import LIBRARY
 from fea.study.rod_table import sufficient
 from fea.study.study import TABLES
@@ -92,13 +93,11 @@ _QUANTITY = (
 def study_schema() -> Schema:
     """Return the schema (draft 2020-12) of a study as a TOML or JSON document."""
     tables = {name: _schema_of(cls) for name, cls in TABLES.items()}
-    named: dict[str, dict[str, Iterable[str]]] = {
-        "rod": {"preset": PRESETS, "unit": UNITS},
-        "engine": {"preset": engine_names()},
-    }
-    for table, keys in named.items():
-        for key, names in keys.items():
-            tables[table]["properties"][key] |= _choices(sorted(names))
+    named: dict[str, Iterable[str]] = {"preset": PRESETS, "unit": UNITS}
+    for key, names in named.items():
+        tables["rod"]["properties"][key] |= _choices(sorted(names))
+    engines = _in_any_case(sorted((*engine_names(), *engine_aliases())))
+    tables["engine"]["properties"]["preset"] |= engines
     materials = [name for material in LIBRARY.values() for name in (material.name, *material.also)]
     # In any case, with or without hyphens.
     tables["material"]["properties"]["preset"]["examples"] = sorted(materials)
@@ -109,7 +108,7 @@ def study_schema() -> Schema:
     tables["engine"] |= {
         "type": ["string", "object"],
         "if": {"type": "string"},
-        "then": _choices(sorted(engine_names())),
+        "then": engines,
         "anyOf": [_needs(names) for names in (["preset"], required(TABLES["engine"]))],
     }
     return {
@@ -162,6 +161,13 @@ def _reference(name: str) -> Schema:
 
 def _choices(names: Iterable[str]) -> Schema:
     return {"type": "string", "enum": list(names)}
+
+
+def _in_any_case(names: Iterable[str]) -> Schema:
+    """Return the choices of names that are read in any case, with or without blanks and hyphens."""
+    plain = {name.translate(str.maketrans("", "", " -_")) for name in names}
+    ways = ("[ _-]*".join(f"[{c.upper()}{c}]" if c.isalpha() else re.escape(c) for c in name) for name in plain)
+    return {"type": "string", "anyOf": [{"enum": list(names)}, {"pattern": f"^({'|'.join(sorted(ways))})$"}]}
 
 
 def _type(hint: Any, number: Schema) -> Schema:

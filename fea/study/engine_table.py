@@ -1,26 +1,20 @@
-"""[engine]: the engine and its gas, and the library of real engines, each figure with its source.
-
-An engine of the library is a file of `fea/studies/engines`: ``[engine]`` and ``[rod]`` hold figures by the
-keys of a study, ``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in
-``assumed`` where the estimate comes from.
-"""
+"""[engine]: the engine and its gas."""
 
 import dataclasses
 import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
-from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from fea.base.note import Note, assumptions, warning
-from fea.base.shipped import TomlTable, shipped_names, shipped_toml
+from fea.base.shipped import TomlTable
 from fea.base.units import BAR, DEG, KG, N_M
+from fea.study.engine_library import EnginePreset, engine_preset
 from fea.study.files import located
-from fea.study.tables import Positive, checked, key, nearest, one_of, within
+from fea.study.tables import Positive, checked, key, one_of, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from geometry.errors import InvalidValue, require, require_positive
@@ -29,85 +23,19 @@ from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
 
-_FOLDER = "studies/engines"
-
-
-class Figure(NamedTuple):
-    """A figure of an engine."""
-
-    value: float | int | str  #: in the unit of its key
-    origin: str  #: its source, a key of `EnginePreset.sources`; or how it was estimated
-    assumed: bool  #: whether it is an estimate
-
-
-@dataclass(frozen=True)
-class EnginePreset:
-    """An engine of the library."""
-
-    #: name, title: its name in a study, and what it is
-    name: str
-    title: str
-    layout: str  #: ``in-line``, ``V`` or ``flat``
-    sources: Mapping[str, str]  #: what is cited, by the names that the figures give
-    #: engine, rod: figures by the keys of [engine] and of [rod]
-    engine: Mapping[str, Figure]
-    rod: Mapping[str, Figure]
-    redline: Figure  #: the highest speed that the engine is meant for, rpm
-
-    def entries(self) -> TomlTable:
-        """Return the keys of [engine] with their values."""
-        return {key: figure.value for key, figure in self.engine.items()}
-
-    @property
-    def redline_rpm(self) -> float:
-        """The redline as a number."""
-        return float(self.redline.value)
-
-    @property
-    def rod_length(self) -> float:
-        """Distance of the bores' centres of its own rod, mm."""
-        return float(self.rod["length_mm"].value)
-
-
-@cache
-def engine_names() -> tuple[str, ...]:
-    """Return the names of all engines."""
-    return shipped_names(_FOLDER)
-
-
-def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
-    """Return an engine by its name; `where` names the key. Raises `InvalidValue`: unknown name."""
-    if name not in engine_names():
-        remedy = nearest(name, engine_names())
-        raise InvalidValue(where, name, "is not an engine of the library", remedy)
-    return _read(name)
-
-
-@cache
-def _read(name: str) -> EnginePreset:
-    raw = shipped_toml(f"{_FOLDER}/{name}.toml")
-    engine, rod, speed = (
-        {
-            key: Figure(entry["value"], entry.get("assumed") or entry["source"], "assumed" in entry)
-            for key, entry in raw[table].items()
-        }
-        for table in ("engine", "rod", "speed")
-    )
-    title, layout, sources = raw["title"], raw["layout"], raw["sources"]
-    return EnginePreset(name, title, layout, sources, engine, rod, redline=speed["redline_rpm"])
-
-
 def with_preset(raw: object) -> object:
     """Return what a study says of its engine, with the figures of the preset that it names filled in.
 
-    `raw` comes from the TOML parser: a table, or the name of an engine of the library. Raises `InvalidValue`:
-    there is no engine of that name.
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library; an alias becomes the name.
+    Raises `InvalidValue`: there is no engine of that name.
     """
     if isinstance(raw, str):
-        return {**engine_preset(raw, "engine").entries(), "preset": raw}
+        preset = engine_preset(raw, "engine")
+        return {**preset.entries(), "preset": preset.name}
     if not isinstance(raw, Mapping) or "preset" not in raw:
         return raw
-    return {**engine_preset(checked("engine.preset", raw["preset"], str)).entries(), **raw}
+    preset = engine_preset(checked("engine.preset", raw["preset"], str))
+    return {**preset.entries(), **raw, "preset": preset.name}
 
 
 _CYCLES = ("boyle", "otto", "motored", "compressor", "none")
@@ -126,10 +54,10 @@ class EngineTable(
 
     preset: str | None = key(
         '"toyota-2jz"',
-        "a name that does not exist lists all",
+        "or an alias, such as 2jz; a name that does not exist lists all",
         flag="engine",
-        help="Engine of the library in place of the study's: toyota-2jz, jeep-4.0, …; any other name lists "
-        "all.",
+        help="Engine of the library in place of the study's, by name or alias: toyota-2jz, k20, ls3, …; any other "
+        "name lists all.",
     )
     stroke_mm: float = key("94.0", default=MISSING, stated=True)
     bore_mm: float = key("76.0", default=MISSING, stated=True)

@@ -11,7 +11,8 @@ from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.base.shipped import TomlTable, shipped_names, shipped_text, shipped_toml
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
-from fea.study.engine_table import EngineTable, engine_preset, with_preset
+from fea.study.engine_library import engine_preset
+from fea.study.engine_table import EngineTable, with_preset
 from fea.study.files import is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
@@ -231,8 +232,8 @@ class Study:
 
     def with_engine(self, name: str) -> "Study":
         """Return the study with a library engine. Raises `InvalidValue`: unknown, or forces are given."""
-        entries = engine_preset(name, "--engine").entries()
-        return replace(self, engine=EngineTable(**entries, preset=name))
+        preset = engine_preset(name, "--engine")
+        return replace(self, engine=EngineTable(**preset.entries(), preset=preset.name))
 
     def with_rod(self, **dimensions: Any) -> "Study":
         """Return the study with other dimensions of its rod; the others stay as they are.

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from scripts import publish, reporting
 
 from fea.analysis.engine_study import engine_study
-from fea.study.engine_table import engine_names, engine_preset
+from fea.study.engine_library import engine_names, engine_preset
 
 
 class CadRod(NamedTuple):

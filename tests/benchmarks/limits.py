@@ -33,7 +33,7 @@ from fea.judge.fatigue import fatigue_factor
 from fea.judge.history import deviator_norm, deviatoric, signed_equivalent
 from fea.machine.clock import Clock
 from fea.rod.places import SurfaceRegions
-from fea.study.engine_table import engine_names, engine_preset
+from fea.study.engine_library import engine_names, engine_preset
 from fea.study.study import Study, load_study
 
 # Study or engine of the library, and pins.

@@ -8,7 +8,8 @@ import pytest
 from fea.analysis.engine_study import engine_study
 from fea.analysis.forces import study_forces
 from fea.base.units import KG, KG_M2, KG_M3
-from fea.study.engine_table import EngineTable, engine_names, engine_notes, engine_preset, layout_notes
+from fea.study.engine_library import engine_aliases, engine_names, engine_preset
+from fea.study.engine_table import EngineTable, engine_notes, layout_notes
 from fea.study.flags import Flags, python_flags
 from fea.study.rod_table import RodKeys
 from fea.study.study import load_study, parse_study

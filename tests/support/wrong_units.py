@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fea.base.units import OTHER_UNITS
-from fea.study.engine_table import engine_names, engine_preset
+from fea.study.engine_library import engine_names, engine_preset
 from fea.study.files import toml_text
 from fea.study.material_table import LIBRARY
 from fea.study.plausibility import ImplausibleValue
