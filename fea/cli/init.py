@@ -32,7 +32,8 @@ def init(
     file
         The file to write (.toml); an existing file is never overwritten.
     engine
-        Write the study of an engine of the library, by name or alias: toyota-2jz, k20, …; any other name lists all.
+        Write the study of an engine of the library, by name or alias: toyota-2jz, k20, …; any other name
+        lists all.
     kind
         Give the engine a rod of this kind, with cap and bolts: h-beam or i-beam.
     length

@@ -165,9 +165,12 @@ def _choices(names: Iterable[str]) -> Schema:
 
 def _in_any_case(names: Iterable[str]) -> Schema:
     """Return the choices of names that are read in any case, with or without blanks and hyphens."""
-    plain = {name.translate(str.maketrans("", "", " -_")) for name in names}
-    ways = ("[ _-]*".join(f"[{c.upper()}{c}]" if c.isalpha() else re.escape(c) for c in name) for name in plain)
-    return {"type": "string", "anyOf": [{"enum": list(names)}, {"pattern": f"^({'|'.join(sorted(ways))})$"}]}
+    spelt = ["[ _-]*".join(map(_in_both_cases, name.replace("-", ""))) for name in names]
+    return {"type": "string", "anyOf": [{"enum": list(names)}, {"pattern": f"^({'|'.join(spelt)})$"}]}
+
+
+def _in_both_cases(character: str) -> str:
+    return f"[{character.upper()}{character}]" if character.isalpha() else re.escape(character)
 
 
 def _type(hint: Any, number: Schema) -> Schema:

@@ -1,9 +1,9 @@
 """The library of real engines: names, aliases, and figures that are read with their source or assumed.
 
-An engine of the library is a file of `fea/studies/engines`, named after it: ``title``, ``layout``, and in ``aliases``
-what else the engine is called. ``[engine]`` and ``[rod]`` hold figures by the keys of a study, ``[speed]`` the redline.
-A figure has a ``source``, one of ``[sources]``, or says in ``assumed`` where the estimate comes from. Stroke, bore and
-length of the rod always have a source.
+An engine of the library is a file of `fea/studies/engines`, named after it: ``title``, ``layout``, and in
+``aliases`` what else the engine is called. ``[engine]`` and ``[rod]`` hold figures by the keys of a study,
+``[speed]`` the redline. A figure has a ``source``, one of ``[sources]``, or says in ``assumed`` where the
+estimate comes from. Stroke, bore and length of the rod always have a source.
 """
 
 import difflib
@@ -78,8 +78,8 @@ def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
     if _plain(name) in found:
         return _read(found[_plain(name)])
     names = ", ".join(engine_names())
-    near = difflib.get_close_matches(_plain(name), found, n=1)
-    remedy = f"Did you mean {found[near[0]]}? " if near else ""
+    near = dict.fromkeys(found[each] for each in difflib.get_close_matches(_plain(name), found))
+    remedy = f"Did you mean {' or '.join(near)}? " if near else ""
     raise InvalidValue(where, name, "is not an engine of the library", f"{remedy}Valid names: {names}.")
 
 

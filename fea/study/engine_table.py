@@ -23,11 +23,12 @@ from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
 
+
 def with_preset(raw: object) -> object:
     """Return what a study says of its engine, with the figures of the preset that it names filled in.
 
-    `raw` comes from the TOML parser: a table, or the name of an engine of the library; an alias becomes the name.
-    Raises `InvalidValue`: there is no engine of that name.
+    `raw` comes from the TOML parser: a table, or the name of an engine of the library. An alias becomes the
+    name that it stands for. Raises `InvalidValue`: there is no engine of that name.
     """
     if isinstance(raw, str):
         preset = engine_preset(raw, "engine")
@@ -56,7 +57,7 @@ class EngineTable(
         '"toyota-2jz"',
         "or an alias, such as 2jz; a name that does not exist lists all",
         flag="engine",
-        help="Engine of the library in place of the study's, by name or alias: toyota-2jz, k20, ls3, …; any other "
+        help="Engine of the library in place of the study's, by name or alias: toyota-2jz, k20, …; any other "
         "name lists all.",
     )
     stroke_mm: float = key("94.0", default=MISSING, stated=True)

@@ -37,9 +37,9 @@ def test_an_engine_replaces_that_of_a_shipped_study_and_of_a_file(tmp_path):
 
 @pytest.mark.parametrize("command", [("run",), ("loads",), ("init", "mine.toml")])
 def test_an_engine_that_is_not_there_lists_those_that_are(command, tmp_path):
-    done = fea(*command, "--engine", "2jz", cwd=tmp_path)
+    done = fea(*command, "--engine", "3jz", cwd=tmp_path)
     assert done.returncode == 2
-    assert "--engine = '2jz': is not an engine of the library" in done.stderr
+    assert "--engine = '3jz': is not an engine of the library" in done.stderr
     assert "toyota-2jz" in done.stderr
     assert list(tmp_path.iterdir()) == []
 

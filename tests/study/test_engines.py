@@ -1,13 +1,17 @@
 """The library of engines: every figure has an origin, and a study with an engine of it is complete."""
 
 import dataclasses
+import math
+import re
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from fea.analysis.engine_study import engine_study
 from fea.analysis.forces import study_forces
-from fea.base.units import KG, KG_M2, KG_M3
+from fea.base.units import BAR, KG, KG_M2, KG_M3, RPM
+from fea.rod.loading import EngineLoading
 from fea.study.engine_library import engine_aliases, engine_names, engine_preset
 from fea.study.engine_table import EngineTable, engine_notes, layout_notes
 from fea.study.flags import Flags, python_flags
@@ -24,8 +28,16 @@ def parsed(text):
     return parse_study(text, "test", Path.cwd())
 
 
+@cache
+def of_engine(name):
+    """The study that `fea init --engine` writes, and the mass properties of its rod."""
+    study = parsed(engine_study(name))
+    density = study.material.resolved().density_kg_m3 * KG_M3
+    return study, HeightField(study.rod.dimensions).mass().times(density)
+
+
 def test_there_are_enough():
-    assert len(engine_names()) >= 10
+    assert len(engine_names()) >= 30
 
 
 @pytest.mark.parametrize("name", engine_names())
@@ -35,6 +47,8 @@ def test_every_figure_has_a_source_or_is_an_estimate(name):
     cited = {figure.origin for figure in figures if not figure.assumed}
     assert cited == preset.sources.keys()
     assert all(preset.sources.values())
+    read = (preset.engine["stroke_mm"], preset.engine["bore_mm"], preset.rod["length_mm"])
+    assert not any(figure.assumed for figure in read)
     assert preset.layout in {"in-line", "V", "flat"}
     assert preset.engine.keys() <= {field.name for field in dataclasses.fields(EngineTable)}
     assert preset.rod.keys() <= keys_of(RodKeys).keys()
@@ -45,9 +59,12 @@ def test_estimates_follow_the_rules_that_they_name(name):
     preset = engine_preset(name)
     values = preset.entries()
     bore, ratio = values["bore_mm"], values.get("compression_ratio", 0)
+    intake = 1.01325 + values.get("boost_bar", 0)  # bar, absolute
     rules = {
         "0.6 g/cm³ × bore³": 0.6e-6 * bore**3,
+        "1.5 g/cm³ × bore³, as usual for a diesel engine": 1.5e-6 * bore**3,
         "6.5 bar × compression ratio": 6.5 * ratio,
+        "6.5 bar × compression ratio × absolute intake pressure in bar, an upper bound": 6.5 * ratio * intake,
         "0.62 × bore": 0.62 * bore,
         "0.25 × bore": 0.25 * bore,
         "0.35 × bore, as usual for a diesel engine": 0.35 * bore,
@@ -69,15 +86,68 @@ def test_the_rule_for_pistons_lies_among_those_of_petrol_engines_that_are_known(
 
 
 @pytest.mark.parametrize("name", engine_names())
+def test_its_figures_are_in_proportion(name):
+    """In bounds that a slip of a digit, an inch taken for mm or a swapped figure of another engine leaves.
+
+    Rods of cars are 3 to 4 crank radii long; 2.8 to 5 are the ends of all engines of this size, from long
+    strokes to racing. Strokes are 0.7 to 1.3 bores. Mean piston speeds at the redline are 7 m/s in governed
+    engines to 25 m/s in sports cars (Heywood 1988, section 2.2: 8 to 15 m/s at rated power). Small ends are
+    0.2 to 0.3 bores wide in petrol and up to 0.43 with a bushing in diesel engines, big ends 0.35 (without
+    shells) to 0.72. Pistons weigh 0.5 to 0.9 g/cm³ × bore³ in petrol and twice that in diesel engines. Peaks
+    are 3.5 (a diesel with swirl chamber) to 8 times compression ratio and intake pressure.
+    """
+    preset = engine_preset(name)
+    values = preset.entries()
+    bore, stroke, ratio = (values.get(key) for key in ("bore_mm", "stroke_mm", "compression_ratio"))
+    assert 2.8 <= preset.rod_length / (stroke / 2) <= 5.0
+    assert 0.7 <= stroke / bore <= 1.3
+    assert 7.0 <= preset.redline_rpm * stroke / 30e3 <= 25.0
+    assert 0.2 <= preset.rod["small_end_bore_mm"].value / bore <= 0.43
+    assert 0.35 <= preset.rod["big_end_bore_mm"].value / bore <= 0.72
+    heaviest = (
+        3.1 if name == "leon-2001" else 1.7 if ratio > 13 else 0.9
+    )  # León's piston is of another engine
+    assert 0.5 <= values["piston_mass_kg"] / bore**3 * 1e6 <= heaviest
+    if ratio:
+        assert 7.0 <= ratio <= 20.0
+        intake = 1.01325 + values.get("boost_bar", 0)
+        assert 3.5 <= values["peak_pressure_bar"] / ratio / intake <= 8.0
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_bore_stroke_and_cylinders_make_the_displacement_that_the_engine_is_known_by(name):
+    values, title = engine_preset(name).entries(), engine_preset(name).title
+    volume = math.pi / 4 * values["bore_mm"] ** 2 * values["stroke_mm"] * values["cylinders"]
+    assert volume / 1e3 == pytest.approx(float(re.search(r"(\d+) cm³", title)[1]), rel=1e-3)
+
+
+@pytest.mark.parametrize("name", engine_names())
+def test_it_turns_and_its_load_cases_are_its_own(name):
+    """The gas presses with p A at most, and the piston pulls with m r ω² (1 + λ) less the boost."""
+    study, mass = of_engine(name)
+    table, rod = study.require_engine(), study.rod.dimensions
+    loading, rpm = EngineLoading.of(table, rod.length), engine_preset(name).redline_rpm
+    cases = loading.at(mass, rpm).cases
+    assert {"tension", "compression", "side", "bending"} <= set(cases.names)
+    degrees = loading.crank_cycle(mass, rpm).degrees
+    if table.gas == "otto":
+        peak = (table.peak_pressure_bar * BAR - table.atmosphere) * math.pi / 4 * table.bore_mm**2
+        assert degrees.gas.max() == pytest.approx(peak, rel=0.02)  # at whole degrees
+    radius = table.stroke_mm / 2
+    pull = table.piston_mass_kg * KG * radius * (rpm * RPM) ** 2 * (1 + radius / rod.length)
+    boosted = (table.intake - table.atmosphere) * math.pi / 4 * table.bore_mm**2
+    assert degrees.pin_axial.max() == pytest.approx(pull - boosted, rel=0.12)
+
+
+@pytest.mark.parametrize("name", engine_names())
 def test_its_study_is_complete_and_has_the_mass_that_is_published(name):
-    preset, study = engine_preset(name), parsed(engine_study(name))
+    preset, (study, mass) = engine_preset(name), of_engine(name)
     rod, engine = study.rod.dimensions, study.require_engine()
     assert rod.length == preset.rod_length
     assert study.speeds() == (preset.redline_rpm,)
     assert engine.preset == name
     assert study.unusual() == []
     assert engine.gas_model(engine.engine(rod.length)) is not None
-    mass = HeightField(rod).mass().times(study.material.resolved().density_kg_m3 * KG_M3)
     weighed = {
         "mass_kg": mass.mass / KG,
         "center_of_gravity_mm": mass.center[0],
@@ -89,6 +159,32 @@ def test_its_study_is_complete_and_has_the_mass_that_is_published(name):
     again = parsed(study.text())
     assert again.engine == engine
     assert again.text() == study.text()
+
+
+def test_an_alias_means_one_engine():
+    known = [known for name in engine_names() for known in (name, *engine_preset(name).aliases)]
+    plain = [known.casefold().replace("-", "") for known in known]
+    assert len(set(plain)) == len(known)
+    assert engine_aliases().keys().isdisjoint(engine_names())
+
+
+@pytest.mark.parametrize(
+    ("asked", "name"),
+    [
+        ("k20", "honda-k20a"),
+        ("K20A", "honda-k20a"),
+        ("LS 3", "gm-ls3"),
+        ("ej207", "subaru-ej20"),
+        ("2JZ", "toyota-2jz"),
+    ],
+)
+def test_aliases_are_read_in_any_case_wherever_an_engine_is_named(asked, name):
+    whole = parsed(f'engine = "{name}"\n' + ROD).engine
+    assert parsed(f'engine = "{asked}"\n' + ROD).engine == whole
+    assert parsed(ROD + f'[engine]\npreset = "{asked}"').engine == whole
+    assert Flags(engine=asked).applied(load_study("leon-2001")).engine == whole
+    assert f'preset = "{name}"' in engine_study(asked)
+    assert whole.preset == name
 
 
 def test_a_name_is_enough_and_keys_override_it():
@@ -103,7 +199,8 @@ def test_a_name_is_enough_and_keys_override_it():
     ("text", "says"),
     [
         ('engine = "toyota-3jz"\n' + ROD, r"^engine = 'toyota-3jz': .*Did you mean toyota-2jz\?.*jeep-4\.0"),
-        (ROD + '[engine]\npreset = "2jz"', r"^engine\.preset = '2jz': is not an engine of the library"),
+        ('engine = "k21"\n' + ROD, r"^engine = 'k21': .*Did you mean honda-k2.a or honda-k2.a\?.*toyota-2jz"),
+        (ROD + '[engine]\npreset = "3jz"', r"^engine\.preset = '3jz': is not an engine of the library"),
         (ROD + "[engine]\npreset = 2", r"engine\.preset = 2: must be text"),
         ("engine = 3\n" + ROD, r"engine = 3: must be a table"),
         (ROD + '[engine]\npreset = "toyota-2jz"\nbor_mm = 3.0', r"bor_mm.*unknown key.*preset"),
