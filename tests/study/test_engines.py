@@ -39,7 +39,7 @@ def of_engine(name):
 
 
 def test_there_are_enough():
-    assert len(engine_names()) >= 30
+    assert len(engine_names()) >= 40
 
 
 @pytest.mark.parametrize("name", engine_names())
@@ -122,7 +122,8 @@ def test_its_figures_are_in_proportion(name):
 def test_bore_stroke_and_cylinders_make_the_displacement_that_the_engine_is_known_by(name):
     values, title = engine_preset(name).entries(), engine_preset(name).title
     volume = math.pi / 4 * values["bore_mm"] ** 2 * values["stroke_mm"] * values["cylinders"]
-    assert volume / 1e3 == pytest.approx(float(re.search(r"(\d+) cm³", title)[1]), rel=1e-3)
+    known = float(re.search(r"(\d+) cm³", title)[1])
+    assert volume / 1e3 == pytest.approx(known, rel=2.5e-3)  # makers round bores, strokes and displacements
 
 
 @pytest.mark.parametrize("name", engine_names())
