@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fea.study.engine_table import EngineTable, engine_names, engine_preset
+from fea.study.engine_library import engine_preset
+from fea.study.engine_table import EngineTable
 from fea.study.traces import shipped_trace
 from geometry.errors import InvalidValue
 from loads.combustion import FUELS, Timing, closed_cycle, peak, peak_interval
@@ -70,13 +71,3 @@ def test_the_peak_of_a_study_with_a_fuel_is_computed_unless_it_is_given():
     assert given.gas_model(given.engine(140.0)).peak == pytest.approx(9.0)
     with pytest.raises(InvalidValue, match="must be one of petrol, diesel"):
         replace(table, fuel="steam")
-
-
-def test_the_library_has_no_assumed_peak_above_the_interval():
-    for name in engine_names():
-        figures = engine_preset(name).engine
-        if "peak_pressure_bar" in figures and figures["peak_pressure_bar"].assumed:
-            ratio = float(figures["compression_ratio"].value)
-            boost = float(figures["boost_bar"].value) if "boost_bar" in figures else 0.0
-            low, high = peak_interval("petrol", ratio, ATMOSPHERE + boost / 10)
-            assert 0.9 * low < 0.1 * float(figures["peak_pressure_bar"].value) < 1.1 * high
