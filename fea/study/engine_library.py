@@ -79,8 +79,9 @@ def engine_preset(name: str, where: str = "engine.preset") -> EnginePreset:
         return _read(found[_plain(name)])
     names = ", ".join(engine_names())
     near = dict.fromkeys(found[each] for each in difflib.get_close_matches(_plain(name), found))
-    remedy = f"Did you mean {' or '.join(near)}? " if near else ""
-    raise InvalidValue(where, name, "is not an engine of the library", f"{remedy}Valid names: {names}.")
+    guess = f"Did you mean {' or '.join(near)}? " if near else ""
+    remedy = f"{guess}Valid names: {names}. Figures of any other engine go into [engine] of a study."
+    raise InvalidValue(where, name, "is not an engine of the library", remedy)
 
 
 def _plain(name: str) -> str:
