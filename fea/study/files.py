@@ -92,3 +92,13 @@ def toml_text(tables: Mapping[str, Any]) -> str:
     import tomli_w  # noqa: PLC0415 - only a study that is written needs it
 
     return tomli_w.dumps(tables)
+
+
+def beside(path: Path) -> str:
+    """Return the remedy for a file that does not exist: one of a similar name beside it."""
+    folder = path.resolve().parent
+    if not folder.is_dir():
+        return f"There is no folder {folder}."
+    names = [each.name for each in folder.iterdir() if each.suffix.lower() == path.suffix.lower()]
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"Did you mean {near[0]}?" if near else f"Check its name; relative paths start in {Path.cwd()}."

@@ -22,6 +22,7 @@ from fea.study.tables import (
     entries_of,
     full_key,
     key,
+    keys_of,
     nearest,
     one_of,
     read_keys,
@@ -210,8 +211,28 @@ class RodTable:
         for name in changes:
             if full_key(name, _FIELDS) not in _FIELDS:
                 raise unknown_key("[rod]", name, _FIELDS)
-        rod = dataclasses.replace(self.solid(), **_dimensions(read_keys(RodKeys, "rod", changes)))
-        return _between_bores(dataclasses.replace(self, dimensions=rod, length=rod.length))
+        given = read_keys(RodKeys, "rod", changes)
+        rod = dataclasses.replace(self.solid(), **_dimensions(given))
+        written = (self.written - given.keys()) | _written(given)
+        table = dataclasses.replace(self, dimensions=rod, length=rod.length, written=written)
+        return _between_bores(table)
+
+    def with_keys(self, changes: object, folder: Path) -> "RodTable":
+        """Return the table with keys changed, None taking one away; a preset or a file is another rod.
+
+        Raises `InvalidValue`: see `read_rod`.
+        """
+        if not isinstance(changes, Mapping):
+            return read_rod(changes, folder)
+        given = read_keys(RodKeys, "rod", {key: value for key, value in changes.items() if value is not None})
+        away = {full_key(key, keys_of(RodKeys)) for key, value in changes.items() if value is None}
+        for name in away - keys_of(RodKeys).keys():
+            raise unknown_key("[rod]", name, keys_of(RodKeys))
+        if not away and given.keys() <= _FIELDS.keys() and self.dimensions is not None:
+            return self.with_dimensions(given)
+        kept = {} if {"preset", *_FILES} & given.keys() else self.as_dict()
+        merged = {**kept, **given}
+        return read_rod({key: value for key, value in merged.items() if key not in away}, folder)
 
     def mass_notes(self, drawn: MassProperties) -> list[Note]:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""
@@ -265,8 +286,11 @@ def dimension_of(key: str) -> str:
 def read_rod(raw: object, folder: Path) -> RodTable:
     """Read [rod]; paths start at `folder`. Raises `InvalidValue`: a wrong key, type or dimension."""
     given = entries_of(read_table(RodKeys, "rod", raw))
-    written = frozenset(name for name, value in given.items() if isinstance(value, Written))
-    return dataclasses.replace(_table(given, folder), written=written)
+    return dataclasses.replace(_table(given, folder), written=_written(given))
+
+
+def _written(given: Mapping[str, Any]) -> frozenset[str]:
+    return frozenset(name for name, value in given.items() if isinstance(value, Written))
 
 
 def _table(given: Mapping[str, Any], folder: Path) -> RodTable:

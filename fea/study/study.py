@@ -1,19 +1,20 @@
 """A study: the complete input of a run, from a shipped study or a TOML file."""
 
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from fea.base import choices
 from fea.base.material import Material
 from fea.base.note import Note, assumption
 from fea.base.shipped import TomlTable, shipped_names, shipped_text, shipped_toml
+from fea.study.all_tables import TABLES
 from fea.study.assembly_table import BOLT, BUSHING, SHELL, AssemblyTable
+from fea.study.changes import Changes, changed_fields, parted, switched_on
 from fea.study.engine_library import engine_preset
 from fea.study.engine_table import EngineTable, with_preset
-from fea.study.files import is_file, located, parse_toml, read_toml, require_text, toml_text
+from fea.study.files import beside, is_file, located, parse_toml, read_toml, require_text, toml_text
 from fea.study.film_table import FilmTable
 from fea.study.material_table import ASSUMED_PARTS, SN_KEYS, MaterialTable, bolt_material, table_name
 from fea.study.option_tables import (
@@ -27,7 +28,8 @@ from fea.study.option_tables import (
 )
 from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
-from fea.study.rod_table import RodKeys, RodTable, read_rod, rod_of_file
+from fea.study.python_words import python_words
+from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
 from geometry.errors import InvalidValue, require
@@ -235,11 +237,32 @@ class Study:
         preset = engine_preset(name, "--engine")
         return replace(self, engine=EngineTable(**preset.entries(), preset=preset.name))
 
-    def with_rod(self, **dimensions: Any) -> "Study":
-        """Return the study with other dimensions of its rod; the others stay as they are.
+    def with_(self, **changes: Unpack[Changes]) -> "Study":
+        """Return the study with other tables; each is checked as in a study file, and the rest stays.
 
-        Their names are keys of [rod]: ``web_thickness_mm=5.0``, ``shank_section="rectangular"``. Raises
-        `InvalidValue`: the rod has no dimensions, or one of those given is unknown or breaks a rule.
+        A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced by
+        a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it; and
+        taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or a
+        key is unknown, or a value breaks a rule.
+
+        Examples
+        --------
+        >>> from fea import load_study
+        >>> study = load_study("leon-2001").with_(rod={"web_thickness": "0.2 in"}, speed=7000, material="4340")
+        >>> study.rod.dimensions.web_thickness, study.speed.rpm, study.material.preset
+        (5.08, 7000.0, '4340')
+        """
+        with python_words():
+            study = replace(self, **changed_fields(self, changes))
+            rule, remedy = "cannot be used with [forces], which have no speed", "Give forces=None, too."
+            loose = study.forces is None or changes.get("speed") is None
+            require(loose, "speed", str(changes.get("speed")), rule, remedy)
+            return study
+
+    def with_rod(self, **dimensions: Any) -> "Study":
+        """Return the study with other dimensions of its rod, by the keys of [rod]: a short `with_`.
+
+        Raises `InvalidValue`: the rod has no dimensions, or one of those given is unknown or breaks a rule.
 
         Examples
         --------
@@ -327,12 +350,6 @@ class Study:
         return toml_text(with_units(tables) if spared(self._magnitudes()) else tables)
 
 
-_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ForcesTable
-_ANALYSED = AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable, OptimiseTable, OutputTable
-# The tables of a study by their names, in the order of the commented study.
-TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_ANALYSED)}
-
-
 def shipped_studies() -> tuple[str, ...]:
     """Return the names of the studies that come with the package."""
     return shipped_names("studies")
@@ -356,20 +373,11 @@ def load_study(source: str | Path = DEFAULT_STUDY) -> Study:
     require_known("STUDY", path)
     if not is_file(path):
         if path.suffix:
-            raise InvalidValue("STUDY", source, "is not an existing file", _beside(path))
+            raise InvalidValue("STUDY", source, "is not an existing file", beside(path))
         remedy = nearest(source, shipped_studies())
         raise InvalidValue("STUDY", source, "is neither a shipped study nor an existing file", remedy)
     require_text("STUDY", source)
     return study_of_tables(read_toml("STUDY", path), path.stem, path.resolve().parent)
-
-
-def _beside(path: Path) -> str:
-    folder = path.resolve().parent
-    if not folder.is_dir():
-        return f"There is no folder {folder}."
-    names = [each.name for each in folder.iterdir() if each.suffix.lower() == path.suffix.lower()]
-    near = difflib.get_close_matches(path.name, names, n=1)
-    return f"Did you mean {near[0]}?" if near else f"Check its name; relative paths start in {Path.cwd()}."
 
 
 def parse_study(text: str, name: str, folder: Path) -> Study:
@@ -384,7 +392,7 @@ def study_of_tables(raw: Mapping[str, Any], name: str, folder: Path) -> Study:
             raise unknown_key(f"{name}.toml:", key, TABLES)
     remedy = 'Add one with dimensions or with preset = "leon-2001".'
     require("rod" in raw, "STUDY", name, "has no [rod] table", remedy)
-    raw, part_material = _parted(_switched_on(with_own_units(raw)))
+    raw, part_material = parted(switched_on(with_own_units(raw)))
     if "engine" in raw:
         raw["engine"] = with_preset(raw["engine"])
     given = [key for key in TABLES if key in raw and key != "rod"]
@@ -412,27 +420,6 @@ def _rod(raw: Mapping[str, Any], folder: Path) -> RodTable:
             raise
         remedy = f"{found[0].key} = {found[0].value:g} {found[0].unit}. {error.remedy}".strip()
         raise InvalidValue(error.name, error.value, error.rule, remedy) from error
-
-
-def _switched_on(raw: Mapping[str, Any]) -> TomlTable:
-    """Return the tables with what others switch on in [analysis] unless that says otherwise."""
-    analysis = raw.get("analysis", {})
-    by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
-    switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
-    if not switched or not isinstance(analysis, Mapping):
-        return dict(raw)
-    return {**raw, "analysis": {**switched, **analysis}}
-
-
-def _parted(raw: Mapping[str, Any]) -> tuple[TomlTable, dict[str, MaterialTable]]:
-    material = raw.get("material")
-    if not isinstance(material, Mapping):
-        return dict(raw), {}
-    parts = {key: value for key, value in material.items() if isinstance(value, Mapping)}
-    rest = {key: value for key, value in material.items() if key not in parts}
-    tables = {key: read_table(MaterialTable, f"material.{key}", value) for key, value in parts.items()}
-    left = {key: value for key, value in raw.items() if key != "material"}
-    return (left | {"material": rest} if rest else left), tables
 
 
 def _ready_study(name: str, rod: Mapping[str, Any]) -> tuple[str, str]:

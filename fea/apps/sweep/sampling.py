@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from fea.study.all_tables import TABLES
 from fea.study.files import require_size
-from fea.study.study import TABLES
 from fea.study.tables import Written, checked, full_key, hints_of, keys_of, number_of, unknown_key
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require, require_number

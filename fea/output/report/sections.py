@@ -17,8 +17,9 @@ from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
 from fea.output.units import factor, figure, in_unit, named, unit
+from fea.study.all_tables import TABLES
 from fea.study.material_table import LIBRARY
-from fea.study.study import ASSUMED_MATERIAL, TABLES, Study
+from fea.study.study import ASSUMED_MATERIAL, Study
 from geometry.arrays import Floats
 from geometry.presets import ORIGINS, PRESETS
 

@@ -1,0 +1,147 @@
+"""Changes to the tables of a study, as `Study.with_` takes them: read and checked as in a study file."""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypedDict
+
+from fea.base import choices
+from fea.base.shipped import TomlTable
+from fea.study.all_tables import TABLES
+from fea.study.assembly_table import AssemblyTable
+from fea.study.engine_table import EngineTable, with_preset
+from fea.study.film_table import FilmTable
+from fea.study.material_table import MaterialTable
+from fea.study.option_tables import (
+    AnalysisTable,
+    ContactTable,
+    ForcesTable,
+    MeshTable,
+    OptimiseTable,
+    OutputTable,
+)
+from fea.study.rod_table import RodTable
+from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
+from fea.study.tables import entries_of, full_key, in_own_units, keys_of, read_keys, read_table, unknown_key
+
+Keys = Mapping[str, Any]  #: of a table, with their values; None takes a key away
+
+
+class Changes(TypedDict, total=False):
+    """What `Study.with_` takes: a table, keys of it, a name or a number, or None for no table."""
+
+    rod: RodTable | Keys
+    material: MaterialTable | Keys | str | None
+    engine: EngineTable | Keys | str | None
+    speed: SpeedTable | Keys | float | str | Sequence[float] | None
+    duty: DutyTable | Keys | None
+    forces: ForcesTable | Keys | None
+    assembly: AssemblyTable | Keys | None
+    mesh: MeshTable | Keys | None
+    analysis: AnalysisTable | Keys | None
+    contact: ContactTable | Keys | None
+    film: FilmTable | Keys | None
+    optimise: OptimiseTable | Keys | None
+    output: OutputTable | Keys | None
+
+
+def changed_fields(study: Any, changes: Keys) -> TomlTable:
+    """Return the fields of a `Study` that changes give other values; files are relative to this directory.
+
+    Raises `InvalidValue`: a table or key is unknown, or a value breaks a rule.
+    """
+    for name in changes:
+        if name not in TABLES:
+            raise unknown_key("with_:", name, TABLES)
+    usual = {field.name: field for field in dataclasses.fields(study)}
+    fields: TomlTable = {}
+    new = {name for name in changes if getattr(study, name) in (None, _default(usual[name]))}
+    given = {name: change for name, change in changes.items() if change is not None}
+    on = switched_on({name: change for name, change in given.items() if name in new or name == "analysis"})
+    for name, change in {**changes, **on}.items():
+        present = getattr(study, name)
+        if name == "material" and not isinstance(change, MaterialTable | str):
+            fields["part_material"] = {} if change is None else _parts(study.part_material, change)
+        if change is None and name != "rod":
+            fields[name] = _default(usual[name])
+        elif isinstance(change, RodTable if name == "rod" else TABLES[name]):
+            fields[name] = change
+        else:
+            fields[name] = _changed(name, present, change)
+    return fields
+
+
+def _default(field: "dataclasses.Field[Any]") -> Any:
+    made = field.default_factory
+    return field.default if made is dataclasses.MISSING else made()
+
+
+def _changed(name: str, present: Any, change: Any) -> Any:
+    if name == "rod":
+        return present.with_keys(change, Path.cwd())
+    if name in ("material", "engine") and isinstance(change, str):
+        change = {"preset": change}
+    if name == "speed" and not isinstance(change, Mapping):
+        speeds = parse_speeds(change)
+        change = {"rpm": speeds[0] if len(speeds) == 1 else speeds}
+    if name == "material":
+        change = {key: value for key, value in change.items() if not _is_part(key, value)}
+        return changed_table(MaterialTable, name, present, change) if change else present
+    if name == "engine" and isinstance(change, Mapping):
+        change = with_preset(in_own_units(EngineTable, name, change))
+    table = changed_table(TABLES[name], name, present, change)
+    return table.located(Path.cwd()) if name in ("engine", "duty") else table
+
+
+def changed_table(cls: Any, where: str, present: Any, change: Any) -> Any:
+    """Return a table whose keys change; with a preset it begins anew. Errors as `read_table`."""
+    if not isinstance(change, Mapping):
+        return read_table(cls, where, change)
+    given = read_keys(cls, where, {key: value for key, value in change.items() if value is not None})
+    away = {full_key(key, keys_of(cls)) for key, value in change.items() if value is None}
+    for key in away - keys_of(cls).keys():
+        raise unknown_key(f"[{where}]", key, keys_of(cls))
+    kept = {} if present is None or "preset" in given else entries_of(present)
+    values = {**kept, **given}
+    return read_table(cls, where, {key: value for key, value in values.items() if key not in away})
+
+
+def _is_part(key: str, value: object) -> bool:
+    """Whether an entry of [material] is the table of a part, or takes one away."""
+    return isinstance(value, Mapping | MaterialTable) or (value is None and key not in keys_of(MaterialTable))
+
+
+def _parts(present: Mapping[str, MaterialTable], change: Keys) -> dict[str, MaterialTable]:
+    parts = dict(present)
+    for name, value in change.items():
+        if not _is_part(name, value):
+            continue
+        if value is None:
+            parts.pop(name, None)
+        elif isinstance(value, MaterialTable):
+            parts[name] = value
+        else:
+            parts[name] = changed_table(MaterialTable, f"material.{name}", parts.get(name), value)
+    return parts
+
+
+def switched_on(raw: Keys) -> TomlTable:
+    """Return the tables of a study with what others switch on in [analysis] unless that says otherwise."""
+    analysis = raw.get("analysis", {})
+    by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
+    switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
+    if not switched or not isinstance(analysis, Mapping):
+        return dict(raw)
+    return {**raw, "analysis": {**switched, **analysis}}
+
+
+def parted(raw: Keys) -> tuple[TomlTable, dict[str, MaterialTable]]:
+    """Return the tables of a study without the materials of parts, and these by the names of their parts."""
+    material = raw.get("material")
+    if not isinstance(material, Mapping):
+        return dict(raw), {}
+    parts = {key: value for key, value in material.items() if isinstance(value, Mapping)}
+    rest = {key: value for key, value in material.items() if key not in parts}
+    tables = {key: read_table(MaterialTable, f"material.{key}", value) for key, value in parts.items()}
+    left = {key: value for key, value in raw.items() if key != "material"}
+    return (left | {"material": rest} if rest else left), tables
