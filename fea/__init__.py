@@ -12,22 +12,47 @@ True
 
 import os
 import sys
-from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fea.analysis.prepared_rod import PreparedRod
     from fea.apps.limits.run_limits import limits
+    from fea.apps.many import Results, analyse_many
     from fea.apps.result import Result, analyse, prepare
+    from fea.output.target import OccupiedError, PictureError, StorageError
+    from fea.solid.errors import (
+        ContactError,
+        SingularMatrixError,
+        SolverUnavailableError,
+        StagnationError,
+        UnderconstrainedError,
+    )
     from fea.solid.scikit_fem import basis, stiffness_coo, to_skfem
     from fea.study.study import Study, load_study
+    from geometry.errors import GeometryError, InvalidValue
+    from mesh.tetmesh import MeshError
 
 __all__ = [
+    "ContactError",
+    "GeometryError",
+    "InvalidValue",
+    "MeshError",
+    "OccupiedError",
+    "PictureError",
     "PreparedRod",
     "Result",
+    "Results",
+    "SingularMatrixError",
+    "SolverUnavailableError",
+    "StagnationError",
+    "StorageError",
     "Study",
+    "UnderconstrainedError",
     "analyse",
+    "analyse_many",
     "basis",
     "limits",
     "load_study",
@@ -44,33 +69,58 @@ if os.environ.setdefault("OPENBLAS_NUM_THREADS", "1") == "1" and "numpy" in sys.
 
     ThreadpoolController().select(internal_api="openblas").limit(limits=1)
 
-# Where each public name is defined.
-_HOMES = {
-    "__version__": "fea.base.version",
-    "PreparedRod": "fea.analysis.prepared_rod",
-    "Result": "fea.apps.result",
-    "Study": "fea.study.study",
-    "analyse": "fea.apps.result",
-    "basis": "fea.solid.scikit_fem",
-    "limits": "fea.apps.limits.run_limits",
-    "load_study": "fea.study.study",
-    "prepare": "fea.apps.result",
-    "stiffness_coo": "fea.solid.scikit_fem",
-    "to_skfem": "fea.solid.scikit_fem",
-}
+# Where each public name is defined; a wheel rewrites the packages that lie inside it (`.ci/wheel.py`).
+_HOMES = (
+    "fea.base.version:__version__",
+    "fea.analysis.prepared_rod:PreparedRod",
+    "fea.apps.limits.run_limits:limits",
+    "fea.apps.many:Results",
+    "fea.apps.many:analyse_many",
+    "fea.apps.result:Result",
+    "fea.apps.result:analyse",
+    "fea.apps.result:prepare",
+    "fea.output.target:OccupiedError",
+    "fea.output.target:PictureError",
+    "fea.output.target:StorageError",
+    "fea.solid.errors:ContactError",
+    "fea.solid.errors:SingularMatrixError",
+    "fea.solid.errors:SolverUnavailableError",
+    "fea.solid.errors:StagnationError",
+    "fea.solid.errors:UnderconstrainedError",
+    "fea.solid.scikit_fem:basis",
+    "fea.solid.scikit_fem:stiffness_coo",
+    "fea.solid.scikit_fem:to_skfem",
+    "fea.study.study:Study",
+    "fea.study.study:load_study",
+    "geometry.errors:GeometryError",
+    "geometry.errors:InvalidValue",
+    "mesh.tetmesh:MeshError",
+)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    home = next((home for home in _HOMES if home.endswith(f":{name}")), None)
+    if home is None:
         raise AttributeError(f"module 'fea' has no attribute {name!r}")
     try:
-        return getattr(import_module(_HOMES[name]), name)
+        found = resolve_name(home)
     except ImportError as error:
         from fea.machine.remedies import foreign_package
 
         if said := foreign_package(error):
             raise ImportError(said) from error
         raise
+    if isfunction(found):  # the command line calls the function itself, and keeps its own words
+        from fea.study.python_words import python_words
+
+        found = python_words()(found)
+        found.__module__ = "fea"  # by which it is pickled
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__doc__", "__version__"]
 
 
 def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, Any] | list[dict[str, Any]]:
@@ -94,14 +144,16 @@ def run(study: "str | Path | Study" = "leon-2001", **flags: Any) -> dict[str, An
 
     Raises
     ------
-    geometry.errors.InvalidValue
+    InvalidValue
         A value breaks a rule.
     """
     from fea.apps.run_study import run_study
     from fea.output.json_file import as_dict
     from fea.study.flags import python_flags
+    from fea.study.python_words import python_words
     from fea.study.study import Study, load_study
 
-    asked = study if isinstance(study, Study) else load_study(study)
-    summaries = [as_dict(report.summary) for report in run_study(python_flags(flags).applied(asked))]
+    with python_words():
+        asked = study if isinstance(study, Study) else load_study(study)
+        summaries = [as_dict(report.summary) for report in run_study(python_flags(flags).applied(asked))]
     return summaries[0] if len(summaries) == 1 else summaries

@@ -3,11 +3,22 @@
 import math
 from collections.abc import Mapping
 from enum import Enum
+from typing import TypeVar
 
 # Longest value shown in a message: enough to recognise it.
 _SHOWN = 160
 
 
+Kind = TypeVar("Kind", bound=type[Exception])
+
+
+def public(error: Kind) -> Kind:
+    """Give an error its public name, ``fea.InvalidValue``: the same in a checkout and in a wheel."""
+    error.__module__ = "fea"
+    return error
+
+
+@public
 class InvalidValue(ValueError):  # noqa: N818 - named for what it says
     """A given value breaks a stated rule.
 
@@ -69,5 +80,6 @@ def require_positive(name: str, value: object) -> float:
     return number
 
 
+@public
 class GeometryError(RuntimeError):
     """No usable solid could be made; the message says what failed and what to do."""

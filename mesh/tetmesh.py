@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from geometry.arrays import Floats, Ints, Mask, linked_groups
+from geometry.errors import public
 from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 
 # Vertex pairs of the mid-edge nodes 4…9, in VTK's order (gmsh swaps the last two).
@@ -54,6 +55,7 @@ class TetMesh:
         return 1 if self.tets.shape[1] == 4 else 2
 
 
+@public
 class MeshError(RuntimeError):
     """No usable mesh could be made."""
 

@@ -52,6 +52,11 @@ _WORDS = {
 }
 
 
+def in_words(stage: str) -> str:
+    """Return what is done in a stage."""
+    return _WORDS.get(stage, stage)
+
+
 # Beginnings of events that stay on the screen, and are written where there is none.
 _LASTING = ("pass ", "draft: ", "meshing again", "answer: ")
 # A stage that takes longer is explained, s.
@@ -70,7 +75,7 @@ def stages(*, silent: bool, hint: str = "") -> Iterator[Listener | None]:
             if stage.startswith(_LASTING):
                 write(stage)
             else:
-                status(f"{_WORDS.get(stage, stage)}…")
+                status(f"{in_words(stage)}…")
             watch(stage)
 
         yield show
@@ -121,7 +126,7 @@ def _explained(write: Listener, hint: str) -> Iterator[Listener]:
                 waited = 0.0
             else:
                 waited += _PATIENCE
-                write(f"still {_WORDS.get(stage, stage)}, for {waited / 60:.0f} min{hint and f'; {hint}'}")
+                write(f"still {in_words(stage)}, for {waited / 60:.0f} min{hint and f'; {hint}'}")
 
     def change(now: str) -> None:
         nonlocal stage

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from geometry.errors import require
+from geometry.errors import public, require
 
 
 def require_target(
@@ -48,14 +48,17 @@ class OutputError(Exception):
     """A result could not be written or shown."""
 
 
+@public
 class OccupiedError(OutputError):
     """The output directory contains something other than an earlier run (exit code 2)."""
 
 
+@public
 class StorageError(OutputError):
     """A full disk, a permission or the file system prevents writing (exit code 7)."""
 
 
+@public
 class PictureError(OutputError):
     """No usable picture could be drawn; the result files are not affected (exit code 7)."""
 

@@ -1,22 +1,29 @@
 """The errors of solving a meshed model."""
 
+from geometry.errors import public
 
+
+@public
 class UnderconstrainedError(RuntimeError):
     """The supports leave a rigid-body motion free."""
 
 
+@public
 class SingularMatrixError(RuntimeError):
     """The factorisation met a pivot that is not positive: the model is under-constrained or faulty."""
 
 
+@public
 class SolverUnavailableError(RuntimeError):
     """The named solver is not installed on this machine."""
 
 
+@public
 class StagnationError(RuntimeError):
     """The iterative solver did not reach its tolerance."""
 
 
+@public
 class ContactError(RuntimeError):
     """No contact pressure balances the load."""
 

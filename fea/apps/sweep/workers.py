@@ -100,7 +100,9 @@ def work(task: Task) -> RodResult:
     return RodResult(task.job, {}, time.perf_counter() - start, reason)
 
 
-def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float, threads: int = 1) -> Any:
+def in_own_process(
+    job: Callable[..., Any], *arguments: Any, seconds: float | None, threads: int = 1
+) -> Any:
     """Run a picklable job in this thread's process. Raises `CrashError`, `OvertimeError`."""
     process: IsolatedProcess | None = getattr(_of_thread, "process", None)
     if process is None or not process.alive:
@@ -179,18 +181,23 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Workers]:
         with _connected(address) as client:
             yield Workers(client.get_executor(pure=False), client=client)
         return
-    import psutil  # noqa: PLC0415 - comes with the extra
-
-    allowed = usable_processors()
-    count = workers or min(
-        psutil.cpu_count(logical=False) or allowed, allowed
-    )  # without their second threads
-    with ThreadPoolExecutor(count) as pool, _own_processes():
+    count = workers or usual_workers()
+    with ThreadPoolExecutor(count) as pool, own_processes():
         yield Workers(pool, count)
 
 
+def usual_workers() -> int:
+    """Return the number of usable cores, without their second threads where that is known."""
+    allowed, cores = usable_processors(), None
+    with suppress(ImportError):
+        import psutil  # noqa: PLC0415 - comes with the extra
+
+        cores = psutil.cpu_count(logical=False)
+    return min(cores or allowed, allowed)
+
+
 @contextmanager
-def _own_processes() -> Iterator[None]:
+def own_processes() -> Iterator[None]:
     """End the processes of all threads with the block, also within a rod."""
     _ended.clear()
     try:
