@@ -21,12 +21,14 @@ def case_rows(summary: Summary) -> dict[str, dict[str, Any]]:
     for name, result in summary.results.items():
         figures = as_dict(result) | as_dict(summary.loads[name])
         place = dict(zip(("x_mm", "y_mm", "z_mm"), figures.pop("at_mm"), strict=True))
-        rows[name] = place | {key: value for key, value in figures.items() if not isinstance(value, dict | list)}
+        rows[name] = place | {
+            key: value for key, value in figures.items() if not isinstance(value, dict | list)
+        }
     return rows
 
 
 def differing(studies: Sequence[Study | None]) -> list[dict[str, Any]]:
-    """Return the keys of each study, ``rod.length_mm``, in which it differs from others; None has no study."""
+    """Return name and keys, ``rod.length_mm``, by which studies differ, of each; none for None."""
     every = [{} if study is None else _keys(study) for study in studies]
     names = dict.fromkeys(name for keys in every for name in keys)
     known = [keys for keys, study in zip(every, studies, strict=True) if study is not None]
@@ -39,7 +41,8 @@ def _keys(study: Study) -> dict[str, Any]:
     entries = {name: entries_of(tables[name]) for name in TABLES if tables.get(name) is not None}
     entries = {"rod": study.rod.as_dict()} | entries
     entries |= {f"material.{part}": entries_of(table) for part, table in study.part_material.items()}
-    return {f"{name}.{key}": value for name, keys in entries.items() for key, value in keys.items()}
+    leaves = {f"{name}.{key}": value for name, keys in entries.items() for key, value in keys.items()}
+    return {"name": study.name} | leaves
 
 
 def frame(rows: Mapping[Any, Row], index: str) -> "pd.DataFrame":

@@ -67,7 +67,8 @@ class Results(Sequence[Result | Exception]):
 
     def __repr__(self) -> str:
         lines = [f"study {place}: {type(error).__name__}: {error}" for place, error in self.errors.items()]
-        return "\n".join([f"<{len(self.succeeded)} results, {len(lines)} errors>", *lines])
+        counts = f"{len(self.succeeded)} results, {len(lines)} error{'s' * (len(lines) != 1)}"
+        return "\n".join([f"<{counts}>", *lines])
 
 
 def _study(asked: str | Path | Study, entry: Result | Exception) -> Study | None:
@@ -118,23 +119,27 @@ def analyse_many(
     True
     """
     rule, remedy = "is one study", "Give a list of studies, or call analyse."
-    require(not isinstance(studies, str | Path | Study), "studies", str(studies), rule, remedy)
+    one = isinstance(studies, str | Path | Study)
+    require(not one, "studies", getattr(studies, "name", studies), rule, remedy)
     require(workers is None or workers >= 1, "workers", workers, "must be at least 1")
     python_flags(flags, writes=False)
     asked, clock, failed = tuple(studies), Clock(), 0
     job = _with_fields if fields else _analysed
     count = max(1, min(len(asked), workers or usual_workers()))
-    with progress_shown(progress, f"0 of {len(asked)} studies") as show, ThreadPoolExecutor(count) as pool:
-        with own_processes():
-            each = [pool.submit(_apart, job, study, flags) for study in asked]
-            try:
-                for done, future in enumerate(as_completed(each), 1):
-                    failed += isinstance(future.result(), Exception)
-                    said = f", {failed} of them failed" if failed else ""
-                    show(f"{done} of {len(asked)} studies{said}, {duration(clock.total)}")
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
+    with (
+        progress_shown(progress, f"0 of {len(asked)} studies") as show,
+        ThreadPoolExecutor(count) as pool,
+        own_processes(),
+    ):
+        each = [pool.submit(_apart, job, study, flags) for study in asked]
+        try:
+            for done, future in enumerate(as_completed(each), 1):
+                failed += isinstance(future.result(), Exception)
+                said = f", {failed} of them failed" if failed else ""
+                show(f"{done} of {len(asked)} studies{said}, {duration(clock.total)}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
     return Results(asked, tuple(_entry(future) for future in each))
 
 

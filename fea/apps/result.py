@@ -113,8 +113,8 @@ class Result(RunResult):
         Mesh, cases and envelope are empty; figures stand in `summary`, forces in `forces`.
         """
         empty = TetMesh(np.zeros((0, 3)), np.zeros((0, 10), np.int64))
-        left = {"speed": None, "motion": None, "instants": None, "life": None, "buckling": None}
-        return replace(self, mesh=empty, without_motion=_LEFT_OUT, **left)
+        left = replace(self, speed=None, motion=None, instants=None, life=None, buckling=None)
+        return replace(left, mesh=empty, without_motion=_LEFT_OUT)
 
     def __getstate__(self) -> dict[str, Any]:
         return vars(self.without_fields())

@@ -1,4 +1,4 @@
-"""Progress in notebooks, where it is shown unless it is unwanted; in scripts it is not unless it is asked for."""
+"""Progress of what Python calls: shown in notebooks, and elsewhere where it is asked for."""
 
 import sys
 from collections.abc import Callable, Iterator

@@ -1,5 +1,6 @@
 """Files that users name: paths in studies and flags, limits of size, and TOML."""
 
+import difflib
 import re
 import tomllib
 from collections.abc import Mapping

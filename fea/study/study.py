@@ -240,17 +240,19 @@ class Study:
     def with_(self, **changes: Unpack[Changes]) -> "Study":
         """Return the study with other tables; each is checked as in a study file, and the rest stays.
 
-        A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced by
-        a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it; and
-        taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or a
-        key is unknown, or a value breaks a rule.
+        A table is changed by its keys, ``rod={"length": "5.7 in"}``, of which None takes one away; replaced
+        by a name (material, engine), by speeds (a number, a text with a unit, several) or by an object of it;
+        and taken away by None. Files are relative to the current directory. Raises `InvalidValue`: a table or
+        a key is unknown, or a value breaks a rule.
 
         Examples
         --------
         >>> from fea import load_study
-        >>> study = load_study("leon-2001").with_(rod={"web_thickness": "0.2 in"}, speed=7000, material="4340")
-        >>> study.rod.dimensions.web_thickness, study.speed.rpm, study.material.preset
-        (5.08, 7000.0, '4340')
+        >>> study = load_study("leon-2001").with_(rod={"web_thickness": "0.2 in"}, material="4340")
+        >>> study.rod.dimensions.web_thickness, study.material.preset
+        (5.08, '4340')
+        >>> study.with_(speed="100 Hz", analysis={"cycle": True}).speeds()
+        (6000.0,)
         """
         with python_words():
             study = replace(self, **changed_fields(self, changes))

@@ -100,9 +100,7 @@ def work(task: Task) -> RodResult:
     return RodResult(task.job, {}, time.perf_counter() - start, reason)
 
 
-def in_own_process(
-    job: Callable[..., Any], *arguments: Any, seconds: float | None, threads: int = 1
-) -> Any:
+def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float | None, threads: int = 1) -> Any:
     """Run a picklable job in this thread's process. Raises `CrashError`, `OvertimeError`."""
     process: IsolatedProcess | None = getattr(_of_thread, "process", None)
     if process is None or not process.alive:
