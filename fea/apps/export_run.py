@@ -97,8 +97,15 @@ _REFUSALS = (
 )  # fmt: skip
 
 
-def report_run(folder: Path, listener: Listener | None = None, units: UnitSystem | None = None) -> list[Path]:
+def report_run(
+    folder: Path,
+    listener: Listener | None = None,
+    units: UnitSystem | None = None,
+    out: Path | None = None,
+) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
+
+    A run at one speed may have its report in another file, `out`.
 
     The listener receives the name of each stage as it begins. The figures are in the given units, or in those
     of the run. Raises `InvalidValue`: the folder is not that of a run, or its files are damaged;
@@ -109,11 +116,13 @@ def report_run(folder: Path, listener: Listener | None = None, units: UnitSystem
     speeds = sorted({place.parent for place in folder.glob(f"*/{SUMMARY}")})
     with ready_to_draw():
         if (folder / SUMMARY).is_file() or not speeds:
-            return [_report(folder, clock, units)]
+            return [_report(folder, clock, units, out)]
+        rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {speeds[0]}."
+        require(out is None, "--out", None if out is None else str(out), rule, remedy)
         return [_report(speed, clock, units) for speed in speeds]
 
 
-def _report(folder: Path, clock: Clock, units: UnitSystem | None) -> Path:
+def _report(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None) -> Path:
     with clock("read"):
         run = read_run(folder)
         cycle = run.summary.cycle if run.fields else None
@@ -122,8 +131,8 @@ def _report(folder: Path, clock: Clock, units: UnitSystem | None) -> Path:
     if run.fields and run.summary.film:
         run = _with_films(run, run.summary.film, clock)
     with clock("report"), shown_in(units or run.study.output.units):
-        write_report(folder / REPORT, run)
-    return folder / REPORT
+        write_report(out or folder / REPORT, run, folder)
+    return out or folder / REPORT
 
 
 def _with_motion(run: StoredRun, cycle: EnvelopeFigures, clock: Clock) -> StoredRun:

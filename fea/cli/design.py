@@ -254,6 +254,7 @@ def studio(
     flags: Flags = NO_FLAGS,
     port: int = 0,
     no_browser: bool = False,
+    out: Path | None = None,
     threads: Threads = None,
 ) -> None:
     """Change a rod in the browser and see at once what it does to mass, stress and safety factors.
@@ -264,6 +265,8 @@ def studio(
         Port of the page on this machine, which nobody else can open; default: any that is free.
     no_browser
         Print the address of the page, but do not open it.
+    out
+        Directory of the designs and variants; default: results/STUDY-studio.
     """
     require(0 <= port <= _LARGEST_PORT, "--port", port, f"must lie between 0 and {_LARGEST_PORT}")
     loaded = load_with_flags(study, flags, threads)
@@ -281,4 +284,5 @@ def studio(
 
             webbrowser.open(address)
 
-    run_studio(loaded, Path("results") / f"{loaded.name}-studio", port, opened)
+    folder = Path("results") / f"{loaded.name}-studio" if out is None else out
+    run_studio(loaded, folder, port, opened)

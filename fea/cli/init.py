@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from fea.cli.options import Json, print_json
+from fea.cli.options import Json, print_json, print_written
 from fea.output.json_file import json_text
 from fea.output.target import require_target
 from fea.output.text import write_text
@@ -122,9 +122,20 @@ no limit. For a steel without one, half the ultimate strength is used. `fea mate
 """
 
 
-def schema() -> None:
-    """Print the JSON Schema of a study, for editors and other programs."""
-    print_json(study_schema())
+def schema(*, out: Path | None = None) -> None:
+    """Print the JSON Schema of a study, for editors and other programs.
+
+    Parameters
+    ----------
+    out
+        The .json file to write it to instead.
+    """
+    require_target("--out", out, (".json",))
+    if out is None:
+        print_json(study_schema())
+    else:
+        write_text(out, json_text(study_schema()))
+        print_written([out])
 
 
 def doctor(*, json: Json = False) -> int:

@@ -28,7 +28,11 @@ Verbose = Annotated[
     bool, Parameter(help="Print everything: all tables, assumptions, notes and the list of files.")
 ]
 Markdown = Annotated[
-    Path | None, Parameter(help="Write a Markdown report to this file (.md), with its plots next to it.")
+    Path | None,
+    Parameter(
+        name=["--report", "--out"],
+        help="Write a Markdown report to this file (.md), with its plots next to it.",
+    ),
 ]
 
 

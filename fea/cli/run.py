@@ -91,6 +91,7 @@ def export(run: Path, file: Path, *, printing: options.Printing = options.USUAL)
 def report(
     run: Path,
     *,
+    out: Path | None = None,
     units: UnitSystem | None = None,
     threads: options.Threads = None,
     printing: options.Printing = options.USUAL,
@@ -102,33 +103,37 @@ def report(
     run
         The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
         report is report.html in the folder of each speed.
+    out
+        The .html file to write, of a run at one speed; default: report.html in its folder.
     units
         Units that are shown: si or us; default: those of the run.
     """
+    require_target("--out", out, (".html",))
     limit_threads(threads)
 
     from fea.apps.export_run import report_run
 
     with stages(silent=printing.silent) as listener:
-        reports = report_run(run, listener, units)
+        reports = report_run(run, listener, units, out)
     printing.show({"files": reports}, lambda: None, written=map(near, reports))
 
 
 def view(
     file: Path, *, field: str | None = None, out: Path | None = None, units: UnitSystem = UnitSystem.SI
 ) -> None:
-    """Draw a result: a load case, the envelope of the crank cycle, or a mode; or open a report.
+    """Draw a result: what governs a run, a load case, the crank cycle, or a mode; or open a report.
 
     Parameters
     ----------
     file
-        The .vtu file of a run or of `fea modes`; or a report, report.html, which your browser opens.
+        The folder of a run: what governs it is drawn and, at a terminal, opened; the .vtu file of a run or of
+        `fea modes`; or a report, report.html, which your browser opens.
     field
         Field to draw. Load case: von_mises, principal_1, principal_3, safety_factor or displacement;
         envelope.vtu: also mean, amplitude, fatigue_safety_factor or crossland_safety_factor; modes: mode_1,
         mode_2, …. Default: the first of these that the file has.
     out
-        The .png file to write; default: next to the result.
+        The .png file to write, which is not opened; default: next to the result.
     units
         Units of the picture: si or us.
     """
@@ -141,9 +146,19 @@ def view(
         open_report(file)
         sys.stdout.write(f"Opened {file}\n")
         return
-    from fea.output.pictures.picture import picture_of
+    from fea.output.pictures.picture import picture_of, picture_of_run
 
     require_target("--out", out, (".png",))
+    if file.is_dir():
+        with shown_in(units):
+            picture, governs = picture_of_run(file, out, field)
+        sys.stdout.write(f"{governs}\n")
+        options.print_written([near(picture)])
+        if out is None and sys.stdout.isatty():
+            import webbrowser
+
+            webbrowser.open(picture.resolve().as_uri())
+        return
     with shown_in(units):
         picture = picture_of(file, out or file.with_suffix(".png"), field)
     options.print_written([picture])

@@ -102,6 +102,20 @@ def read_run(folder: Path) -> StoredRun:
     return StoredRun(folder, replace(load_study(folder / STUDY), name=summary.study), summary, files)
 
 
+def governing_file(folder: Path) -> tuple[Path, Summary]:
+    """Return the result file that shows what governs a run, of several speeds the worst, and its summary.
+
+    Errors as `read_run`; `InvalidValue` also where its fields were not kept.
+    """
+    one = (folder / SUMMARY).is_file()
+    speeds = [] if one else sorted(place.parent for place in folder.glob(f"*/{SUMMARY}"))
+    runs = [(place, _summary(place)) for place in speeds or [folder]]
+    place, summary = min(runs, key=lambda run: run[1].survival.assured_safety_factor)
+    vtu, rule = place / f"{summary.governing_result}.vtu", "is missing, which shows what governs"
+    require(vtu.is_file(), "RUN", str(vtu), rule, _AGAIN)
+    return vtu, summary
+
+
 def _summary(folder: Path) -> Summary:
     remedy = "Name the folder that fea run has written, such as results/leon-2001-6000rpm."
     require(folder.is_dir(), "RUN", str(folder), "is not a directory", remedy)

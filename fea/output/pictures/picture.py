@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +16,7 @@ from fea.analysis.figures import Summary
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 from fea.machine.remedies import system_remedy
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
+from fea.output.stored_run import governing_file
 from fea.output.target import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
@@ -34,19 +36,30 @@ def take_pictures(folder: Path, summary: Summary, results: Sequence[str]) -> lis
 
 def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
     """Draw a file as `png`, titled by its summary. Raises `InvalidValue`: no such field; `PictureError`."""
-    require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote.")
+    require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote, or the folder of a run.")
     draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
     return png
 
 
-def picture_of_mesh(mesh: TetMesh, name: str, folder: Path) -> Path:
-    """Draw a rod's elements as ``<name>-rod.png`` in `folder`. Raises `PictureError`, `StorageError`."""
-    png = folder / f"{name}-rod.png"
+def picture_of_run(folder: Path, png: Path | None = None, field: str | None = None) -> tuple[Path, str]:
+    """Draw what governs a run, by default beside its result; return the picture and what governs in words.
+
+    Raises `InvalidValue`: the folder is not that of a run with fields, or has no such field; `PictureError`.
+    """
+    vtu, summary = governing_file(folder)
+    shown = None if field is None else chosen_field(field, point_arrays(vtu), vtu.name)
+    picture = replace(described_by(summary, vtu, shown), png=png or vtu.with_suffix(".png"))
+    draw_pictures([picture])
+    return picture.png, f"{summary.title}: {summary.survival.text}"
+
+
+def picture_of_mesh(mesh: TetMesh, name: str, png: Path) -> Path:
+    """Draw a rod's elements; return the picture. Raises `PictureError`, `StorageError`."""
     title = f"{name}: {len(mesh.points)} nodes, {len(mesh.tets)} elements"
     with TemporaryDirectory() as scratch:
         vtu = Path(scratch, "mesh.vtu")
         write_vtu(vtu, mesh, {})
-        make_directory(folder)
+        make_directory(png.parent)
         draw_pictures([Picture(vtu=vtu, png=png, title=title, mesh_only=True)])
     return png
 

@@ -183,11 +183,11 @@ def open_report(file: Path) -> None:
         )
 
 
-def write_report(path: Path, run: Run) -> None:
-    """Write a report; its picture is the folder's, or is drawn, or left out. Raises `StorageError`."""
+def write_report(path: Path, run: Run, folder: Path | None = None) -> None:
+    """Write a report; its picture is that of the run's folder, or drawn, or left out. `StorageError`."""
     with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
         units = run.study.output.units
-        picture = beside.submit(copy_context().run, still, path.parent, run.summary, units)
+        picture = beside.submit(copy_context().run, still, folder or path.parent, run.summary, units)
         drawn = scene(run)
         text = page(run, drawn, picture.result())
     write_text(path, text)
