@@ -5,6 +5,7 @@ Each page has a working folder, in which its blocks run one after another::
     ```{run}            commands, and what they print
     ```{file} my.toml   a file, which is written before it is shown
     ```{python}         a script, and what it prints
+    ```{notebook} PATH  a notebook beside the page: its cells, run one after another, and what they show
     ```{made} PATH      a picture that a block has made (`:alt:` and a caption are required)
     ```{report} PATH    a report that a block has made, on the page
     ```{keys}           the keys of a study
@@ -34,6 +35,8 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
+
+from run_notebook import cells
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = os.environ | {
@@ -100,6 +103,10 @@ class Folder:
             return ""
         if kind == "python":
             return self._call([sys.executable, "-c", text], 0)
+        if kind == "notebook":
+            (self.path / "notebook.ipynb").write_text(text, encoding="utf-8")
+            runner = str(Path(__file__).with_name("run_notebook.py"))
+            return self._call([sys.executable, runner, "notebook.ipynb"], 0)
         code = int(kind.removeprefix("run "))
         return "".join(f"$ {line}\n{self._call(line, code)}" for line in text.splitlines())
 
@@ -206,6 +213,38 @@ class Python(Block):
         text = "\n".join(self.content)
         printed = self.executed("python", text).rstrip()
         return [literal(text, "python"), *([literal(printed, "text")] if printed else [])]
+
+
+class Notebook(Block):
+    """The cells of a notebook beside the page, and what they show."""
+
+    has_content = False
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        path = Path(self.env.srcdir, self.env.docname).parent / self.arguments[0]
+        self.env.note_dependency(str(path))
+        printed = self.executed("notebook", path.read_text(encoding="utf-8"))
+        outputs = iter(json.loads(printed or "[]"))
+        parts: list[nodes.Node] = []
+        for cell in cells(path):
+            if cell["cell_type"] == "markdown":
+                text = re.sub(r"\A# .*\n", "", cell["source"])  # the page has the title
+                parts += self.parse_text_to_nodes(text, allow_section_headings=True)
+            else:
+                parts += [literal(cell["source"], "python"), *shown(next(outputs, {}), cell["metadata"])]
+        return parts
+
+
+def shown(output: dict[str, str], metadata: dict[str, str]) -> list[nodes.Node]:
+    """What a cell shows; its picture is described by `alt` in the metadata of the cell."""
+    parts: list[nodes.Node] = [literal(output["text"].rstrip(), "text")] if output.get("text") else []
+    if "html" in output:
+        parts.append(nodes.raw("", f'<div class="output">{output["html"]}</div>', format="html"))
+    if "png" in output:
+        picture = f'<img src="data:image/png;base64,{output["png"]}" alt="{metadata["alt"]}">'
+        parts.append(nodes.raw("", picture, format="html"))
+    return parts
 
 
 class Made(Block):
@@ -340,6 +379,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("run", Run)
     app.add_directive("file", File)
     app.add_directive("python", Python)
+    app.add_directive("notebook", Notebook)
     app.add_directive("made", Made)
     app.add_directive("report", Report)
     app.add_directive("keys", Keys)

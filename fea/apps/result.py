@@ -158,10 +158,10 @@ class Result(RunResult):
         worst = self.summary.worst_case
         with shown_in(self.study.output.units), TemporaryDirectory() as scratch:
             if worst not in self.cases:
-                return head(self)
+                return in_python(head(self))
             place = Path(scratch)
             write_vtu(place / f"{worst}.vtu", self.mesh, *self._arrays(worst))
-            return head(self, still(place, self.summary))
+            return in_python(head(self, still(place, self.summary)))
 
 
 _LEFT_OUT = "the result was kept without its fields"
