@@ -1,16 +1,21 @@
 """What a Python user sees: results in memory, files when asked for, examples that run."""
 
+import copy
 import dataclasses
 import doctest
 import json
 import os
+import pickle
+import re
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
+from PIL import Image
 from studies import plain_study
 
 import fea
@@ -102,6 +107,95 @@ def test_a_notebook_shows_every_case_and_the_worst_one_as_a_picture(result):
     assert repr(result).startswith("<leon-2001 at 6000 rpm: fails by fatigue, safety factor 0.")
 
 
+def test_a_row_for_each_load_case_has_the_names_of_the_summary(result):
+    pytest.importorskip("pandas")
+    table, summary = result.to_frame(), result.as_dict()
+    assert list(table.index) == list(result.cases)
+    for column in ("max_von_mises_MPa", "min_safety_factor", "min_safety_factor_low", "verdict"):
+        assert list(table[column]) == [figures[column] for figures in summary["results"].values()]
+    assert table.loc["gas", "gas_N"] == summary["loads"]["gas"]["gas_N"]
+    assert tuple(table.loc["tension", ["x_mm", "y_mm", "z_mm"]]) == pytest.approx(result.cases["tension"].at)
+
+
+def test_without_pandas_the_remedy_is_named(result, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match="pip install pandas"):
+        result.to_frame()
+
+
+def test_a_pickled_result_is_its_figures(result, tmp_path):
+    pickled = pickle.dumps(result)
+    assert (
+        len(pickled)
+        < 2e6
+        < result.mesh.points.nbytes + sum(case.stress.nbytes for case in result.cases.values())
+    )
+    kept = pickle.loads(pickled)  # noqa: S301 - our own
+    assert kept.as_dict() == result.as_dict()
+    assert kept.study == result.study
+    assert kept.forces.keys() == result.forces.keys()
+    assert repr(kept) == repr(result)
+    assert dict(kept.cases) == {}
+    for ask in (lambda: kept.cases["tension"], kept.plot, lambda: kept.to_pyvista("tension")):
+        with pytest.raises(fea.InvalidValue, match=r"kept without its fields.*analyse\(result.study\)"):
+            ask()
+    kept.write(tmp_path / "run", report=True)
+    assert read_summary(tmp_path / "run").rod == read_summary(result.write(tmp_path / "whole")).rod
+    assert copy.deepcopy(result) is result  # a copy keeps the fields
+
+
+def test_a_picture_is_of_what_governs_or_of_what_is_asked_for(result, monkeypatch):
+    drawn = []
+
+    def draw(pictures):
+        drawn.extend(pictures)
+        Image.new("RGB", (4, 3), "red").save(pictures[0].png)
+
+    monkeypatch.setattr("fea.apps.result.draw_pictures", draw)
+    assert result.plot().size == (4, 3)
+    assert result.plot("tension", "displacement")._repr_png_()
+    assert [(picture.vtu.stem, picture.field) for picture in drawn] == [
+        ("envelope", "fatigue_safety_factor"),
+        ("tension", "displacement"),
+    ]
+    with pytest.raises(fea.InvalidValue, match=r"^case = 'tensile': must be one of tension"):
+        result.plot("tensile")
+    with pytest.raises(fea.InvalidValue, match=r"^field = 'nonsense': must be one of von_mises"):
+        result.plot("tension", "nonsense")
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: fea.load_study("nonsense"), r"^study = 'nonsense': is neither"),
+        (lambda: fea.analyse(rpm="fast"), r"^rpm = 'fast': is not a speed"),
+        (
+            lambda: fea.analyse(fatigue="goodman"),
+            r"^fatigue = .*has no effect without cycle=True\. Add cycle=True",
+        ),
+        (lambda: fea.prepare(size=0.01), "unusual=True"),
+        (lambda: fea.run(engine="toyota-2jx"), r"^engine = 'toyota-2jx': is not an engine"),
+        (lambda: fea.limits(fea.load_study().with_(engine=None)), "Add one of them"),
+    ],
+)
+def test_errors_speak_python(call, says):
+    with pytest.raises(fea.InvalidValue, match=says) as refused:
+        call()
+    assert "--" not in str(refused.value)
+    assert type(pickle.loads(pickle.dumps(refused.value))) is fea.InvalidValue  # noqa: S301 - our own
+
+
+def test_errors_have_one_name_wherever_the_package_lies():
+    errors = [name for name in fea.__all__ if isinstance(getattr(fea, name), type) and "Error" in name]
+    assert len(errors) == 10
+    for name in (*errors, "InvalidValue"):
+        assert f"{getattr(fea, name).__module__}.{getattr(fea, name).__qualname__}" == f"fea.{name}"
+
+
+def test_functions_can_be_sent_to_other_processes():
+    assert pickle.loads(pickle.dumps(fea.analyse)) is fea.analyse  # noqa: S301 - our own
+
+
 def test_flags_that_write_files_are_not_for_an_analysis():
     with pytest.raises(InvalidValue, match=r"flag 'out' is an unknown key.*rpm"):
         analyse("leon-2001", out="here")
@@ -152,6 +246,9 @@ def test_openblas_has_one_thread_even_where_numpy_was_loaded_before(said, thread
 
 def test_every_public_name_is_there():
     assert all(getattr(fea, name) is not None for name in fea.__all__)
+    assert set(dir(fea)) - {"__doc__", "__version__"} == set(fea.__all__)
+    documented = (Path(__file__).parent.parent / "docs/reference/api.md").read_text(encoding="utf-8")
+    assert all(re.search(rf"::(?: fea\.)? {name}$", documented, re.MULTILINE) for name in fea.__all__)
     with pytest.raises(AttributeError, match="nonsense"):
         _ = fea.nonsense
 

@@ -31,12 +31,11 @@ from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from run_notebook import cells
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
-
-from run_notebook import cells
 
 ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = os.environ | {
@@ -229,8 +228,11 @@ class Notebook(Block):
         parts: list[nodes.Node] = []
         for cell in cells(path):
             if cell["cell_type"] == "markdown":
-                text = re.sub(r"\A# .*\n", "", cell["source"])  # the page has the title
-                parts += self.parse_text_to_nodes(text, allow_section_headings=True)
+                # The page has the title, and no section can end within a directive.
+                heading, text = re.fullmatch(r"(?:(#+ [^\n]*)\n)?(.*)", cell["source"], re.DOTALL).groups()
+                if heading and heading.startswith("## "):
+                    parts.append(nodes.rubric(text=heading.lstrip("# ")))
+                parts += self.parse_text_to_nodes(text)
             else:
                 parts += [literal(cell["source"], "python"), *shown(next(outputs, {}), cell["metadata"])]
         return parts

@@ -108,15 +108,6 @@ def analyse_many(
     ------
     InvalidValue
         An argument is unknown or breaks a rule. What is wrong with a study is its entry instead.
-
-    Examples
-    --------
-    >>> from fea import analyse_many, load_study
-    >>> study = load_study("leon-2001")
-    >>> thinner = [study.with_(rod={"web_thickness_mm": web}) for web in (5.0, 4.0)]
-    >>> results = analyse_many(thinner, workers=2, rpm=6000, size=14)
-    >>> results[1].summary.rod.mass_kg < results[0].summary.rod.mass_kg
-    True
     """
     rule, remedy = "is one study", "Give a list of studies, or call analyse."
     one = isinstance(studies, str | Path | Study)

@@ -84,8 +84,8 @@ class Result(RunResult):
         """Return a picture of a case, or ``"envelope"``, by default of what governs; a notebook shows it.
 
         `field` is one of `fea view`: ``von_mises``, ``safety_factor``, ``displacement``, … The picture is a
-        `PIL.Image.Image`: ``.save("tension.png")`` writes it. Raises `InvalidValue`: there is no such case or
-        field; `PictureError`: this machine cannot draw.
+        ``PIL.Image.Image``, which ``.save("tension.png")`` writes. Raises `InvalidValue`: there is no such
+        case or field; `PictureError`: this machine cannot draw.
         """
         from PIL import Image  # noqa: PLC0415 - only a picture needs it
 

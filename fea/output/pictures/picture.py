@@ -36,7 +36,13 @@ def take_pictures(folder: Path, summary: Summary, results: Sequence[str]) -> lis
 
 def picture_of(vtu: Path, png: Path, field: str | None = None) -> Path:
     """Draw a file as `png`, titled by its summary. Raises `InvalidValue`: no such field; `PictureError`."""
-    require(vtu.is_file(), "FILE", str(vtu), "is not a file", "Name a .vtu file that fea wrote, or the folder of a run.")
+    require(
+        vtu.is_file(),
+        "FILE",
+        str(vtu),
+        "is not a file",
+        "Name a .vtu file that fea wrote, or the folder of a run.",
+    )
     draw_pictures([described(vtu, png, chosen_field(field, point_arrays(vtu), vtu.name))])
     return png
 
