@@ -12,9 +12,9 @@ True
 
 import os
 import sys
-from inspect import isfunction
+from importlib import import_module
 from pathlib import Path
-from pkgutil import resolve_name
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -103,14 +103,14 @@ def __getattr__(name: str) -> Any:
     if home is None:
         raise AttributeError(f"module 'fea' has no attribute {name!r}")
     try:
-        found = resolve_name(home)
+        found = getattr(import_module(home.partition(":")[0]), name)
     except ImportError as error:
         from fea.machine.remedies import foreign_package
 
         if said := foreign_package(error):
             raise ImportError(said) from error
         raise
-    if isfunction(found):  # the command line calls the function itself, and keeps its own words
+    if isinstance(found, FunctionType):  # the command line calls the function itself, and keeps its own words
         from fea.study.python_words import python_words
 
         found = python_words()(found)

@@ -125,11 +125,7 @@ def test_without_pandas_the_remedy_is_named(result, monkeypatch):
 
 def test_a_pickled_result_is_its_figures(result, tmp_path):
     pickled = pickle.dumps(result)
-    assert (
-        len(pickled)
-        < 2e6
-        < result.mesh.points.nbytes + sum(case.stress.nbytes for case in result.cases.values())
-    )
+    assert len(pickled) < 5e5  # of any mesh; of this small one, fields and mesh are 4.8 MB
     kept = pickle.loads(pickled)  # noqa: S301 - our own
     assert kept.as_dict() == result.as_dict()
     assert kept.study == result.study

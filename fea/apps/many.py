@@ -67,8 +67,9 @@ class Results(Sequence[Result | Exception]):
 
     def __repr__(self) -> str:
         lines = [f"study {place}: {type(error).__name__}: {error}" for place, error in self.errors.items()]
-        counts = f"{len(self.succeeded)} results, {len(lines)} error{'s' * (len(lines) != 1)}"
-        return "\n".join([f"<{counts}>", *lines])
+        counts = {"result": len(self.succeeded), "error": len(lines)}
+        head = ", ".join(f"{count} {what}{'s' * (count != 1)}" for what, count in counts.items())
+        return "\n".join([f"<{head}>", *lines])
 
 
 def _study(asked: str | Path | Study, entry: Result | Exception) -> Study | None:
@@ -99,7 +100,7 @@ def analyse_many(
     progress
         Whether a line counts the finished ones; by default in notebooks alone.
     fields
-        Whether results keep their fields, some 20 to 500 MB each; without them they hold figures
+        Whether results keep their fields, some 30 MB of the shipped rod; without them they hold figures
         (`Result.without_fields`).
     **flags
         For all studies, as of `analyse`.
