@@ -12,17 +12,13 @@ from fea.analysis.figures import Summary
 from fea.analysis.film import FilmResult
 from fea.analysis.motion import Motion
 from fea.analysis.result import Array, Arrays, DrawnBore, RunResult, drawn_bores
-from fea.output.folder import SUMMARY
-from fea.output.json_file import read_summary
+from fea.output.run_summary import AGAIN, STUDY, run_summary
 from fea.output.text import read_columns
 from fea.output.vtu import cell_name, point_name
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 from mesh.files.given import named_mesh
 from mesh.tetmesh import MeshError, TetMesh
-
-STUDY = "study.toml"
-_AGAIN = "Repeat the run: fea run study.toml."
 
 
 class FileFields(NamedTuple):
@@ -66,7 +62,7 @@ class StoredRun:
         try:
             return read_columns(path) if path.is_file() else None
         except (OSError, ValueError) as error:
-            raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", _AGAIN) from error
+            raise InvalidValue("RUN", str(self.folder), f"cannot be read ({error})", AGAIN) from error
 
     forces = cached_property(partial(_columns, name="loads.csv"))
     film = cached_property(partial(_columns, name="film.csv"))
@@ -95,40 +91,11 @@ Run = RunResult | StoredRun
 
 def read_run(folder: Path) -> StoredRun:
     """Read a run of one speed of `fea run`. Raises `InvalidValue`: it is none, or its files are damaged."""
-    summary = _summary(folder)
+    summary = run_summary(folder)
     paths = {name: folder / f"{name}.vtu" for name in summary.results}
     complete = all(path.is_file() for path in paths.values())
     files = {name: read_vtu(path) for name, path in paths.items()} if complete else {}
     return StoredRun(folder, replace(load_study(folder / STUDY), name=summary.study), summary, files)
-
-
-def governing_file(folder: Path) -> tuple[Path, Summary]:
-    """Return the result file that shows what governs a run, of several speeds the worst, and its summary.
-
-    Errors as `read_run`; `InvalidValue` also where its fields were not kept.
-    """
-    one = (folder / SUMMARY).is_file()
-    speeds = [] if one else sorted(place.parent for place in folder.glob(f"*/{SUMMARY}"))
-    runs = [(place, _summary(place)) for place in speeds or [folder]]
-    place, summary = min(runs, key=lambda run: run[1].survival.assured_safety_factor)
-    vtu, rule = place / f"{summary.governing_result}.vtu", "is missing, which shows what governs"
-    require(vtu.is_file(), "RUN", str(vtu), rule, _AGAIN)
-    return vtu, summary
-
-
-def _summary(folder: Path) -> Summary:
-    remedy = "Name the folder that fea run has written, such as results/leon-2001-6000rpm."
-    require(folder.is_dir(), "RUN", str(folder), "is not a directory", remedy)
-    speeds = sorted(place.parent.name for place in folder.glob(f"*/{SUMMARY}"))
-    if speeds and not (folder / SUMMARY).is_file():
-        rule = f"holds runs at several speeds: {', '.join(speeds[:8])}"
-        raise InvalidValue("RUN", str(folder), rule, f"Name one of them, such as {folder / speeds[0]}.")
-    try:
-        summary = read_summary(folder)
-    except (OSError, ValueError) as error:
-        raise InvalidValue("RUN", str(folder), f"has no readable {SUMMARY} ({error})", remedy) from error
-    require((folder / STUDY).is_file(), "RUN", str(folder), f"has no {STUDY}", remedy)
-    return summary
 
 
 def read_vtu(path: Path) -> FileFields:
@@ -148,7 +115,7 @@ def read_vtu(path: Path) -> FileFields:
         )
     except Exception as error:  # what meshio and its parsers raise is not documented
         rule = f"cannot be read ({type(error).__name__}: {error})"
-        raise InvalidValue("RUN", str(path), rule, _AGAIN) from error
+        raise InvalidValue("RUN", str(path), rule, AGAIN) from error
     points = {point_name(name): np.asarray(values) for name, values in content.point_data.items()}
     return FileFields(mesh, points, cells)
 

@@ -6,7 +6,7 @@ import pytest
 from program import PLAIN, fea
 
 from fea.output.pictures.picture import is_complete_png
-from fea.output.stored_run import governing_file
+from fea.output.run_summary import governing_file
 from geometry.errors import InvalidValue
 
 QUICK = (PLAIN[0], "--size", 20, "--pressure", "cosine-180")

@@ -16,7 +16,7 @@ from fea.analysis.figures import Summary
 from fea.machine.isolated import CrashError, IsolatedProcess, OvertimeError, fresh
 from fea.machine.remedies import system_remedy
 from fea.output.pictures.shown import Picture, chosen_field, described, described_by, point_arrays
-from fea.output.stored_run import governing_file
+from fea.output.run_summary import governing_file
 from fea.output.target import PictureError
 from fea.output.text import make_directory
 from fea.output.vtu import write_vtu
