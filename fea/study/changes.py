@@ -22,7 +22,7 @@ from fea.study.option_tables import (
 )
 from fea.study.rod_table import RodTable
 from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
-from fea.study.tables import entries_of, full_key, in_own_units, keys_of, read_keys, read_table, unknown_key
+from fea.study.tables import entries_of, in_own_units, keys_of, read_table, unknown_key, with_changes
 
 Keys = Mapping[str, Any]  #: of a table, with their values; None takes a key away
 
@@ -60,7 +60,7 @@ def changed_fields(study: Any, changes: Keys) -> TomlTable:
     on = switched_on({name: change for name, change in given.items() if name in new or name == "analysis"})
     for name, change in {**changes, **on}.items():
         present = getattr(study, name)
-        if name == "material" and not isinstance(change, MaterialTable | str):
+        if name == "material" and isinstance(change, Mapping | None):
             fields["part_material"] = {} if change is None else _parts(study.part_material, change)
         if change is None and name != "rod":
             fields[name] = _default(usual[name])
@@ -84,26 +84,22 @@ def _changed(name: str, present: Any, change: Any) -> Any:
     if name == "speed" and not isinstance(change, Mapping):
         speeds = parse_speeds(change)
         change = {"rpm": speeds[0] if len(speeds) == 1 else speeds}
-    if name == "material":
+    if name == "material" and isinstance(change, Mapping):
         change = {key: value for key, value in change.items() if not _is_part(key, value)}
-        return changed_table(MaterialTable, name, present, change) if change else present
-    if name == "engine" and isinstance(change, Mapping):
+        if not change:
+            return present
+    if name == "engine" and isinstance(change, Mapping) and change.get("preset") is not None:
         change = with_preset(in_own_units(EngineTable, name, change))
     table = changed_table(TABLES[name], name, present, change)
     return table.located(Path.cwd()) if name in ("engine", "duty") else table
 
 
 def changed_table(cls: Any, where: str, present: Any, change: Any) -> Any:
-    """Return a table whose keys change; with a preset it begins anew. Errors as `read_table`."""
+    """Return a table whose keys change; with a preset, only its keys count. Errors as `read_table`."""
     if not isinstance(change, Mapping):
         return read_table(cls, where, change)
-    given = read_keys(cls, where, {key: value for key, value in change.items() if value is not None})
-    away = {full_key(key, keys_of(cls)) for key, value in change.items() if value is None}
-    for key in away - keys_of(cls).keys():
-        raise unknown_key(f"[{where}]", key, keys_of(cls))
-    kept = {} if present is None or "preset" in given else entries_of(present)
-    values = {**kept, **given}
-    return read_table(cls, where, {key: value for key, value in values.items() if key not in away})
+    kept = {} if present is None or change.get("preset") is not None else entries_of(present)
+    return read_table(cls, where, with_changes(cls, where, kept, change))
 
 
 def _is_part(key: str, value: object) -> bool:

@@ -22,13 +22,13 @@ from fea.study.tables import (
     entries_of,
     full_key,
     key,
-    keys_of,
     nearest,
     one_of,
     read_keys,
     read_table,
     switch,
     unknown_key,
+    with_changes,
 )
 from geometry.assembly import Assembly
 from geometry.dimensions import ShankSection, dimensions, options
@@ -224,15 +224,8 @@ class RodTable:
         """
         if not isinstance(changes, Mapping):
             return read_rod(changes, folder)
-        given = read_keys(RodKeys, "rod", {key: value for key, value in changes.items() if value is not None})
-        away = {full_key(key, keys_of(RodKeys)) for key, value in changes.items() if value is None}
-        for name in away - keys_of(RodKeys).keys():
-            raise unknown_key("[rod]", name, keys_of(RodKeys))
-        if not away and given.keys() <= _FIELDS.keys() and self.dimensions is not None:
-            return self.with_dimensions(given)
-        kept = {} if {"preset", *_FILES} & given.keys() else self.as_dict()
-        merged = {**kept, **given}
-        return read_rod({key: value for key, value in merged.items() if key not in away}, folder)
+        kept = {} if {"preset", *_FILES} & changes.keys() else self.as_dict()
+        return read_rod(with_changes(RodKeys, "rod", kept, changes), folder)
 
     def mass_notes(self, drawn: MassProperties) -> list[Note]:
         """Return a note if given mass properties differ from the solid's, whose own inertia loads it."""

@@ -242,6 +242,15 @@ def read_keys(cls: Any, where: str, raw: object) -> TomlTable:
     return values
 
 
+def with_changes(cls: Any, where: str, kept: TomlTable, changes: Mapping[str, Any]) -> TomlTable:
+    """Return values of keys with changes, of which None takes a key away. Errors as of `read_keys`."""
+    given = read_keys(cls, where, {key: value for key, value in changes.items() if value is not None})
+    away = {full_key(key, keys_of(cls)) for key, value in changes.items() if value is None}
+    for key in away - keys_of(cls).keys():
+        raise unknown_key(f"[{where}]", key, keys_of(cls))
+    return {key: value for key, value in {**kept, **given}.items() if key not in away}
+
+
 def in_own_units(cls: Any, where: str, raw: Mapping[str, Any]) -> TomlTable:
     """Return a TOML table whose values with units stand as numbers, by the keys that name their units.
 

@@ -91,6 +91,7 @@ def test_a_length_with_its_unit_is_known_to_be_meant():
         ({"rod": {"length": 141}}, "has no unit"),
         ({"rod": None}, "must be a table"),
         ({"mesh": 8.0}, "must be a table"),
+        ({"material": 8.0}, "must be a table"),
         ({"mesh": {"sise": None}}, "unknown key"),
         ({"speed": True}, "must be a finite number"),
         ({"speed": "fast"}, r"^rpm = 'fast': is not a speed"),
