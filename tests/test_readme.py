@@ -1,5 +1,6 @@
 """What the README shows is what happens; `make docs` runs what the manual shows."""
 
+import json
 import re
 import shlex
 import subprocess
@@ -112,6 +113,15 @@ def test_the_python_of_the_readme_runs(code, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert all(float(line) > 0 for line in done.stdout.splitlines())
+
+
+def test_the_notebook_of_the_manual_has_cells_and_no_outputs():
+    notebook = json.loads(manual("do/rods.ipynb"))
+    code = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert len(code) > 5
+    for cell in code:
+        compile("".join(cell["source"]), "cell", "exec")
+        assert (cell["outputs"], cell["execution_count"]) == ([], None)  # the build runs it
 
 
 def test_the_files_the_readme_names_exist():
