@@ -28,6 +28,10 @@ from loads.instants import ASSEMBLY, Instants, joined
 
 # Preloads that are solved beside the present one.
 _SOLVED = 5
+# Of the present preload: at least that range is solved.
+_LESS = 0.9
+# Relative difference of equal forces.
+_ALIKE = 1e-6
 # To which the speed at which the joint opens is found, over itself, and the first steps towards it.
 _WITHIN, _STEP = 0.01, 1.15
 # Stands for the pressure at an edge that has opened, over that without load: its sign is what matters.
@@ -58,12 +62,13 @@ class PreloadedJoint:
         present: TightenedBolt,
         preloads: Sequence[float],
     ) -> None:
-        self._rod, self._present, self._rpm = rod, present, rpm
+        self._rod, self.present, self._rpm = rod, present, rpm
         engine = ScaledEngine(rod.engine, rod.mass)
         self.least, self.most = engine.idle, engine.fastest  #: speeds, rpm, between which opening is looked for
         self._cases = joined([rod.loading.at(rod.mass, rpm).cases, pins.resting])
-        self._pulled = dict[float, float]()  # load on the joint in the case that pulls at it most, N, by rpm
-        around = np.geomspace(min(preloads), max(preloads), _SOLVED)
+        # Speeds, rpm, and the load on the joint there, N, in the case that pulls at it most.
+        self._pulled = list[tuple[float, float]]()
+        around = np.geomspace(min(*preloads, _LESS * present.preload), max(preloads), _SOLVED)
         every = np.sort([*around[np.abs(around / present.preload - 1) > 0.02], present.preload])
         solved, like = list[_Solved](), dict[str, ContactState]()
         for preload in every[::-1].tolist():  # a joint that holds settles soonest
@@ -89,7 +94,7 @@ class PreloadedJoint:
         rest = next(state for case, state in zip(self._cases, summed, strict=True) if case.name == ASSEMBLY)
         pulled = [state.separating(rest) for state in summed]
         worst = int(np.argmax(pulled))
-        self._pulled[self._rpm] = pulled[worst]
+        self._pulled.append((self._rpm, pulled[worst]))
         name, at_rest = self._cases[worst].name, rest.joint.edge_pressure or 0.0
         if at_rest <= 0:
             return 0.0
@@ -103,7 +108,7 @@ class PreloadedJoint:
                     state = contact.sums(_step(contact, case, like, f"{name} at another speed"))
                 except ContactError:
                     return _OPEN * at_rest
-                self._pulled[speed] = state.separating(rest)
+                self._pulled.append((speed, state.separating(rest)))
                 known[speed] = state.joint.edge_pressure or _OPEN * at_rest
             return known[speed]
 
@@ -118,13 +123,24 @@ class PreloadedJoint:
             low, high = max(low / _STEP, self.least), low
         return float(brentq(left, low, high, xtol=_WITHIN * low, disp=False))
 
+    def covers(self, bolt: TightenedBolt) -> bool:
+        """Whether a preload is among those that are solved."""
+        at = bolt.preload
+        return self.forces.size > 1 and self.forces[0] * (1 - _ALIKE) <= at <= self.forces[-1] * (1 + _ALIKE)
+
+    def solved(self, bolt: TightenedBolt) -> bool:
+        """Whether a bolt is the present one, or one like it under a preload that is solved."""
+        alike = bolt.bolt.thread == self.present.bolt.thread
+        return alike and bool((np.abs(self.forces / bolt.preload - 1) < _ALIKE).any())
+
     def judged(self, bolt: TightenedBolt) -> list[BoltResult] | None:
         """Judge each bolt over the load cases and at rest; None outside of the preloads that are solved."""
-        if not self.forces.size or not self.forces[0] <= bolt.preload <= self.forces[-1]:
+        if not self.covers(bolt):
             return None
         gained, bending, shear = np.split(self._course(bolt)(bolt.preload), [1, 4], axis=-1)
         forces = bolt.preload + self._softer(bolt) * gained[..., 0]
         fibre = forces / bolt.bolt.least_area + bending[..., 2]
+        shear = shear * (bolt.bolt.play <= self.present.bolt.play)  # with more play friction carries it
         return [
             BoltResult.of(bolt, forces[:, k], fibre[:, k], bending[:, k, :2], float(shear[:, k].max()))
             for k in range(forces.shape[1])
@@ -132,20 +148,23 @@ class PreloadedJoint:
 
     def opens_at(self, bolt: TightenedBolt) -> float | None:
         """Speed, rpm, at which the joint opens: 0 where at any, `most` where at none; None: unknown."""
-        if not self.forces.size or not self.forces[0] <= bolt.preload <= self.forces[-1]:
+        if not self.covers(bolt):
             return None
         squared = np.square([one.opens for one in self._solved])  # inertia, like the preload that it undoes
         return float(np.sqrt(np.interp(bolt.preload, self.forces, squared)))
 
     def load_factor(self, rpm: float) -> float:
-        """Load on the joint at a speed, rpm, over that at the study's: the largest of any load case."""
-        speeds = sorted(self._pulled)
-        pulled = np.interp(rpm**2, np.square(speeds), [self._pulled[speed] for speed in speeds])
-        return float(pulled / self._pulled[self._rpm])
+        """Load on the joint at a speed, rpm, over that at the study's, in the case that pulls at it most.
+
+        Inertia makes it linear in the square of the speed, but for a percent by the seats of the shells.
+        """
+        speeds, pulled = np.array(self._pulled).T
+        line = np.polynomial.Polynomial.fit(speeds**2, pulled, 1)
+        return float(line(rpm**2) / line(self._rpm**2))
 
     def _softer(self, bolt: TightenedBolt) -> float:
         """Ratio of what a bolt gains of a load to what the present one gains."""
-        present = self._present
+        present = self.present
         given = present.bolt.compliance + present.parts_compliance
         return given / (bolt.bolt.compliance + bolt.parts_compliance)
 
