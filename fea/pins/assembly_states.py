@@ -39,7 +39,7 @@ class AssemblyStates:
         self._edge = self._joint & near
 
     def of(self, assembled: Assembled, beam: BoltBeam | None = None) -> "AssemblyStates":
-        """Return what sums up states of the same parts with another preload, or of other bolts in the seats."""
+        """Return what sums up states of the parts under another preload, or with other bolts in the seats."""
         other = copy(self)
         other._assembled, other._bending = assembled, self._bending.of(assembled, beam)  # noqa: SLF001
         return other

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import isclose
+from typing import Any
 
 from fea.analysis.assembling import AssemblySetup
 from fea.base.choices import BoltGrade
@@ -14,8 +15,10 @@ from fea.study.study import Study
 from geometry.errors import InvalidValue
 
 # Keys of [assembly] that only the present bolt has: how it is tightened, and how it is made.
-_TIGHTENING = dict.fromkeys((*TIGHTENED, "bolt_angle_deg", "bolt_tightening_factor"))
-_SIZES = dict.fromkeys(("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm"))
+_TIGHTENING: dict[str, Any] = dict.fromkeys((*TIGHTENED, "bolt_angle_deg", "bolt_tightening_factor"))
+_SIZES: dict[str, Any] = dict.fromkeys(
+    ("bolt_shank_mm", "bolt_free_thread_mm", "bolt_head_mm", "bolt_nut_mm")
+)
 # Preloads that differ by less, relatively, are the same.
 _SAME = 0.01
 OWN_GRADE = "as given"  #: the name of a grade whose strengths are those of [material.bolt]
@@ -77,7 +80,7 @@ def _graded(study: Study, table: AssemblyTable, present: str) -> Iterator[tuple[
     kept = study.part_material if present != OWN_GRADE else standard
     for grade in BoltGrade:
         rolled = table.bolt_thread_rolled if grade.value == present else None
-        graded = replace(free, bolt_grade=grade.value, bolt_thread_rolled=rolled)
+        graded = replace(free, bolt_grade=grade, bolt_thread_rolled=rolled)
         yield grade.value, replace(study, assembly=graded, part_material=kept)
 
 

@@ -2,9 +2,9 @@
 
 Parts, mesh and compliance stay as they are; only the force to which the bolts are tightened changes, so that
 a state costs a step of contact and no further factorisation. Between the solved preloads, what bolts gain in
-force and bending is interpolated by monotone cubics (Fritsch & Carlson 1980). A bolt of another thread is
-stiffer or softer: what it gains is that of the present bolt, times the ratio of their load factors Φ_K =
-δ_P/(δ_S + δ_P) (VDI 2230-1, R3); its bending is that of its own beam between the same seats.
+force and bending is interpolated by monotone cubics (Fritsch & Carlson 1980). A stiffer or softer bolt of
+another thread meets the parts where the present one does under another preload, in the joint diagram of VDI
+2230-1; its bending is that of its own beam between the same seats.
 """
 
 from collections.abc import Sequence
@@ -28,6 +28,8 @@ from loads.instants import ASSEMBLY, Instants, joined
 
 # Preloads that are solved beside the present one.
 _SOLVED = 5
+# Steps to the preload under which the present bolt is like another one; each is a fifth of the one before.
+_MOST = 20
 # Of the present preload: at least that range is solved.
 _LESS = 0.9
 # Relative difference of equal forces.
@@ -64,7 +66,10 @@ class PreloadedJoint:
     ) -> None:
         self._rod, self.present, self._rpm = rod, present, rpm
         engine = ScaledEngine(rod.engine, rod.mass)
-        self.least, self.most = engine.idle, engine.fastest  #: speeds, rpm, between which opening is looked for
+        self.least, self.most = (
+            engine.idle,
+            engine.fastest,
+        )  #: speeds, rpm, between which opening is looked for
         self._cases = joined([rod.loading.at(rod.mass, rpm).cases, pins.resting])
         # Speeds, rpm, and the load on the joint there, N, in the case that pulls at it most.
         self._pulled = list[tuple[float, float]]()
@@ -79,6 +84,7 @@ class PreloadedJoint:
                 opens = self._opening(contact, states, float(guess), like)
                 solved.append(_Solved(preload, contact, states, opens))
         self._solved = solved[::-1]
+        self._bolts = len(pins.assembly.assembled.bolts)
         self.forces = np.array([one.preload for one in self._solved])  #: preloads that are solved, N
         self._courses = dict[tuple[Thread, float], PchipInterpolator]()
 
@@ -89,7 +95,7 @@ class PreloadedJoint:
         guess: float,
         like: dict[str, ContactState],
     ) -> float:
-        """Speed, rpm, at which the joint opens at the edge of the bore: 0, or `most`, where it is beyond those."""
+        """Speed, rpm, at which the joint opens at the bore: 0 where it does at any, `most` where at none."""
         summed = [contact.sums(state) for state in states]
         rest = next(state for case, state in zip(self._cases, summed, strict=True) if case.name == ASSEMBLY)
         pulled = [state.separating(rest) for state in summed]
@@ -137,8 +143,8 @@ class PreloadedJoint:
         """Judge each bolt over the load cases and at rest; None outside of the preloads that are solved."""
         if not self.covers(bolt):
             return None
-        gained, bending, shear = np.split(self._course(bolt)(bolt.preload), [1, 4], axis=-1)
-        forces = bolt.preload + self._softer(bolt) * gained[..., 0]
+        gained, bending, shear = np.split(self._alike(bolt), [1, 4], axis=-1)
+        forces = bolt.preload + gained[..., 0]
         fibre = forces / bolt.bolt.least_area + bending[..., 2]
         shear = shear * (bolt.bolt.play <= self.present.bolt.play)  # with more play friction carries it
         return [
@@ -162,11 +168,22 @@ class PreloadedJoint:
         line = np.polynomial.Polynomial.fit(speeds**2, pulled, 1)
         return float(line(rpm**2) / line(self._rpm**2))
 
-    def _softer(self, bolt: TightenedBolt) -> float:
-        """Ratio of what a bolt gains of a load to what the present one gains."""
-        present = self.present
-        given = present.bolt.compliance + present.parts_compliance
-        return given / (bolt.bolt.compliance + bolt.parts_compliance)
+    def _alike(self, bolt: TightenedBolt) -> Floats:
+        """What a bolt gains in each state: (cases, bolts, 5) as of `_course`.
+
+        In the diagram of VDI 2230 a bolt of compliance δ_S' under the preload F_V' meets the parts where the
+        present one does under F_V = F_V' − ΔF (δ_S' − δ_S)/(δ_S' + δ_P), whose gain ΔF depends on F_V where
+        the joint opens; while it is closed, ΔF is in proportion to the load factor δ_P/(δ_S + δ_P).
+        """
+        course, own = self._course(bolt), bolt.bolt.compliance
+        share = (own - self.present.bolt.compliance) / (own + bolt.parts_compliance)
+        cases, bolts = (index.ravel() for index in np.indices((len(self._cases), self._bolts)))
+        preload, found = np.full(cases.size, bolt.preload), course(np.full(cases.size, bolt.preload))
+        for _ in range(_MOST):
+            found = course(preload)[np.arange(cases.size), cases, bolts]
+            preload = bolt.preload - found[:, 0] * share
+        found[:, 0] += preload - bolt.preload
+        return found.reshape(len(self._cases), self._bolts, -1)
 
     def _course(self, bolt: TightenedBolt) -> PchipInterpolator:
         """By the preload: (cases, bolts, 5) gain of force, N, bending of thread and fibre, MPa, shear, N."""

@@ -25,10 +25,10 @@ COLUMNS = (
     TableColumn("preload", "kN", "preload_kN", ".1f"),
     TableColumn("torque", "N·m", "torque_Nm", ".0f"),
     TableColumn("stretch", "mm", "stretch_mm", ".3f"),
-    TableColumn("stretch", "0.001\u00a0in", lambda row: row.stretch_mm / _THOUSANDTH, ".1f"),
+    TableColumn("stretch", "thou", lambda row: row.stretch_mm / _THOUSANDTH, ".1f"),
     TableColumn("yield", "", "yield_factor", factor),
     TableColumn("fatigue", "", "fatigue_factor", factor),
-    TableColumn("opening", "× load", "opening_factor", factor),
+    TableColumn("opens", "× load", "opening_factor", factor),
     TableColumn("opens", "rpm", _speed),
 )
 
@@ -47,7 +47,7 @@ def print_bolts(found: BoltsFigures) -> None:
             table.add_row(thread)
         cells = (column.proper(row) for column in COLUMNS)
         mark = "›" if row.present else " "
-        table.add_row(f"{mark} {row.grade}", *cells, style="bold" if row.present else "")
+        table.add_row(f"{mark}{row.grade}", *cells, style="bold" if row.present else "")
     console.print(table)
     failed = () if found.trusted else ("A check failed: do not trust the result.",)
     print_lines(console, [*failed, *found.statements])

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
+from typing import NamedTuple
 
 from fea.analysis.figures import Figures, WhereKnown
 from fea.analysis.pipeline import refined_rod, solve_speed
@@ -12,17 +13,32 @@ from fea.apps.bolts.preloads import PreloadedJoint
 from fea.base.choices import ThreadRolled
 from fea.base.note import Note, NoteKind
 from fea.base.units import INCH, KN, N_M
-from fea.judge.bolt import UTILISATION, BoltResult
+from fea.judge.bolt import UTILISATION
 from fea.judge.safety_factor import SafetyFactor
 from fea.machine.clock import Clock, Listener
 from fea.study.assembly_table import SCATTER, YIELD_ESTIMATED
 from fea.study.study import Study, load_study
 from geometry.errors import InvalidValue, require
 
-# Bars, relative: what the rows differed by at most from runs with their bolts (docs/do/bolted.md), rounded up, by
-# whether the thread is the present one. Of factors against yielding, fatigue and opening, and of the speed.
-_BARS = {True: (0.005, 0.015, 0.03, 0.015), False: (0.01, 0.1, 0.06, 0.03)}
-_SOLVED = (0.0, 0.0, 0.02, 0.01)  # of a preload that is solved: the tolerance of the search for the speed
+
+class _Bars(NamedTuple):
+    """Bars, relative: of the factors, and of the speed at which the joint opens."""
+
+    yielding: float
+    fatigue: float
+    opening: float
+    speed: float
+
+    def __str__(self) -> str:
+        names = zip(("yield", "fatigue", "opens"), self, strict=False)
+        return ", ".join(f"{name} ± {100 * bar:g} %" for name, bar in names)
+
+
+# Of a preload that is solved: the tolerance of the search for the speed. Of others: what rows differed by
+# from runs with their bolts (docs/do/bolted.md), rounded up.
+_SOLVED = _Bars(0.0, 0.0, 0.02, 0.01)
+_PRESENT_THREAD = _Bars(0.005, 0.015, 0.03, 0.015)
+_OTHER_THREAD = _Bars(0.01, 0.05, 0.08, 0.03)
 
 
 class BoltRow(Figures):
@@ -39,12 +55,12 @@ class BoltRow(Figures):
     tightening_use: float  #: von Mises stress at the end of tightening over the yield strength
     max_force_kN: WhereKnown[float] = None
     endurance_MPa: WhereKnown[float] = None  #: of the thread
-    #: Against yielding, fatigue and, as a multiple of the load, opening of the joint at the edge of the bore.
-    #: None where no contact carries the preload; of fatigue, where nothing changes; of opening, where none does
-    yield_factor: SafetyFactor | None
-    fatigue_factor: SafetyFactor | None
-    opening_factor: SafetyFactor | None
-    opens_at_rpm: float | None  #: 0 where it is open at any speed, None where it opens at none
+    #: None where no contact carries the preload. Of fatigue also where nothing changes; of opening, a
+    #: multiple of the load, and of its speed where the joint opens at none; 0 where it is open at any
+    yield_factor: SafetyFactor | None = None
+    fatigue_factor: SafetyFactor | None = None
+    opening_factor: SafetyFactor | None = None
+    opens_at_rpm: float | None = None
     opens_at_rpm_bar: WhereKnown[float] = None
     notes: tuple[Note, ...]  #: doubts and warnings of this bolt
 
@@ -98,13 +114,10 @@ def bolts(study: Study | str | Path, listener: Listener | None = None) -> BoltsF
 
 
 def _row(option: BoltOption, joint: PreloadedJoint) -> BoltRow:
-    bolt, own, judged = option.bolt, option.bolt.bolt, joint.judged(option.bolt)
-    same = own.thread == joint.present.bolt.thread
-    bars = _SOLVED if joint.solved(bolt) else _BARS[same]
-    preload, speed = bolt.tightening.preload, joint.opens_at(bolt)
-    opening = None if speed is None or speed >= joint.most else joint.load_factor(speed)
-    tired = None if judged is None else min(judged, key=lambda one: one.bending_fatigue_safety)
-    return BoltRow(
+    bolt, own = option.bolt, option.bolt.bolt
+    preload, same = bolt.tightening.preload, own.thread == joint.present.bolt.thread
+    bars = _SOLVED if joint.solved(bolt) else _PRESENT_THREAD if same else _OTHER_THREAD
+    row = BoltRow(
         thread=own.thread.name,
         grade=option.grade,
         present=option.present,
@@ -114,19 +127,22 @@ def _row(option: BoltOption, joint: PreloadedJoint) -> BoltRow:
         stretch_mm=preload * own.stretch_compliance,
         stretch_in=preload * own.stretch_compliance / INCH,
         tightening_use=bolt.tightening_stress / own.strength.yield_strength,
-        max_force_kN=None if judged is None else max(one.largest_force for one in judged) / KN,
-        endurance_MPa=None if tired is None else tired.endurance,
-        yield_factor=None if judged is None else _with_bar(_yielding(judged), bars[0]),
-        fatigue_factor=None if tired is None else _with_bar(tired.bending_fatigue_safety, bars[1]),
-        opening_factor=None if opening is None else _with_bar(opening, bars[2]),
-        opens_at_rpm=None if opening is None else speed,
-        opens_at_rpm_bar=None if opening is None or not speed else bars[3] * speed,
         notes=tuple(note for note in bolt.notes if note.kind in (NoteKind.DOUBT, NoteKind.WARNING)),
     )
-
-
-def _yielding(judged: Sequence[BoltResult]) -> float:
-    return min(one.working_safety for one in judged)
+    judged, speed = joint.judged(bolt), joint.opens_at(bolt)
+    if judged is None or speed is None:
+        return row
+    tired, opens = min(judged, key=lambda one: one.bending_fatigue_safety), speed < joint.most
+    return replace(
+        row,
+        max_force_kN=max(one.largest_force for one in judged) / KN,
+        endurance_MPa=tired.endurance,
+        yield_factor=_with_bar(min(one.working_safety for one in judged), bars.yielding),
+        fatigue_factor=_with_bar(tired.bending_fatigue_safety, bars.fatigue),
+        opening_factor=_with_bar(joint.load_factor(speed), bars.opening) if opens else None,
+        opens_at_rpm=speed if opens else None,
+        opens_at_rpm_bar=bars.speed * speed if opens else None,
+    )
 
 
 def _with_bar(value: float, bar: float) -> SafetyFactor | None:
@@ -142,46 +158,32 @@ def _statements(
     if now.opening_factor is not None:
         at = f"at {now.opens_at_rpm:.0f} rpm, {now.opening_factor:.2f} times the load at {rpm:.0f} rpm"
         yield f"Present (›): {now.thread} {now.grade}, with which the joint opens at the bore {at}."
-    loose = replace(present, tightening=present.tightening._replace(preload=(1 - _loss()) * present.preload))
+    loss = SCATTER["torque"][1] / 100
+    loose = replace(present, tightening=present.tightening._replace(preload=(1 - loss) * present.preload))
     if (slower := joint.opens_at(loose)) is not None and slower < joint.most:
-        least = f"{100 * _loss():.0f} % below"
-        yield (
-            f"Tightened by torque, a preload may be {least} what is meant (VDI 2230): the present joint then "
-            f"opens at {slower:.0f} rpm."
-        )
+        scatter = f"A preload by torque may be {100 * loss:.0f} % below what is meant (VDI 2230)"
+        yield f"{scatter}: the present joint then opens at {slower:.0f} rpm."
     before = replace(own, rolled=ThreadRolled.BEFORE).endurance(present.preload)
     yield (
-        "A higher grade does not raise the endurance of a thread that is rolled before heat treatment: "
-        f"σ_ASV = 0.85 (150/d + 45) depends on its diameter d alone (VDI 2230-1, R9), {before:.1f} MPa with "
+        "A higher grade does not raise the endurance of a thread rolled before heat treatment: σ_ASV = "
+        f"0.85 (150/d + 45) depends on its diameter d alone (VDI 2230-1, R9), {before:.1f} MPa with "
         f"{own.thread.name}. It gains against fatigue by its preload, under which less of the load reaches "
         "the bolt. Threads rolled after it, as of the grades of makers, endure up to 1.7 times as much."
     )
     free = f"friction {own.thread_friction:g} in the thread and {own.head_friction:g} under the head"
-    yield (
-        f"The others are tightened to {100 * UTILISATION:.0f} % of their yield strength, torsion included (VDI 2230-1, "
-        f"R7), with {free}; stretch is that of the bolt between its ends."
-    )
-    low, high = joint.forces[[0, -1]] / KN if joint.forces.size else (0.0, 0.0)
-    yield (
-        f"Contact is solved under {joint.forces.size} preloads of {low:.3g} to {high:.3g} kN with the present "
-        "bolt, at the load cases from rest. Figures between are interpolated; those of other threads follow "
-        "by their load factor (VDI 2230-1, R3) and their bending between the same seats."
-    )
-    yield (
-        f"Bars: {_percent(True)}; with other threads {_percent(False)}: what the table differed by from "
-        "runs with those bolts. That of the mesh is not in them. fea run with the bolt that you choose "
-        "judges slip and seats, too."
-    )
+    use = f"{100 * UTILISATION:.0f} % of their yield strength, torsion included (VDI 2230-1, R7)"
+    yield f"The others are tightened to {use}, with {free}; stretch is that of the bolt between its ends."
+    if joint.forces.size:
+        low, high = joint.forces[[0, -1]] / KN
+        yield (
+            f"Contact is solved under {joint.forces.size} preloads of {low:.3g} to {high:.3g} kN with the "
+            "present bolt, at the load cases from rest. Figures between are interpolated; those of other "
+            "threads follow by the joint diagram of VDI 2230-1 and bending between the same seats."
+        )
+        yield (
+            f"Bars: {_PRESENT_THREAD}; of other threads {_OTHER_THREAD}: what the table differed by from "
+            "runs with those bolts. That of the mesh is not in them. fea run judges slip and seats, too."
+        )
     guessed = [grade for grade in dict.fromkeys(one.grade for one in options) if grade in YIELD_ESTIMATED]
     if guessed:
         yield f"The yield strength of {' and '.join(guessed)} is an estimate."
-
-
-def _percent(present: bool) -> str:  # noqa: FBT001
-    of = zip(("yield", "fatigue", "opening", "its speed"), _BARS[present], strict=True)
-    return ", ".join(f"{name} ± {100 * bar:g} %" for name, bar in of)
-
-
-def _loss() -> float:
-    """Largest usual loss of preload by the scatter of a torque, over the preload that is meant."""
-    return SCATTER["torque"][1] / 100

@@ -1,0 +1,215 @@
+"""The comparison in tables, for the terminal and for its page: a row each quantity, a column each design."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from fea.analysis.figures import BoltsFigures, FilmFigures
+from fea.apps.compare.run_compare import ComparedDesign, ComparisonFigures
+from fea.apps.limits.figures import LargestValue
+from fea.judge.safety_factor import SafetyFactor, interval
+from fea.output.html import html_page, page_file
+from fea.output.tables import AnswerTable, TableColumn
+from fea.output.terminal.prose import print_lines, terminal
+from fea.output.text import make_directory, write_text
+from fea.output.units import UNKNOWN, bar, factor, figure, heading, named
+
+Quantities = Sequence[TableColumn]
+
+
+def _with_bar(value: SafetyFactor | None) -> str:
+    return UNKNOWN if value is None else f"{factor(value)} {interval(value)}".strip()
+
+
+def _governing(design: ComparedDesign) -> str:
+    survival = design.summary.survival
+    where = ", ".join(part for part in (survival.mode, survival.case, survival.place) if part)
+    return f"{where}: {_with_bar(survival.safety_factor)}"
+
+
+def _answer(design: ComparedDesign) -> str:
+    return design.summary.survival.answer if design.summary.trusted else "NOT TO BE TRUSTED: a check failed"
+
+
+_RODS = (
+    TableColumn("answer", "", _answer),
+    TableColumn("governed by", "", _governing),
+    TableColumn("speed", "rpm", lambda one: one.summary.rpm, ".0f"),
+    TableColumn("mass", "g", lambda one: 1000 * one.summary.rod.mass_kg, ".1f"),
+    TableColumn(
+        "centre of gravity from the crank pin",
+        "mm",
+        lambda one: one.summary.rod.center_of_gravity_mm[0],
+        ".1f",
+    ),
+)
+_FACTORS = (
+    TableColumn("yielding", "", lambda one: one.summary.min_safety_factor, _with_bar),
+    TableColumn(
+        "fatigue",
+        "",
+        lambda one: one.summary.envelope and one.summary.envelope.min_fatigue_safety_factor,
+        _with_bar,
+    ),
+    TableColumn("fatigue, at most", "", lambda one: one.summary.survival.fatigue_at_most, _with_bar),
+    TableColumn("buckling", "", lambda one: one.summary.buckling.min_safety_factor, _with_bar),
+    TableColumn(
+        "largest von Mises stress",
+        "MPa",
+        lambda one: max(case.max_von_mises_MPa for case in one.summary.results.values()),
+        ".0f",
+    ),
+    TableColumn("life", "h", lambda one: one.summary.life and one.summary.life.hours, ".3g"),
+)
+
+
+def _bolts(value: Callable[[BoltsFigures], Any], design: ComparedDesign) -> Any:
+    return design.summary.assembly and value(design.summary.assembly.bolts)
+
+
+def _opens(design: ComparedDesign) -> float | None:
+    assembly = design.summary.assembly
+    return None if assembly is None or assembly.joint.opens is None else assembly.joint.opens.load_factor
+
+
+_BOLTS = (
+    TableColumn("thread", "", partial(_bolts, lambda bolts: bolts.thread)),
+    TableColumn("preload", "kN", partial(_bolts, lambda bolts: bolts.preload_N / 1000), ".1f"),
+    TableColumn("largest force", "kN", partial(_bolts, lambda bolts: bolts.max_force_N / 1000), ".1f"),
+    TableColumn("yielding", "", partial(_bolts, lambda bolts: bolts.yield_safety_factor), _with_bar),
+    TableColumn("fatigue", "", partial(_bolts, lambda bolts: bolts.bending_fatigue_safety_factor), _with_bar),
+    TableColumn("the joint opens at", "× load", _opens, ".2f"),
+)
+
+
+def _film(end: str, value: Callable[[FilmFigures], Any], design: ComparedDesign) -> Any:
+    film = (design.summary.film or {}).get(end)
+    return None if film is None else value(film)
+
+
+def _films(end: str) -> Quantities:
+    of = partial(partial, _film, end)
+    return (
+        TableColumn("smallest film", "µm", of(lambda film: film.h_min_um), ".2f"),
+        TableColumn("its error bar", "%", of(lambda film: film.h_min_error_percent), bar),
+        TableColumn("highest pressure", "MPa", of(lambda film: film.p_max_MPa), ".0f"),
+        TableColumn("friction power", "W", of(lambda film: film.power_W), ".0f"),
+        TableColumn("verdict", "", of(lambda film: film.verdict)),
+    )
+
+
+def _limit(key: str, value: Callable[[LargestValue], Any], design: ComparedDesign) -> Any:
+    found = None if design.limits is None else getattr(design.limits, key)
+    return None if found is None else value(found)
+
+
+def _speed_of_peak(found: LargestValue) -> float | None:
+    return None if found.value == found.rpm else found.rpm
+
+
+_LIMITS = tuple(
+    column
+    for key, words, unit in (
+        ("largest_rpm", "largest speed", "rpm"),
+        ("largest_peak_pressure_bar", "largest peak pressure", "bar"),
+    )
+    for column in (
+        TableColumn(words, unit, partial(_limit, key, lambda found: found.value), ".0f"),
+        TableColumn("its error bar", unit, partial(_limit, key, lambda found: found.bar), ".0f"),
+        TableColumn("at", "rpm", partial(_limit, key, _speed_of_peak), ".0f"),
+        TableColumn("ended by", "", partial(_limit, key, lambda found: found.ending)),
+    )
+)
+_PARTS: Mapping[str, Quantities] = {
+    "Rods": _RODS,
+    "Safety factors, with error bars": _FACTORS,
+    "Bolts and joint": _BOLTS,
+    "Oil film of the big end": _films("big_end"),
+    "Oil film of the small end": _films("small_end"),
+    "Limits at full load": _LIMITS,
+}
+
+
+def comparison_tables(found: ComparisonFigures) -> Iterator[AnswerTable]:
+    """Yield the tables; what no design has is left out, and of two the second is set against the first."""
+    names = [design.name for design in found.designs]
+    both = len(names) == 2
+    for caption, quantities in _PARTS.items():
+        rows = []
+        for each in quantities:
+            values = [each.value(design) for design in found.designs]  # type: ignore[operator]
+            if any(value is not None for value in values):
+                cells = [each.proper(design) for design in found.designs]
+                rows.append((each.heading, *cells, *([_change(*values)] if both else [])))
+        if rows:
+            head = ("quantity", *names, *(["second to first"] if both else []))
+            yield AnswerTable(caption, head, tuple(rows))
+    for caption, keys in (
+        ("Judged by different assumptions, so that more than the rods differs", found.assumptions),
+        ("Dimensions, materials and bolts that differ", found.dimensions),
+    ):
+        if keys:
+            rows = [(_key(key), *(_value(key, value) for value in values)) for key, values in keys.items()]
+            yield AnswerTable(caption, ("key", *names), tuple(rows))
+
+
+def _change(first: Any, second: Any) -> str:
+    """Return how much larger the second value is, and whether error bars hide that."""
+    if not isinstance(first, float) or not isinstance(second, float) or not first:
+        return ""
+    percent = round(100 * (second / first - 1))
+    change = f"{percent:+} %".replace("-", "−") if percent else "the same"
+    if isinstance(first, SafetyFactor) and isinstance(second, SafetyFactor) and first != second:
+        overlap = first.low <= second.high and second.low <= first.high
+        return f"{change}, within the bars" if overlap and first.low < first.high else change
+    return change
+
+
+def _key(key: str) -> str:
+    table, _, name = key.rpartition(".")
+    words, unit = named(name)
+    return heading(words if table == "rod" else f"{table.replace('.', ', ')}: {words}", unit)
+
+
+def _value(key: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return UNKNOWN if value is None else str(value)
+    return figure(value, 6, named(key.rpartition(".")[2])[1])
+
+
+def sentences(found: ComparisonFigures) -> Iterator[str]:
+    """Yield what is said of each design, and whether all are judged alike."""
+    for design in found.designs:
+        yield f"{design.name}: {design.summary.survival.text}."
+        if design.limits is not None:
+            yield f"{design.name}: {design.limits.text}"
+    if not found.assumptions:
+        yield "All are judged by the same engine, speed, pins and mesh settings."
+    else:
+        keys = ", ".join(map(_key, found.assumptions))
+        yield f"Judged differently ({keys}); --same judges all as the first."
+
+
+def print_comparison(found: ComparisonFigures) -> None:
+    """Print the sentences and the tables."""
+    console = terminal()
+    print_lines(console, sentences(found))
+    for table in comparison_tables(found):
+        console.print(table.printed(gap=1, title=table.caption, title_justify="left"))
+
+
+def write_page(path: Path, found: ComparisonFigures) -> None:
+    """Write the page, in one file that fetches nothing; raises `StorageError`."""
+    text = html_page(
+        "report",
+        "compare.html.jinja",
+        page_file("report", "report.css") + page_file("report", "compare.css"),
+        script="",
+        title=" and ".join([", ".join(one.name for one in found.designs[:-1]), found.designs[-1].name]),
+        lines=list(sentences(found)),
+        alike=not found.assumptions,
+        tables=list(comparison_tables(found)),
+    )
+    make_directory(path.parent)
+    write_text(path, text)
