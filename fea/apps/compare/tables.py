@@ -33,8 +33,8 @@ def _answer(design: ComparedDesign) -> str:
 
 
 _RODS = (
-    TableColumn("answer", "", _answer),
-    TableColumn("governed by", "", _governing),
+    TableColumn("answer", "", _answer, words=True),
+    TableColumn("governed by", "", _governing, words=True),
     TableColumn("speed", "rpm", lambda one: one.summary.rpm, ".0f"),
     TableColumn("mass", "g", lambda one: 1000 * one.summary.rod.mass_kg, ".1f"),
     TableColumn(
@@ -74,7 +74,7 @@ def _opens(design: ComparedDesign) -> float | None:
 
 
 _BOLTS = (
-    TableColumn("thread", "", partial(_bolts, lambda bolts: bolts.thread)),
+    TableColumn("thread", "", partial(_bolts, lambda bolts: bolts.thread), words=True),
     TableColumn("preload", "kN", partial(_bolts, lambda bolts: bolts.preload_N / 1000), ".1f"),
     TableColumn("largest force", "kN", partial(_bolts, lambda bolts: bolts.max_force_N / 1000), ".1f"),
     TableColumn("yielding", "", partial(_bolts, lambda bolts: bolts.yield_safety_factor), _with_bar),
@@ -95,7 +95,7 @@ def _films(end: str) -> Quantities:
         TableColumn("its error bar", "%", of(lambda film: film.h_min_error_percent), bar),
         TableColumn("highest pressure", "MPa", of(lambda film: film.p_max_MPa), ".0f"),
         TableColumn("friction power", "W", of(lambda film: film.power_W), ".0f"),
-        TableColumn("verdict", "", of(lambda film: film.verdict)),
+        TableColumn("verdict", "", of(lambda film: film.verdict), words=True),
     )
 
 
@@ -118,7 +118,7 @@ _LIMITS = tuple(
         TableColumn(words, unit, partial(_limit, key, lambda found: found.value), ".0f"),
         TableColumn("its error bar", unit, partial(_limit, key, lambda found: found.bar), ".0f"),
         TableColumn("at", "rpm", partial(_limit, key, _speed_of_peak), ".0f"),
-        TableColumn("ended by", "", partial(_limit, key, lambda found: found.ending)),
+        TableColumn("ended by", "", partial(_limit, key, lambda found: found.ending), words=True),
     )
 )
 _PARTS: Mapping[str, Quantities] = {
@@ -150,7 +150,10 @@ def comparison_tables(found: ComparisonFigures) -> Iterator[AnswerTable]:
         ("Dimensions, materials and bolts that differ", found.dimensions),
     ):
         if keys:
-            rows = [(_key(key), *(_value(key, value) for value in values)) for key, values in keys.items()]
+            rows = [
+                (heading(*_words(key)), *(_value(key, value) for value in values))
+                for key, values in keys.items()
+            ]
             yield AnswerTable(caption, ("key", *names), tuple(rows))
 
 
@@ -166,10 +169,11 @@ def _change(first: Any, second: Any) -> str:
     return change
 
 
-def _key(key: str) -> str:
+def _words(key: str) -> tuple[str, str]:
+    """Return a key in words, with its table where that is not the rod, and its unit."""
     table, _, name = key.rpartition(".")
     words, unit = named(name)
-    return heading(words if table == "rod" else f"{table.replace('.', ', ')}: {words}", unit)
+    return (words if table in ("rod", words) else f"{table.replace('.', ', ')}: {words}"), unit
 
 
 def _value(key: str, value: Any) -> str:
@@ -187,7 +191,7 @@ def sentences(found: ComparisonFigures) -> Iterator[str]:
     if not found.assumptions:
         yield "All are judged by the same engine, speed, pins and mesh settings."
     else:
-        keys = ", ".join(map(_key, found.assumptions))
+        keys = ", ".join(_words(key)[0] for key in found.assumptions)
         yield f"Judged differently ({keys}); --same judges all as the first."
 
 
