@@ -124,12 +124,12 @@ def test_while_the_joint_is_closed_a_bolt_gains_by_its_load_factor():
     other = of_thread("M8x1")
     parts = other.parts_compliance
     ratio = (PRESENT.bolt.compliance + parts) / (other.bolt.compliance + parts)
-    gained = joint_of(lambda forces: np.full_like(forces, 1000.0))._alike(other)[..., 0]
+    gained = joint_of(lambda forces: np.full_like(forces, 1000.0))._gains(other)[..., 0]
     assert gained == pytest.approx(1000.0 * ratio, rel=1e-9)
 
 
 def test_where_the_joint_is_apart_a_bolt_carries_the_load_however_stiff_it_is():
-    gained = joint_of(lambda forces: 55e3 - forces)._alike(of_thread("M8x1"))[..., 0]
+    gained = joint_of(lambda forces: 55e3 - forces)._gains(of_thread("M8x1"))[..., 0]
     assert PRESENT.preload + gained == pytest.approx(55e3, rel=1e-9)
 
 

@@ -66,10 +66,8 @@ class PreloadedJoint:
     ) -> None:
         self._rod, self.present, self._rpm = rod, present, rpm
         engine = ScaledEngine(rod.engine, rod.mass)
-        self.least, self.most = (
-            engine.idle,
-            engine.fastest,
-        )  #: speeds, rpm, between which opening is looked for
+        #: least, most: speeds, rpm, between which opening is looked for
+        self.least, self.most = engine.idle, engine.fastest
         self._cases = joined([rod.loading.at(rod.mass, rpm).cases, pins.resting])
         # Speeds, rpm, and the load on the joint there, N, in the case that pulls at it most.
         self._pulled = list[tuple[float, float]]()
@@ -98,7 +96,7 @@ class PreloadedJoint:
         """Speed, rpm, at which the joint opens at the bore: 0 where it does at any, `most` where at none."""
         summed = [contact.sums(state) for state in states]
         rest = next(state for case, state in zip(self._cases, summed, strict=True) if case.name == ASSEMBLY)
-        pulled = [state.separating(rest) for state in summed]
+        pulled = [-np.inf if state is rest else state.separating(rest) for state in summed]
         worst = int(np.argmax(pulled))
         self._pulled.append((self._rpm, pulled[worst]))
         name, at_rest = self._cases[worst].name, rest.joint.edge_pressure or 0.0
@@ -109,7 +107,9 @@ class PreloadedJoint:
         def left(speed: float) -> float:
             if speed not in known:
                 cases = self._rod.loading.at(self._rod.mass, speed).cases
-                case = next(each for each in cases if each.name == name)
+                case = next((each for each in cases if each.name == name), None)
+                if case is None:  # at low speed nothing may pull
+                    return at_rest
                 try:
                     state = contact.sums(_step(contact, case, like, f"{name} at another speed"))
                 except ContactError:
@@ -143,7 +143,7 @@ class PreloadedJoint:
         """Judge each bolt over the load cases and at rest; None outside of the preloads that are solved."""
         if not self.covers(bolt):
             return None
-        gained, bending, shear = np.split(self._alike(bolt), [1, 4], axis=-1)
+        gained, bending, shear = np.split(self._gains(bolt), [1, 4], axis=-1)
         forces = bolt.preload + gained[..., 0]
         fibre = forces / bolt.bolt.least_area + bending[..., 2]
         shear = shear * (bolt.bolt.play <= self.present.bolt.play)  # with more play friction carries it
@@ -162,13 +162,17 @@ class PreloadedJoint:
     def load_factor(self, rpm: float) -> float:
         """Load on the joint at a speed, rpm, over that at the study's, in the case that pulls at it most.
 
-        Inertia makes it linear in the square of the speed, but for a percent by the seats of the shells.
+        Inertia makes it linear in the square of the speed, but for a percent by the seats of the shells. It
+        is infinite where nothing pulls at the speed of the study.
         """
+        if rpm == 0:
+            return 0.0
         speeds, pulled = np.array(self._pulled).T
         line = np.polynomial.Polynomial.fit(speeds**2, pulled, 1)
-        return float(line(rpm**2) / line(self._rpm**2))
+        own = float(line(self._rpm**2))
+        return float(line(rpm**2)) / own if own > 0 else np.inf
 
-    def _alike(self, bolt: TightenedBolt) -> Floats:
+    def _gains(self, bolt: TightenedBolt) -> Floats:
         """What a bolt gains in each state: (cases, bolts, 5) as of `_course`.
 
         In the diagram of VDI 2230 a bolt of compliance δ_S' under the preload F_V' meets the parts where the
@@ -178,12 +182,12 @@ class PreloadedJoint:
         course, own = self._course(bolt), bolt.bolt.compliance
         share = (own - self.present.bolt.compliance) / (own + bolt.parts_compliance)
         cases, bolts = (index.ravel() for index in np.indices((len(self._cases), self._bolts)))
-        preload, found = np.full(cases.size, bolt.preload), course(np.full(cases.size, bolt.preload))
+        found, preload = np.zeros((cases.size, 5)), np.full(cases.size, bolt.preload)
         for _ in range(_MOST):
             found = course(preload)[np.arange(cases.size), cases, bolts]
             preload = bolt.preload - found[:, 0] * share
         found[:, 0] += preload - bolt.preload
-        return found.reshape(len(self._cases), self._bolts, -1)
+        return np.asarray(found.reshape(len(self._cases), self._bolts, -1))
 
     def _course(self, bolt: TightenedBolt) -> PchipInterpolator:
         """By the preload: (cases, bolts, 5) gain of force, N, bending of thread and fibre, MPa, shear, N."""

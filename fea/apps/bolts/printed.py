@@ -39,7 +39,7 @@ def print_bolts(found: BoltsFigures) -> None:
     print_lines(console, [f"{found.study} at {found.rpm:g} rpm: bolts that fit"], "bold")
     print_lines(console, unusual(found.notes))
     head = [column.heading.replace(", ", "\n") for column in COLUMNS]
-    table = plain_table((_TITLE, *head), (), left=(_TITLE,), no_wrap=True)
+    table = plain_table((_TITLE, *head), (), left=(_TITLE,), no_wrap=True, gap=0)
     thread = ""
     for row in found.rows:
         if row.thread != thread:
