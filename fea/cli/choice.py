@@ -21,12 +21,7 @@ _LONGEST = 80  # characters of the names of studies in the name of a page
 
 
 @takes(
-    "engine",
-    "material",
-    "size",
-    "tolerance",
-    "units",
-    *FILE_FLAGS,
+    *("engine", "material", "size", "tolerance", "units", *FILE_FLAGS),
     rpm="Engine speed at which the bolts are judged; of several the highest.",
 )
 def bolts(
@@ -58,17 +53,7 @@ def bolts(
     return 0 if found.trusted else CHECK_FAILED
 
 
-@takes(
-    "cycle",
-    "engine",
-    "film",
-    "min_safety",
-    "pressure",
-    "rpm",
-    "size",
-    "tolerance",
-    "units",
-)
+@takes("cycle", "engine", "film", "min_safety", "pressure", "rpm", "size", "tolerance", "units")
 def compare(
     *studies: str,
     flags: Flags = NO_FLAGS,

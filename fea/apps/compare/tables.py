@@ -5,9 +5,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fea.analysis.figures import BoltsFigures, FilmFigures
+from fea.analysis.figures import OnsetFigures
 from fea.apps.compare.run_compare import ComparedDesign, ComparisonFigures
 from fea.apps.limits.figures import LargestValue
+from fea.base.units import KN
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.html import html_page, page_file
 from fea.output.tables import AnswerTable, TableColumn
@@ -64,32 +65,30 @@ _FACTORS = (
 )
 
 
-def _bolts(value: Callable[[BoltsFigures], Any], design: ComparedDesign) -> Any:
-    return design.summary.assembly and value(design.summary.assembly.bolts)
+def _of(part: Callable[[ComparedDesign], Any], value: Callable[[Any], Any], design: ComparedDesign) -> Any:
+    """Return a figure of a part of what was found of a design; None without that part."""
+    found = part(design)
+    return None if found is None else value(found)
 
 
-def _opens(design: ComparedDesign) -> float | None:
+def _joint(design: ComparedDesign) -> OnsetFigures | None:
     assembly = design.summary.assembly
-    return None if assembly is None or assembly.joint.opens is None else assembly.joint.opens.load_factor
+    return None if assembly is None else assembly.joint.opens
 
 
+_bolts = partial(partial, _of, lambda design: design.summary.assembly and design.summary.assembly.bolts)
 _BOLTS = (
-    TableColumn("thread", "", partial(_bolts, lambda bolts: bolts.thread), words=True),
-    TableColumn("preload", "kN", partial(_bolts, lambda bolts: bolts.preload_N / 1000), ".1f"),
-    TableColumn("largest force", "kN", partial(_bolts, lambda bolts: bolts.max_force_N / 1000), ".1f"),
-    TableColumn("yielding", "", partial(_bolts, lambda bolts: bolts.yield_safety_factor), _with_bar),
-    TableColumn("fatigue", "", partial(_bolts, lambda bolts: bolts.bending_fatigue_safety_factor), _with_bar),
-    TableColumn("the joint opens at", "× load", _opens, ".2f"),
+    TableColumn("thread", "", _bolts(lambda bolts: bolts.thread), words=True),
+    TableColumn("preload", "kN", _bolts(lambda bolts: bolts.preload_N / KN), ".1f"),
+    TableColumn("largest force", "kN", _bolts(lambda bolts: bolts.max_force_N / KN), ".1f"),
+    TableColumn("yielding", "", _bolts(lambda bolts: bolts.yield_safety_factor), _with_bar),
+    TableColumn("fatigue", "", _bolts(lambda bolts: bolts.bending_fatigue_safety_factor), _with_bar),
+    TableColumn("the joint opens at", "× load", partial(_of, _joint, lambda onset: onset.load_factor), ".2f"),
 )
 
 
-def _film(end: str, value: Callable[[FilmFigures], Any], design: ComparedDesign) -> Any:
-    film = (design.summary.film or {}).get(end)
-    return None if film is None else value(film)
-
-
 def _films(end: str) -> Quantities:
-    of = partial(partial, _film, end)
+    of = partial(partial, _of, lambda design: (design.summary.film or {}).get(end))
     return (
         TableColumn("smallest film", "µm", of(lambda film: film.h_min_um), ".2f"),
         TableColumn("its error bar", "%", of(lambda film: film.h_min_error_percent), bar),
@@ -99,27 +98,23 @@ def _films(end: str) -> Quantities:
     )
 
 
-def _limit(key: str, value: Callable[[LargestValue], Any], design: ComparedDesign) -> Any:
-    found = None if design.limits is None else getattr(design.limits, key)
-    return None if found is None else value(found)
+def _limits(key: str, words: str, unit: str) -> Quantities:
+    of = partial(partial, _of, lambda design: design.limits and getattr(design.limits, key))
+    return (
+        TableColumn(words, unit, of(lambda found: found.value), ".0f"),
+        TableColumn("its error bar", unit, of(lambda found: found.bar), ".0f"),
+        TableColumn("at", "rpm", of(_speed_of_peak), ".0f"),
+        TableColumn("ended by", "", of(lambda found: found.ending), words=True),
+    )
 
 
 def _speed_of_peak(found: LargestValue) -> float | None:
     return None if found.value == found.rpm else found.rpm
 
 
-_LIMITS = tuple(
-    column
-    for key, words, unit in (
-        ("largest_rpm", "largest speed", "rpm"),
-        ("largest_peak_pressure_bar", "largest peak pressure", "bar"),
-    )
-    for column in (
-        TableColumn(words, unit, partial(_limit, key, lambda found: found.value), ".0f"),
-        TableColumn("its error bar", unit, partial(_limit, key, lambda found: found.bar), ".0f"),
-        TableColumn("at", "rpm", partial(_limit, key, _speed_of_peak), ".0f"),
-        TableColumn("ended by", "", partial(_limit, key, lambda found: found.ending), words=True),
-    )
+_LIMITS = (
+    *_limits("largest_rpm", "largest speed", "rpm"),
+    *_limits("largest_peak_pressure_bar", "largest peak pressure", "bar"),
 )
 _PARTS: Mapping[str, Quantities] = {
     "Rods": _RODS,
