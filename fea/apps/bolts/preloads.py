@@ -168,7 +168,7 @@ class PreloadedJoint:
         if rpm == 0:
             return 0.0
         speeds, pulled = np.array(self._pulled).T
-        line = np.polynomial.Polynomial.fit(speeds**2, pulled, 1)
+        line = np.polynomial.Polynomial.fit(speeds**2, pulled, 1, w=1 / speeds**2)
         own = float(line(self._rpm**2))
         return float(line(rpm**2)) / own if own > 0 else np.inf
 
