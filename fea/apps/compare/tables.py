@@ -207,7 +207,7 @@ def write_page(path: Path, found: ComparisonFigures) -> None:
         script="",
         title=" and ".join([", ".join(one.name for one in found.designs[:-1]), found.designs[-1].name]),
         lines=list(sentences(found)),
-        alike=not found.assumptions,
+        kind="untrusted" if not found.trusted else "undecided" if found.assumptions else "alike",
         tables=list(comparison_tables(found)),
     )
     make_directory(path.parent)
