@@ -12,6 +12,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
@@ -115,12 +116,25 @@ class Assembled:
             for name, (of_part, _) in zip(names, moved, strict=False)
             for _ in range(of_part.shape[1])
         ]
-        self._made = problem.initial.copy()
         self._condensed = CondensedInterface.of(problem.compliance, self._P, self.pins)
         self.system = FrictionSystem(self._condensed, problem.rigid, self._places(friction), of_motion)
+        self._put_together()
+
+    def tightened_to(self, preload: float) -> "Assembled":
+        """Return the same parts with another force of every bolt when it is tightened, N; it takes moments.
+
+        Errors as of the class.
+        """
+        other = copy(self)
+        other._preload = np.full_like(self._preload, preload)  # noqa: SLF001 - its own
+        other._put_together()  # noqa: SLF001
+        return other
+
+    def _put_together(self) -> None:
+        self._made = self.problem.initial.copy()
         self.tightened = self.start = self._tightened()
-        if warming is not None:
-            self._made = self._made + self._expansion(warming)
+        if self.warming is not None:
+            self._made = self._made + self._expansion(self.warming)
             warm = self.steps().step(self._idle, self.tightened)
             absent = np.zeros_like(warm.guess.touching)  # the pins of the next step are elsewhere
             self.start = replace(warm, guess=replace(warm.guess, touching=absent))

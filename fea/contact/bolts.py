@@ -10,6 +10,7 @@ as a bolt is slender beside what it clamps.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
@@ -232,6 +233,7 @@ class BoltBending:
     ) -> None:
         problem = assembled.problem
         self.beam, self._assembled = beam, assembled
+        self._shares = np.diag([end.share for end in ends])
         turning = np.hstack([end.turning(problem.mesh) for end in ends])
         both = problem.unfolding.both_sides
         self._unfolding = MirrorUnfolding(np.zeros(turning.shape[1], bool), both, problem.unfolding.images)
@@ -245,15 +247,26 @@ class BoltBending:
         for parity, motion in assembled.motions:
             motions.append(self._whole({parity: turning.T @ motion}))
         self._moved = np.stack(motions, axis=1) if motions else np.zeros((self._unfolding.size, 0))
-        of_beams = np.kron(np.diag([end.share for end in ends]), np.kron(np.eye(2), beam.flexibility))
-        beams = self._unfolding.compliance(dict.fromkeys(self._unfolding.parities(), of_beams))
         joint = [number for number, own in enumerate(problem.faces) if own.name == Surface.JOINT]
         self._joint = np.flatnonzero(np.isin(assembled.vertices.face, joint))
         self._opened: dict[bytes, Floats] = {}
-        self._compliance = beams + self._seats(itself)
+        self._of_seats = self._seats(itself)
+        self._warmed = self._whole({Parity.SYMMETRIC: turning.T @ np.broadcast_to(growth, len(turning))})
+        self._tighten()
+
+    def of(self, assembled: "Assembled", beam: BoltBeam | None = None) -> "BoltBending":
+        """Return the bending of other bolts in the same seats, or of the same ones with another preload."""
+        other = copy(self)
+        other.beam, other._assembled = beam or self.beam, assembled  # noqa: SLF001 - its own
+        other._tighten()  # noqa: SLF001
+        return other
+
+    def _tighten(self) -> None:
+        of_beams = np.kron(self._shares, np.kron(np.eye(2), self.beam.flexibility))
+        beams = self._unfolding.compliance(dict.fromkeys(self._unfolding.parities(), of_beams))
+        self._compliance = beams + self._of_seats
         self._stiffness = np.linalg.inv(self._compliance)
-        warmed = self._whole({Parity.SYMMETRIC: turning.T @ np.broadcast_to(growth, len(turning))})
-        self._made = warmed + self._shifted(self._turns(assembled.tightened))
+        self._made = self._warmed + self._shifted(self._turns(self._assembled.tightened))
 
     def _whole(self, parts: dict[Parity, Floats]) -> Floats:
         """Turns of all bolts from those of each parity on the cell, zero where a parity is missing."""
@@ -298,9 +311,8 @@ class BoltBending:
             unit = 1 / np.sqrt(np.diag(S)[free])
             stiff = unit[:, None] * S[np.ix_(free, free)] * unit + _HELD * np.eye(len(free))
             stresses = unit[:, None] * self._stresses[free]
-            more = stresses.T @ cho_solve(cho_factor(stiff, overwrite_a=True), stresses)
-            self._opened[key] = np.linalg.inv(self._compliance + more)
-        return self._opened[key]
+            self._opened[key] = stresses.T @ cho_solve(cho_factor(stiff, overwrite_a=True), stresses)
+        return np.asarray(np.linalg.inv(self._compliance + self._opened[key]))
 
     def _turns(self, state: "ContactState") -> Floats:
         """Turns (m,) of the ends of all bolts with their seats, as these are without their moments."""

@@ -7,6 +7,7 @@ Sirovich 1987, Q. Appl. Math. 45, 561).
 """
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import replace
 from operator import itemgetter
 from typing import cast
@@ -97,6 +98,13 @@ class AssemblyContact(BoreContact):
         growth = 0.0 if warming is None else warming.displacement
         bending = BoltBending(structure.model, self.assembled, seated, specification.beam, growth)
         self.sums = AssemblyStates(self.assembled, friction, at, bending, bores.big_radius)
+
+    def tightened_to(self, preload: float) -> "AssemblyContact":
+        """Return the same parts with bolts of another preload, N; errors as of the class."""
+        other = copy(self)
+        other.assembled = self.assembled.tightened_to(preload)
+        other.sums = self.sums.of(other.assembled)
+        return other
 
     def loads(self, instants: Instants, film: Floats | None = None) -> list[Load]:
         """What acts between the parts at instants; `film`: its weights (n_functions, n); 0: the pin acts."""

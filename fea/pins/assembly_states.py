@@ -1,11 +1,12 @@
 """From the unknowns of an assembly to the figures of its bolts and interfaces."""
 
+from copy import copy
 from functools import cached_property
 
 import numpy as np
 
 from fea.contact.assembled import Assembled
-from fea.contact.assembly_state import AssemblyState, BoltState, FaceState
+from fea.contact.assembly_state import AssemblyState, BoltBeam, BoltState, FaceState
 from fea.contact.bolts import BoltBending
 from fea.contact.friction_system import ContactState
 from fea.contact.problem import ContactProblem
@@ -36,6 +37,12 @@ class AssemblyStates:
         near = np.abs(away - big_radius) < _ON_EDGE * big_radius
         self._joint = assembled.vertices.face == joint
         self._edge = self._joint & near
+
+    def of(self, assembled: Assembled, beam: BoltBeam | None = None) -> "AssemblyStates":
+        """Return what sums up states of the parts under another preload, or with other bolts in the seats."""
+        other = copy(self)
+        other._assembled, other._bending = assembled, self._bending.of(assembled, beam)  # noqa: SLF001
+        return other
 
     def open_share(self, state: ContactState) -> float:
         """Share of the joint's area that is open."""

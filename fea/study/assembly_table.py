@@ -162,6 +162,23 @@ def thread_in_hole(hole: float) -> Thread | None:
     return Thread(sizes[-1], _PITCHES[sizes[-1]][1]) if sizes else None
 
 
+# Play, over its diameter, of a bolt that is offered for a hole; M8 in 9 mm has it.
+_LOOSEST = 0.125
+
+
+def threads_for_hole(hole: float) -> list[Thread]:
+    """Return the standard threads of bolts that fill a hole, of a diameter in mm, the thickest first."""
+    metric = [Thread(size, pitch) for size, pitches in _PITCHES.items() for pitch in pitches[::-1]]
+    unified = [
+        UnifiedThread(INCH * size, INCH / count, label)
+        for label, (size, coarse, fine, _) in _UNIFIED_SIZES.items()
+        for count in (fine, coarse)
+    ]
+    fits = [one for one in (*metric, *unified) if one.diameter <= hole * (1 + 1e-9)]
+    fits = [one for one in fits if hole <= one.diameter * (1 + _LOOSEST) * (1 + 1e-9)]
+    return sorted(fits, key=lambda one: (-one.diameter, one.pitch))
+
+
 # Diameter up to which bolts of class 8.8 have the lower strengths, mm.
 _THIN = 16.0
 

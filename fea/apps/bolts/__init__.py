@@ -1,0 +1,1 @@
+"""Grades and threads of bolts that fit a rod, compared from one run."""

@@ -1,0 +1,1 @@
+"""Some studies, or one with several materials, side by side."""
