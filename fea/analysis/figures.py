@@ -570,6 +570,20 @@ class FilmFigures(Figures):
     verdict: str  #: ``hydrodynamic``, ``mixed``, ``metal to metal`` or why there is none
 
 
+class HandFigures(Figures):
+    """One of ``hand``: a formula of textbooks worked by hand, beside the result of the finite elements."""
+
+    title: str
+    formula: str
+    inputs: str  #: what stands in it, with units
+    value: float
+    unit: str  #: of value and result; empty for a factor
+    result: float
+    result_of: str  #: what of the finite elements that is, in words
+    ratio: float | None  #: result over value
+    why: str  #: why the two differ
+
+
 class Summary(Figures):
     """What `summary.json` holds."""
 
@@ -589,6 +603,7 @@ class Summary(Figures):
     film: WhereKnown[Mapping[str, FilmFigures]] = None  #: by end: ``big_end``, ``small_end``
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
+    hand: WhereKnown[Mapping[str, HandFigures]] = None
     checks: Mapping[str, Check]
     notes: tuple[Note, ...]
     timings_s: dict[str, float]

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import tables
+from fea.output.hand_table import hand_tables
 from fea.output.json_file import JsonObject
 from fea.output.plots.chart import Chart, chart
 from fea.output.report.assumptions import assumptions, limits
@@ -161,6 +162,9 @@ def sections(run: Run) -> Iterator[ReportSection]:
         yield from (replace(section, template="film.html.jinja") for section in films)
     yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
+    for table in hand_tables(summary):
+        content = {"table": table, "hand": list((summary.hand or {}).values())}
+        yield ReportSection("hand", "Hand calculation", "hand.html.jinja", content)
     bars = tables.convergence_tables(summary)
     yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed])
     yield from _answer(summary, "checks", "Checks", tables.check_tables(summary))
