@@ -606,6 +606,7 @@ class Summary(Figures):
     hand: WhereKnown[Mapping[str, HandFigures]] = None
     checks: Mapping[str, Check]
     notes: tuple[Note, ...]
+    note_kinds: WhereKnown[tuple[tuple[str, ...], ...]] = None  #: kind and topic of each note, in a file
     timings_s: dict[str, float]
     total_s: float
     peak_memory_MiB: float

@@ -1,9 +1,8 @@
 """The hand calculation of a connecting rod, beside what the finite elements give.
 
-The formulas are those of textbooks: inertia of the reciprocating mass and the split of the rod's mass between
-its ends (Norton, Design of Machinery, chapter 13), the modified Goodman line and Johnson's column (Budynas &
-Nisbett, Shigley's Mechanical Engineering Design, 9th ed., sections 6-12 and 4-13), the bolt of a clamped joint
-(VDI 2230-1:2015, section 5.3).
+The formulas are those of textbooks: inertia of the reciprocating mass, the split of the rod's mass between
+its ends, the modified Goodman line (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section
+6-12), Johnson's column (there, chapter 4) and the bolt of a clamped joint (VDI 2230-1:2015).
 """
 
 from collections.abc import Iterator, Mapping
@@ -78,7 +77,7 @@ def hand_calculation(
     return found | dict(_column(rod, summary.buckling))
 
 
-def _compared(
+def _compared(  # noqa: PLR0917 - the columns of its table
     title: str, formula: str, inputs: str, value: float, unit: str, result: float, result_of: str, why: str
 ) -> HandFigures:
     ratio = result / value if value else None
@@ -124,10 +123,8 @@ def _forces(
         )  # fmt: skip
 
 
-def _shank_stresses(
-    rod: PreparedRod, cases: Mapping[str, CaseResult]
-) -> Iterator[tuple[str, HandFigures]]:
-    """Yield F/A at the least section against the mean of the axial stress over it, and the peak of the case."""
+def _shank_stresses(rod: PreparedRod, cases: Mapping[str, CaseResult]) -> Iterator[tuple[str, HandFigures]]:
+    """Yield F/A at the least section against the mean axial stress over it, and the peak of the case."""
     section = rod.shank[1]
     sliced = cut(rod.mesh.whole, section.x)
     pulls = {name: float(max(case.load.pin_axial, case.load.crank_axial)) for name, case in cases.items()}
@@ -147,9 +144,9 @@ def _shank_stresses(
             f"Mean stress of the shank, {words}", "σ = F/A",
             f"F = {forces[case] / KN:.2f} kN ({case}), A = {section.area:.4g} mm² at x = {section.x:.1f} mm",
             sign * forces[case] / section.area, "MPa", mean, "mean axial stress over that section",
-            "F is the larger force at either pin, and the inertia of the rod beyond the section takes part of "
-            f"it; the peak of the case, {peak:.0f} MPa, is {peak * section.area / forces[case]:.1f} times F/A "
-            "by notches, contact and bending.",
+            "F is the larger force at either pin, of which the inertia of the rod beyond the section takes "
+            f"part; the peak of the case, {peak:.0f} MPa, is {peak * section.area / forces[case]:.1f} times "
+            "F/A by notches, contact and bending.",
         )  # fmt: skip
 
 
@@ -206,8 +203,8 @@ def _column(rod: PreparedRod, buckling: BucklingFigures) -> Iterator[tuple[str, 
     inertia, way = plane.inertia(section), "in the plane of motion" if plane is Plane.IN_PLANE else "sideways"
     yield "column", _compared(
         f"Johnson's column, {way}", "F = S_y A (1 − S_y A/4F_E), F_E = π² E I/(K l)²",
-        f"A = {section.area:.4g} mm², I = {inertia:.4g} mm⁴, l = {length:.4g} mm, K = {plane.length_factor:g}, "
-        f"E = {modulus / GPA:.4g} GPa, S_y = {strength:.4g} MPa",
+        f"A = {section.area:.4g} mm², I = {inertia:.4g} mm⁴, l = {length:.4g} mm, "
+        f"K = {plane.length_factor:g}, E = {modulus / GPA:.4g} GPa, S_y = {strength:.4g} MPa",
         loads[plane] / KN, "kN", planes[plane.value].johnson_N / KN,
         "the same with the section that varies from pin to pin",
         "By hand the least section reaches from pin to pin; the real ends are far stiffer.",

@@ -91,6 +91,8 @@ def export(run: Path, file: Path, *, printing: options.Printing = options.USUAL)
 def report(
     run: Path,
     *,
+    sheet: bool = False,
+    pdf: bool = False,
     units: UnitSystem | None = None,
     threads: options.Threads = None,
     printing: options.Printing = options.USUAL,
@@ -102,6 +104,10 @@ def report(
     run
         The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
         report is report.html in the folder of each speed.
+    sheet
+        Write its first page alone, the builder's sheet: sheet.html.
+    pdf
+        Print it as well, into report.pdf or sheet.pdf; needs Chromium, Chrome or Edge.
     units
         Units that are shown: si or us; default: those of the run.
     """
@@ -110,7 +116,7 @@ def report(
     from fea.apps.export_run import report_run
 
     with stages(silent=printing.silent) as listener:
-        reports = report_run(run, listener, units)
+        reports = report_run(run, listener, units, sheet=sheet, pdf=pdf)
     printing.show({"files": reports}, lambda: None, written=map(near, reports))
 
 

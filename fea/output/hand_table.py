@@ -1,4 +1,4 @@
-"""The hand calculation as a table: each figure by formulas of textbooks beside that of the finite elements."""
+"""The hand calculation as a table: by formulas of textbooks, beside the finite elements."""
 
 from collections.abc import Callable, Iterator
 
@@ -27,4 +27,4 @@ def hand_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield what was worked out by hand, if anything was."""
     rows = [(each.title, each) for each in (summary.hand or {}).values()]
     if rows:
-        yield AnswerTable.of("By hand and by finite elements; the ratio is of the latter", "figure", _HAND, rows)
+        yield AnswerTable.of("By hand, and by finite elements over it", "figure", _HAND, rows)
