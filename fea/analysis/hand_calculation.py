@@ -1,8 +1,8 @@
 """The hand calculation of a connecting rod, beside what the finite elements give.
 
 The formulas are those of textbooks: inertia of the reciprocating mass, the split of the rod's mass between
-its ends, the modified Goodman line (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed., section
-6-12), Johnson's column (there, chapter 4) and the bolt of a clamped joint (VDI 2230-1:2015).
+its ends, the modified Goodman line (Budynas & Nisbett, Shigley's Mechanical Engineering Design, 9th ed.,
+section 6-12), Johnson's column (there, chapter 4) and the bolt of a clamped joint (VDI 2230-1:2015).
 """
 
 from collections.abc import Iterator, Mapping

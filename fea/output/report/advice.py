@@ -4,7 +4,6 @@ Stress does not depend on strength, so that other strengths and finishes need no
 one has no figure here.
 """
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,10 +14,11 @@ import numpy as np
 from fea.analysis.figures import CaseFigures, EnduranceFigures, Summary, SurfaceFigures
 from fea.base.choices import Fatigue, Finish, Region
 from fea.base.material import Material, finish_factor, is_steel, reliability_factor
-from fea.base.note import Note, NoteKind
+from fea.base.note import NoteKind
 from fea.judge.fatigue import criterion_strength
 from fea.judge.other_strengths import FatigueField
 from fea.judge.safety_factor import SurvivalAnswer
+from fea.output.report.notes import bearing, in_words
 from fea.output.stored_run import Run
 from fea.output.units import factor, quantity
 from fea.study.material_table import LIBRARY, MaterialTable
@@ -35,21 +35,7 @@ _FINISHES = {
     Finish.AS_FORGED: "as forged, not peened", Finish.GROUND: "ground",
     Finish.MACHINED_PEENED: "machined and peened",
 }  # fmt: skip
-# Topics of assumptions that bear on a mode of failure, the first the most.
-_TOPICS = {
-    "yielding": ("material", "engine", "contact", "assembly"),
-    "fatigue": ("fatigue", "material", "engine", "contact", "assembly"),
-    "buckling": ("material", "engine"),
-    "": ("bolts", "assembly", "engine", "contact"),
-}
-# The keys that a note names in brackets at its end.
-_KEYS = re.compile(r" \(\[?[a-z_]+[\w.\], \[-]*\)$")
 _MOST = 3
-
-
-def in_words(note: Note) -> str:
-    """Return an assumption without the word for it and without keys."""
-    return _KEYS.sub("", note.text).removeprefix("assumed ")
 
 
 @dataclass(frozen=True)
@@ -120,15 +106,10 @@ class Advice:
         found.sort(key=lambda effect: -abs(log(effect[2] / effect[1])))
         lines = [f"{text}: {factor(now)} → {factor(then)}" for text, now, then in found[:_MOST]]
         worked = {"fatigue"} if found else set()
-        rest = [note for note in self._by_topic() if note.topic.split()[0] not in worked]
+        known = bearing(self._summary.notes, self._summary.survival.mode)
+        rest = [note for note in known if note.topic not in worked]
         lines += [f"{in_words(note)} (not varied)" for note in rest[: _MOST - len(lines)]]
         return [f"{line[0].upper()}{line[1:]}" for line in lines]
-
-    def _by_topic(self) -> list[Note]:
-        topics = _TOPICS.get(self._summary.survival.mode, _TOPICS[""])
-        notes = [note for note in self._summary.notes if note.kind is NoteKind.ASSUMPTION]
-        known = [note for note in notes if note.topic and note.topic.split()[0] in topics]
-        return sorted(known, key=lambda note: topics.index(note.topic.split()[0]))
 
     def _worked_out(self) -> Iterator[tuple[str, float, float]]:
         summary, field = self._summary, self.field
