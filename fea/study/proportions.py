@@ -18,7 +18,7 @@ _BORES = tuple(name.removesuffix("_mm") for name in LEAST)  # and their distance
 # Relative; a study has its dimensions with six digits.
 _SAME = 1e-4
 # Dimensions that carry the stress, by a word in the name of a place (`fea.rod.places.place_name`).
-_OF_PLACES = (
+_OF_PLACES: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
     (
         ("shank",),
         ("shank_width", "shank_depth_big_end", "shank_depth_small_end", "flange_thickness", "web_thickness"),

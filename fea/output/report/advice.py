@@ -101,7 +101,7 @@ class Advice:
         return self._with(self.field, shares)
 
     def effects(self) -> list[str]:
-        """Return the assumptions that change the answer most, with how much where it was worked out."""
+        """Return the assumptions to look at first: how much they change, where that was worked out."""
         found = list(self._worked_out()) if self._summary.survival.mode in {"fatigue", "yielding"} else []
         found.sort(key=lambda effect: -abs(log(effect[2] / effect[1])))
         lines = [f"{text}: {factor(now)} → {factor(then)}" for text, now, then in found[:_MOST]]

@@ -50,7 +50,11 @@ def bearing(notes: Iterable[Note], mode: str) -> list[Note]:
     topics = _BEARING.get(mode, _OF_BOLTS)
     rank = {note: topics.index(first) for note in notes if (first := _first(note)) in topics}
     assumed = [note for note in rank if note.kind is NoteKind.ASSUMPTION]
-    return sorted(assumed, key=lambda note: (rank[note], not any(word in note.text for word in _TIGHTENING)))
+    return sorted(assumed, key=lambda note: (rank[note], _of_tightening(note)))
+
+
+def _of_tightening(note: Note) -> int:
+    return next((k for k, word in enumerate(_TIGHTENING) if word in note.text), len(_TIGHTENING))
 
 
 def _first(note: Note) -> str:

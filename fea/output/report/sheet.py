@@ -124,7 +124,9 @@ def _uncertain(run: Run) -> Iterator[SheetRow]:
     effects = advice.effects()
     if effects:
         what = f"{len(effects)} of {count} that this answer stands on"
-        yield SheetRow("Assumptions that change it most", what, tuple(effects), "", "assumptions")
+        worked_out = "→" in effects[0]
+        title = "Assumptions that change it most" if worked_out else "Assumptions to check first"
+        yield SheetRow(title, what, tuple(effects), "", "assumptions")
     remedies = advice.remedies()
     if remedies:
         yield SheetRow("What would make it pass", remedies[0], tuple(remedies[1:]))
