@@ -3,9 +3,11 @@
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from program import fea
 from reports import reported_rod
 
 from fea.base.choices import Fatigue, Finish
@@ -151,3 +153,11 @@ def test_given_forces_have_a_sheet_without_an_engine(run):
     study = replace(load_study("leon-2001"), engine=None)
     rows = sheet_rows(replace(run, study=study, summary=replace(run.summary, engine=None)), None)
     assert {"Highest speed", "Highest boost", "Bearings"}.isdisjoint({row.title for row in rows})
+
+
+def test_fea_report_writes_the_sheet_alone(run, tmp_path):
+    written = run.write(tmp_path / "run")
+    done = fea("report", str(written), "--sheet", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, f"Wrote {Path('run', 'sheet.html')}\n")
+    assert (written / "sheet.html").read_text(encoding="utf-8") == sheet_page(read_run(written), written)
+    assert not (written / "report.html").exists()
