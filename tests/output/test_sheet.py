@@ -159,5 +159,7 @@ def test_fea_report_writes_the_sheet_alone(run, tmp_path):
     written = run.write(tmp_path / "run")
     done = fea("report", str(written), "--sheet", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (0, f"Wrote {Path('run', 'sheet.html')}\n")
-    assert (written / "sheet.html").read_text(encoding="utf-8") == sheet_page(read_run(written), written)
+    page = (written / "sheet.html").read_text(encoding="utf-8")
+    assert "By assumed proportions: the rod does not survive" in page
+    assert all(f"<dt>{row.title}</dt>" in page for row in sheet_rows(read_run(written), written))
     assert not (written / "report.html").exists()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from shlex import quote
 from typing import NamedTuple
 
 from fea.analysis.figures import Summary
@@ -56,7 +57,7 @@ def place_that_fails(summary: Summary) -> str:
 def _study(run: Run) -> str:
     """Return how a command names the study of a run."""
     name = run.summary.study
-    return name if name in shipped_studies() else f"{name}.toml"
+    return name if name in shipped_studies() else quote(f"{name}.toml")
 
 
 def _beside(run: Run, folder: Path | None) -> str:
@@ -64,7 +65,7 @@ def _beside(run: Run, folder: Path | None) -> str:
     above = None if folder is None else near(folder.absolute().parent)
     if above is None or above.is_absolute() or above == Path("results"):
         return ""
-    return f" --out {(above / f'{run.summary.study}-limits').as_posix()}"
+    return f" --out {quote((above / f'{run.summary.study}-limits').as_posix())}"
 
 
 def _limits(run: Run, folder: Path | None) -> Iterator[SheetRow]:
