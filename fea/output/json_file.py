@@ -110,7 +110,7 @@ def read_summary(folder: Path) -> Summary:
         summary: Summary = _read(Summary, raw)
     except (TypeError, KeyError, AttributeError) as error:
         raise ValueError(f"it is damaged: {error}") from error
-    return dataclasses.replace(summary, notes=_notes(summary), note_kinds=None)
+    return dataclasses.replace(summary, notes=_notes(summary))
 
 
 def _notes(summary: Summary) -> tuple[Note, ...]:

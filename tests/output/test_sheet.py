@@ -110,7 +110,7 @@ def test_limits_beside_the_run_are_found_if_they_are_of_its_rod(run, tmp_path):
     (beside / "study.toml").write_text(run.study.text(), encoding="utf-8")
     rows = {row.title: row for row in sheet_rows(run, folder)}
     assert rows["Highest speed"].value == "6790 ± 60 rpm"
-    assert rows["Highest speed"].more == ("there the small end fails by fatigue",)
+    assert rows["Highest speed"].more == ("There the small end fails by fatigue",)
     assert rows["Highest boost"].value == "0.61 bar of boost"
     assert "92 bar peak at 6000 rpm" in rows["Highest boost"].more[0]
     assert found_limits(folder, run.study.with_rod(shank_width_mm=12.0)) == {}

@@ -63,9 +63,9 @@ def _read(figures: JsonObject) -> dict[str, FoundLimit]:
     if pressed is not None:
         boost, peak = pressed["boost_bar"], quantity(pressed["value"], ".0f", "bar")
         value = f"{quantity(boost, '.2g', 'bar')} of boost" if boost > 0 else "no boost"
-        found["boost"] = FoundLimit(value, f"{peak} peak at {pressed['rpm']:.0f} rpm; {_ending(pressed)}")
+        found["boost"] = FoundLimit(value, f"{peak} peak at {pressed['rpm']:.0f} rpm. {_ending(pressed)}")
     return found
 
 
 def _ending(limit: JsonObject) -> str:
-    return f"there {_ENDS[limit['mode']].format(place='the ' + limit['place'])}"
+    return f"There {_ENDS[limit['mode']].format(place='the ' + limit['place'])}"
