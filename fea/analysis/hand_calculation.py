@@ -97,8 +97,12 @@ def _forces(
         load, piston = cases["tension"].load, engine.piston_mass
         moving = rod.mass.mass * rod.mass.center[0] / length
         turning = rod.mass.mass - moving
-        gas = f"The gas presses against it with {float(load.gas) / KN:.2f} kN at that crank angle."
-        gas = gas if load.gas > 0 else ""
+        acts = "presses against it" if load.gas > 0 else "pulls with it"
+        gas = (
+            f"The gas {acts}, with {abs(float(load.gas)) / KN:.2f} kN at that crank angle."
+            if load.gas
+            else ""
+        )
         yield "piston_inertia", _compared(
             "Inertia of the piston", "F = m r ω² (1 + λ)", f"m = {piston / KG:.4g} kg, {crank}",
             inertia_force(piston, radius, speed, ratio) / KN, "kN", float(load.pin_axial) / KN,
