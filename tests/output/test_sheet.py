@@ -98,6 +98,15 @@ def test_effects_of_assumptions_are_those_of_the_fields(run):
     assert advice.field.least(float(needed[1]) / float(needed[2])) == pytest.approx(bar, rel=0.02)
 
 
+def test_bolts_are_no_matter_of_the_rods_strength(run):
+    failing = replace(run.summary.survival, mode="yielding of the bolts")
+    other = replace(run, summary=replace(run.summary, survival=failing))
+    assert Advice(other).remedies() == [
+        "Not worked out: what decides is grade, thread and preload of the bolts"
+    ]
+    assert by_proportions(other) == ""
+
+
 def test_limits_beside_the_run_are_found_if_they_are_of_its_rod(run, tmp_path):
     folder, beside = tmp_path / "run", tmp_path / "x-limits"
     beside.mkdir()

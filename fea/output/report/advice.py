@@ -36,6 +36,12 @@ _FINISHES = {
     Finish.MACHINED_PEENED: "machined and peened",
 }  # fmt: skip
 _MOST = 3
+# What decides on a mode of failure that other strengths of the rod do not change.
+_DECIDES = (
+    ("bolts", "grade, thread and preload of the bolts"),
+    ("joint", "preload and friction of the joint"),
+    ("buckling", "the section of the shank"),
+)
 
 
 @dataclass(frozen=True)
@@ -141,7 +147,10 @@ class Advice:
         if survival.answer not in {SurvivalAnswer.FAILS, SurvivalAnswer.UNDECIDED}:
             return []
         found = list(self._stronger()) if survival.mode in {"yielding", "fatigue"} else []
-        return found or ["Not worked out for this mode of failure: fea optimise searches the dimensions."]
+        decides = next(
+            (what for part, what in _DECIDES if survival.mode.endswith(part)), "the dimensions there"
+        )
+        return found or [f"Not worked out: what decides is {decides}"]
 
     def _stronger(self) -> Iterator[str]:
         survival, field = self._summary.survival, self.field
