@@ -27,4 +27,6 @@ def hand_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield what was worked out by hand, if anything was."""
     rows = [(each.title, each) for each in (summary.hand or {}).values()]
     if rows:
-        yield AnswerTable.of("By hand, and by finite elements over it", "figure", _HAND, rows)
+        yield AnswerTable.of(
+            "By hand and by finite elements; the ratio is the latter over the former", "figure", _HAND, rows
+        )
