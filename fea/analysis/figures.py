@@ -612,6 +612,20 @@ class HeadClearanceFigures(Figures):
         return max(self.cold_mm, self.hot_aluminium_block_mm, self.hot_iron_block_mm)
 
 
+class HandFigures(Figures):
+    """One of ``hand``: a formula of textbooks worked by hand, beside the result of the finite elements."""
+
+    title: str
+    formula: str
+    inputs: str  #: what stands in it, with units
+    value: float
+    unit: str  #: of value and result; empty for a factor
+    result: float
+    result_of: str  #: what of the finite elements that is, in words
+    ratio: float | None  #: result over value
+    why: str  #: why the two differ
+
+
 class Summary(Figures):
     """What `summary.json` holds."""
 
@@ -632,8 +646,10 @@ class Summary(Figures):
     life: WhereKnown[LifeFigures] = None  #: over the duty of the study, the same at each of its speeds
     buckling: BucklingFigures
     head_clearance: WhereKnown[HeadClearanceFigures] = None
+    hand: WhereKnown[Mapping[str, HandFigures]] = None
     checks: Mapping[str, Check]
     notes: tuple[Note, ...]
+    note_kinds: WhereKnown[tuple[tuple[str, ...], ...]] = None  #: kind and topic of each note, in a file
     timings_s: dict[str, float]
     total_s: float
     peak_memory_MiB: float

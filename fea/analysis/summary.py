@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from string import ascii_uppercase
@@ -33,6 +34,7 @@ from fea.analysis.figures import (
     figures,
     plain,
 )
+from fea.analysis.hand_calculation import hand_calculation
 from fea.analysis.head_clearance import head_clearance
 from fea.analysis.pipeline import RefinedRod
 from fea.analysis.prepared_rod import PreparedRod
@@ -100,7 +102,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
     governing = Governing.of(cases)
     edges = sharp_edge_figures(result.cases, rod.options.min_safety)
     assembly = assembly_figures(rod, result.cases, result.cycle)
-    return summary_of(
+    summary = summary_of(
         rod,
         passes,
         rpm=result.rpm,
@@ -123,6 +125,7 @@ def speed_summary(adapted: RefinedRod, result: SpeedResult, buckling: BucklingRe
             *_bar_notes(rod, result, governing),
         ),
     )
+    return replace(summary, hand=hand_calculation(rod, result.cases, summary))
 
 
 def _bar_notes(rod: PreparedRod, result: SpeedResult, governing: Governing) -> Iterator[Note]:

@@ -21,10 +21,11 @@ from fea.base.choices import UnitSystem
 from fea.base.note import Note, warning
 from fea.base.units import DEG
 from fea.machine.clock import Clock, Listener
-from fea.output.folder import REPORT, SUMMARY
+from fea.output.folder import REPORT, SHEET, SUMMARY
 from fea.output.inp import Step, write_deck
 from fea.output.pictures.picture import ready_to_draw
-from fea.output.report.page import write_report
+from fea.output.report.page import write_report, write_sheet
+from fea.output.report.pdf import write_pdf
 from fea.output.report.sections import marks
 from fea.output.stored_run import StoredRun, read_run
 from fea.output.target import StorageError, require_target
@@ -102,24 +103,44 @@ def report_run(
     listener: Listener | None = None,
     units: UnitSystem | None = None,
     out: Path | None = None,
+    *,
+    sheet: bool = False,
+    pdf: bool = False,
 ) -> list[Path]:
     """Write the report of a run into its folder, or of each run of one at several speeds; return their files.
 
     A run at one speed may have its report in another file, `out`.
 
     The listener receives the name of each stage as it begins. The figures are in the given units, or in those
-    of the run. Raises `InvalidValue`: the folder is not that of a run, or its files are damaged;
-    `StorageError`: the disk, a permission or the file system refused.
+    of the run. `sheet`: write the builder's sheet alone; `pdf`: print each page as well. Raises
+    `InvalidValue`: the folder is not that of a run, or its files are damaged; `StorageError`: the disk, a
+    permission or the file system refused; `PictureError`: no browser could print, the pages are written.
     """
     require(folder.is_dir(), "RUN", str(folder), "is not a directory", "Name a folder that fea run wrote.")
     clock = Clock(listener)
     speeds = sorted({place.parent for place in folder.glob(f"*/{SUMMARY}")})
-    with ready_to_draw():
-        if (folder / SUMMARY).is_file() or not speeds:
-            return [_report(folder, clock, units, out)]
-        rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {speeds[0]}."
-        require(out is None, "--out", None if out is None else str(out), rule, remedy)
-        return [_report(speed, clock, units) for speed in speeds]
+    runs = [folder] if (folder / SUMMARY).is_file() or not speeds else speeds
+    rule, remedy = "would hold a report of each speed", f"Name one of the runs, such as {runs[0]}."
+    require(out is None or runs == [folder], "--out", None if out is None else str(out), rule, remedy)
+    if sheet:
+        pages = [_sheet(run, clock, units, out) for run in runs]
+    else:
+        with ready_to_draw():
+            pages = [_report(run, clock, units, out) for run in runs]
+    if not pdf:
+        return pages
+    for page in pages:
+        with clock("pdf"):
+            write_pdf(page, page.with_suffix(".pdf"))
+    return [*pages, *(page.with_suffix(".pdf") for page in pages)]
+
+
+def _sheet(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None) -> Path:
+    with clock("read"):
+        run = read_run(folder)
+    with clock("sheet"), shown_in(units or run.study.output.units):
+        write_sheet(out or folder / SHEET, run, folder)
+    return out or folder / SHEET
 
 
 def _report(folder: Path, clock: Clock, units: UnitSystem | None, out: Path | None = None) -> Path:

@@ -92,6 +92,8 @@ def report(
     run: Path,
     *,
     out: Path | None = None,
+    sheet: bool = False,
+    pdf: bool = False,
     units: UnitSystem | None = None,
     threads: options.Threads = None,
     printing: options.Printing = options.USUAL,
@@ -104,7 +106,11 @@ def report(
         The folder of a run, such as results/leon-2001-6000rpm, or that of a run at several speeds. The
         report is report.html in the folder of each speed.
     out
-        The .html file to write, of a run at one speed; default: report.html in its folder.
+        The .html file to write, of a run at one speed; default: report.html or sheet.html in its folder.
+    sheet
+        Write its first page alone, the builder's sheet: sheet.html.
+    pdf
+        Print it as well, into report.pdf or sheet.pdf; needs Chromium, Chrome or Edge.
     units
         Units that are shown: si or us; default: those of the run.
     """
@@ -114,7 +120,7 @@ def report(
     from fea.apps.export_run import report_run
 
     with stages(silent=printing.silent) as listener:
-        reports = report_run(run, listener, units, out)
+        reports = report_run(run, listener, units, out, sheet=sheet, pdf=pdf)
     printing.show({"files": reports}, lambda: None, written=map(near, reports))
 
 

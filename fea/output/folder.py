@@ -18,9 +18,11 @@ from typing import Any
 from fea.machine.system import PathLock, exchange, flush, incomplete
 from fea.output.target import OccupiedError, near, picture_name, reported
 
-REPORT = "report.html"
+REPORT, SHEET = "report.html", "sheet.html"
 # The files of the figures of a run and of a search for the lightest rod, and the formats of any version.
 SUMMARY, OPTIMISED = "summary.json", "optimise.json"
+# Files that `fea report` adds to a run.
+_LATER = (REPORT, SHEET, "report.pdf", "sheet.pdf")
 _SCHEMAS = ("fea/summary/", "fea/optimise/", "fea/limits/")
 
 
@@ -44,7 +46,7 @@ def _is_run(folder: Path) -> bool:
     files = _manifest(folder).get("files")
     if not isinstance(files, list):
         return False
-    own = {*files, REPORT, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
+    own = {*files, *_LATER, *(picture_name(str(name)) for name in files if str(name).endswith(".vtu"))}
     return all(entry.name in own and _is_file(entry) for entry in folder.iterdir())
 
 

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -39,6 +40,10 @@ def joined_script(*parts: tuple[str, Iterable[str]]) -> str:
     return f'(() => {{\n"use strict";\n{body}}})();\n'
 
 
+# Before a number, but not within a name or a range.
+_MINUS = re.compile(r"(?<![\w)-])-(?=\.?\d)")
+
+
 @cache
 def environment(room: str) -> Environment:
     """Return the templates of a room."""
@@ -51,7 +56,7 @@ def environment(room: str) -> Environment:
         finalize=lambda value: in_text(value) if type(value) is str else value,
     )
     templates.filters["sentence"] = _sentence
-    templates.filters["proper"] = lambda text: str(text).replace("-", "−")
+    templates.filters["proper"] = lambda text: _MINUS.sub("−", str(text))
     return templates
 
 

@@ -110,7 +110,18 @@ def read_summary(folder: Path) -> Summary:
         summary: Summary = _read(Summary, raw)
     except (TypeError, KeyError, AttributeError) as error:
         raise ValueError(f"it is damaged: {error}") from error
-    return summary
+    return dataclasses.replace(summary, notes=_notes(summary))
+
+
+def _notes(summary: Summary) -> tuple[Note, ...]:
+    """Return the notes with their kinds and topics, which their texts alone do not say."""
+    kinds = summary.note_kinds or ()
+    if len(kinds) != len(summary.notes):
+        return summary.notes
+    each = zip(kinds, summary.notes, strict=True)
+    return tuple(
+        Note(NoteKind(kind), topic, note.text.removeprefix(f"{topic}: ")) for (kind, topic), note in each
+    )
 
 
 @cache

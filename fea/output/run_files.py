@@ -264,6 +264,7 @@ def write_run(
     summary = replace(
         run.summary,
         left_out=left_out,
+        note_kinds=tuple((note.kind.value, note.topic) for note in run.summary.notes),
         timings_s=run.summary.timings_s | dict(clock.seconds),
         total_s=max(clock.total, run.summary.total_s),
         files=tuple(sorted(names)),

@@ -376,6 +376,7 @@ def _mass(given: Mapping[str, Any]) -> MassProperties | None:
 
 
 _KINDS = shipped_toml("study/rod_kinds.toml")
+KINDS = tuple(_KINDS)
 # Of rod bolts; a fine thread each.
 _THREADS = ("1/4-28 UNF", "5/16-24 UNF", "3/8-24 UNF", "7/16-20 UNF", "1/2-20 UNF")
 # Radius of the seat of a head over the bolt's diameter: flanges of 12-point bolts are about 1.55 d wide.

@@ -21,6 +21,7 @@ from fea.output.pictures.picture import draw_pictures
 from fea.output.pictures.shown import described_by
 from fea.output.report.scene import DrawnRod, scene
 from fea.output.report.sections import ReportSection, sections
+from fea.output.report.sheet import by_proportions, sheet_rows
 from fea.output.stored_run import Run
 from fea.output.tables import head_table
 from fea.output.target import PictureError, picture_name
@@ -73,12 +74,12 @@ def _facts(summary: Summary) -> Iterator[_Fact]:
     where = _where(worst.at_mm)
     where = where if worst.error_percent is None else f"± {bar(worst.error_percent)} %, {where}"
     when = name if angle is None else f"{name}, crank angle {angle:.1f}°"
-    yield _Fact("Safety factor against yielding", _with_interval(worst.min_safety_factor), when)
+    yield _factor("yielding", worst.min_safety_factor, when)
     yield _Fact("Largest von Mises stress", quantity(worst.max_von_mises_MPa, ".0f", "MPa"), where)
     if envelope is not None and envelope.fatigue is not None:
-        judged = f"{envelope.fatigue_criterion.capitalize()}; {_where(envelope.fatigue.at_mm)}"
-        least = _with_interval(envelope.min_fatigue_safety_factor)
-        yield _Fact("Safety factor against fatigue", least, judged)
+        where = envelope.fatigue.where or _where(envelope.fatigue.at_mm)
+        judged = f"{envelope.fatigue_criterion.capitalize()}, {where}"
+        yield _factor("fatigue", envelope.min_fatigue_safety_factor, judged)
     if (most := summary.survival.fatigue_at_most) is not None:
         between = f"between the load cases, {summary.survival.fatigue_where}; --cycle judges it"
         yield _Fact("Safety factor against fatigue, at most", factor(most), between)
@@ -88,10 +89,9 @@ def _facts(summary: Summary) -> Iterator[_Fact]:
             "Safety factor against buckling", factor(buckling.min_safety_factor), f"as a column{under}"
         )
     for end, film in (summary.film or {}).items():
-        gap = f"{quantity(film.h_min_um, '.2f', 'µm')} ± {bar(film.h_min_error_percent)} %"
-        pressure = f"{quantity(film.p_max_MPa, '.0f', 'MPa')} ± {bar(film.p_max_error_percent)} %"
-        extremes = f"smallest gap {gap} at {film.h_min_deg:.0f}°; highest pressure {pressure}"
-        yield _Fact(f"Oil film, {end.replace('_', ' ')}", film.verdict, extremes)
+        gap = f"± {bar(film.h_min_error_percent)} % at {film.h_min_deg:.0f}°, {film.verdict}"
+        thinnest = quantity(film.h_min_um, ".2f", "µm")
+        yield _Fact(f"Least oil film, {end.replace('_', ' ')}", thinnest, gap)
     passed = sum(check.passed for check in summary.checks.values())
     mesh = f"{summary.model.elements} elements, {summary.model.element}"
     yield _Fact("Checks passed", f"{passed} of {len(summary.checks)}", mesh)
@@ -101,8 +101,9 @@ def _where(at: Vector) -> str:
     return f"at x, y, z = {coordinates(at)} {unit('mm')}".replace("-", "−")
 
 
-def _with_interval(least: SafetyFactor | None) -> str:
-    return factor(least) if least is None else f"{factor(least)} {interval(least)}".strip()
+def _factor(mode: str, least: SafetyFactor | None, more: str) -> _Fact:
+    bar = "" if least is None else interval(least)
+    return _Fact(f"Safety factor against {mode}", factor(least), f"{bar}; {more}" if bar else more)
 
 
 # In this order, as one script: each uses what stands before it.
@@ -112,13 +113,26 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
-def page(run: Run, drawn: DrawnRod | None, picture: bytes | None) -> str:
-    """Return the report of a run, with its rod in three dimensions if there is one."""
+def page(run: Run, drawn: DrawnRod | None, picture: bytes | None, folder: Path | None = None) -> str:
+    """Return the report of a run, with its rod in three dimensions if there is one.
+
+    It opens with the builder's sheet, whose limits of speed and boost are those beside the run's folder.
+    """
     parts = list(sections(run))
     viewed, script = viewer(run, drawn, parts=parts)
     style = page_file("report", "report.css")
-    head = _head(run, picture)
+    head = _head(run, picture) | _sheet(run, folder)
     return html_page("report", "report.html.jinja", style, script, **head, sections=parts, **viewed)
+
+
+def sheet_page(run: Run, folder: Path | None = None) -> str:
+    """Return the builder's sheet of a run alone."""
+    style, values = page_file("report", "report.css"), _head(run, None) | _sheet(run, folder)
+    return html_page("report", "sheet.html.jinja", style, "", **values, sections=())
+
+
+def _sheet(run: Run, folder: Path | None) -> JsonObject:
+    return {"rows": sheet_rows(run, folder), "proportions": by_proportions(run)}
 
 
 def viewer(
@@ -183,13 +197,18 @@ def open_report(file: Path) -> None:
         )
 
 
+def write_sheet(path: Path, run: Run, folder: Path | None = None) -> None:
+    """Write the builder's sheet of a run, whose folder may be another one, alone. Raises `StorageError`."""
+    write_text(path, sheet_page(run, folder or path.parent))
+
+
 def write_report(path: Path, run: Run, folder: Path | None = None) -> None:
     """Write a report; its picture is that of the run's folder, or drawn, or left out. `StorageError`."""
     with ThreadPoolExecutor(1) as beside:  # another process draws meanwhile
         units = run.study.output.units
         picture = beside.submit(copy_context().run, still, folder or path.parent, run.summary, units)
         drawn = scene(run)
-        text = page(run, drawn, picture.result())
+        text = page(run, drawn, picture.result(), folder or path.parent)
     write_text(path, text)
 
 

@@ -163,9 +163,9 @@ def _whole(values: Floats) -> list[int]:
 _STRESS, _DISPLACEMENT, _MODE = 2**14, 2**13, 10**4
 _MOVED = 2**13
 _FILM = 2**10  # of the pressure of an oil film
-# Letters of the packed numbers: with text, still picture and script the page stays within 3 MB, and within 6
-# MB with the cycle.
-_LARGEST, _LARGEST_CYCLE = 2_400_000, 5_300_000
+# Letters of the packed numbers with which the page, with its text, still picture and script, stays within 1
+# MB; how many times coarser the steps of stress and displacement are where it would not.
+_LARGEST, _COARSER = 560_000, 8
 
 
 @dataclass(frozen=True)
@@ -180,20 +180,22 @@ class DrawnRod:
 def scene(run: Run) -> DrawnRod | None:
     """Return the rod of a run with its load cases, and its cycle; None where the run has no fields.
 
-    Nodes between the corners of elements are left out where the page would become too large with them.
+    Nodes between the corners of elements are left out where the page would become too large with them, and
+    then the finest steps of their values.
     """
     if not run.fields:
         return None
     mesh = run.mesh
     found = _scene(run, mesh, NumberedSurface.of(mesh))
-    largest = _LARGEST if run.motion is None else _LARGEST_CYCLE
-    if len(found.numbers) <= largest or found.header["order"] == 1:
-        return found
-    return _scene(run, mesh, NumberedSurface.of(mesh, most=0))
+    if len(found.numbers) > _LARGEST and found.header["order"] == 2:
+        found = _scene(run, mesh, NumberedSurface.of(mesh, most=0))
+    if len(found.numbers) > _LARGEST:
+        found = _scene(run, mesh, NumberedSurface.of(mesh, most=0), coarser=_COARSER)
+    return found
 
 
-def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface) -> DrawnRod:
-    packer = Packer()
+def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface, coarser: int = 1) -> DrawnRod:
+    packer = Packer(coarser)
     packer.integers("corners", corner_steps(surface.facets))
     packer.values("positions", mesh.points[surface.nodes], surface.parents)
     results = [_case(run, name, data, surface, packer) for name, data in run.fields.items()]

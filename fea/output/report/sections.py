@@ -9,10 +9,12 @@ import numpy.typing as npt
 
 from fea.analysis.figures import EnvelopeFigures, Summary
 from fea.output import tables
+from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.json_file import JsonObject
 from fea.output.plots.chart import Chart, chart
 from fea.output.report.assumptions import assumptions, limits
+from fea.output.report.notes import note_groups
 from fea.output.statements import full_statements
 from fea.output.stored_run import Run
 from fea.output.tables import AnswerTable
@@ -139,14 +141,16 @@ class ReportSection:
 def sections(run: Run) -> Iterator[ReportSection]:
     """Yield the sections that a run has, in the order of the page."""
     summary = run.summary
-    assumed = {"statements": assumptions(run), "notes": summary.notes}
+    groups = note_groups(summary.notes, summary.survival.mode)
+    assumed = {"statements": assumptions(run), "groups": groups}
     yield ReportSection("assumptions", "Assumptions", "statements.html.jinja", assumed)
     left_out = {"limits": list(limits(run)), "omissions": summary.left_out}
     yield ReportSection("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
     yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": list(input_tables(run.study))})
     charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
     angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
-    yield from _answer(summary, "loads", "Loads", [tables.load_table(summary)], text=angles, charts=charts)
+    loads, open_tables = [tables.load_table(summary)], 0 if charts else 1
+    yield from _answer(summary, "loads", "Loads", loads, text=angles, charts=charts, open_tables=open_tables)
     yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
     yield from _answer(summary, "assembly", "Bolts, joint and fits", tables.assembly_tables(summary))
     if (cycle := summary.cycle) is not None:
@@ -154,20 +158,27 @@ def sections(run: Run) -> Iterator[ReportSection]:
         least = f"The least factor against yielding over the cycle is {factor(cycle.min_safety_factor)}{at}."
         histories, text = [_history_chart(summary, cycle)], [least, _SIGN]
         fatigue = tables.fatigue_tables(summary)
-        yield from _answer(summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories)
+        yield from _answer(
+            summary, "fatigue", "Cycle and fatigue", fatigue, text=text, charts=histories, open_tables=0
+        )
     if run.film is not None and summary.film:
         charts = list(_film_charts(summary, run.film))
-        films = _answer(
-            summary, "film", "Oil films of the bearings", tables.film_tables(summary), charts=charts
-        )
+        title, found = "Oil films of the bearings", tables.film_tables(summary)
+        films = _answer(summary, "film", title, found, charts=charts, open_tables=0)
         yield from (replace(section, template="film.html.jinja") for section in films)
     yield from _answer(summary, "buckling", "Buckling", tables.buckling_tables(summary))
     fixed = ["The mesh comes from a file and was not refined."] if summary.model.mesh_from_file else []
     gap = head_clearance_tables(summary)
     yield from _answer(summary, "head-clearance", "Piston to head", gap)
+    for table in hand_tables(summary):
+        content = {"table": table, "hand": list((summary.hand or {}).values())}
+        yield ReportSection("hand", "Hand calculation", "hand.html.jinja", content)
     bars = tables.convergence_tables(summary)
-    yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed])
-    yield from _answer(summary, "checks", "Checks", tables.check_tables(summary))
+    yield from _answer(summary, "convergence", "Convergence", bars, text=[_BARS, *fixed], open_tables=0)
+    checks = tables.check_tables(summary)
+    yield from _answer(
+        summary, "checks", "Checks", checks, text=_passed(summary), open_tables=not summary.trusted
+    )
     yield _repeat(run)
 
 
@@ -179,11 +190,27 @@ def _answer(
     *,
     text: Sequence[str] = (),
     charts: Sequence[Chart] = (),
+    open_tables: int = 1,
 ) -> Iterator[ReportSection]:
-    """Yield a section with the statements on its topic, after some text of its own, if it has tables."""
-    content = {"tables": list(found), "text": [*text, *full_statements(summary, name)], "charts": charts}
-    if content["tables"]:
+    """Yield a section with the statements on its topic, after some text of its own, if it has tables.
+
+    After so many open tables the rest is folded behind a line that names it.
+    """
+    every, lines = list(found), [*text, *full_statements(summary, name)]
+    content = {
+        "tables": every[:open_tables],
+        "folded": every[open_tables:],
+        "named": "; ".join(table.caption.partition(":")[0] for table in every[open_tables:]),
+        "text": lines,
+        "charts": charts,
+    }
+    if every:
         yield ReportSection(name, title, "tables.html.jinja", content)
+
+
+def _passed(summary: Summary) -> list[str]:
+    passed = sum(check.passed for check in summary.checks.values())
+    return [f"{passed} of {len(summary.checks)} checks of mesh, loads and solution passed."]
 
 
 def _history_chart(summary: Summary, cycle: EnvelopeFigures) -> Chart:

@@ -117,6 +117,7 @@ _TOGETHER = 64
 class Packer:
     """Collects arrays; `entries` says how each is read."""
 
+    coarser: int = 1  #: how many times larger the steps are of what needs less than all `LEVELS`
     #: In the order of the arrays: ``name``, ``kind`` and ``count``, and for values ``columns``, ``low`` and
     #: ``step``
     entries: list[JsonObject] = field(default_factory=list)
@@ -130,13 +131,15 @@ class Packer:
         table = values.reshape(len(values), -1)
         known = table[np.isfinite(table)]
         low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
-        step = (high - low) / min(levels, LEVELS)
+        levels = LEVELS if levels >= LEVELS else max(levels // self.coarser, 1)
+        step = (high - low) / levels
         scaled = np.rint((np.where(np.isfinite(table), table, low) - low) / (step or 1.0)).astype(np.int32)
         scaled[~np.isfinite(table)] = HOLE
         self._add({"name": name, "kind": "values", "low": low, "step": step}, scaled, parents)
 
     def steps(self, name: str, values: Floats, parents: Ints, step: float) -> None:
         """Add values (n, k) of either sign as multiples of a step, at most 2¹⁵ of it."""
+        step *= self.coarser
         scaled = np.rint(values.reshape(len(values), -1) / step).astype(np.int32) + 2**15
         self._add({"name": name, "kind": "steps", "step": step}, scaled, parents)
 

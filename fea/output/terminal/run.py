@@ -14,6 +14,7 @@ from fea.base.note import Note, NoteKind, by_consequence
 from fea.judge.safety_factor import SurvivalAnswer
 from fea.judge.verdict import ConvergenceVerdict
 from fea.output import statements, tables
+from fea.output.hand_table import hand_tables
 from fea.output.head_clearance import head_clearance_tables
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.target import near, picture_name
@@ -55,7 +56,8 @@ def _print_run(console: Console, folder: Path, summary: Summary, *, verbose: boo
     printed = [case_table(summary, console), *(table.printed(no_wrap=True) for table in shown)]
     if verbose:
         printed += _captioned([*parts[:1], *tables.contact_tables(summary), *tables.fatigue_tables(summary)])
-        printed += _captioned([*tables.buckling_tables(summary), *head_clearance_tables(summary)])
+        more = [*tables.buckling_tables(summary), *hand_tables(summary), *head_clearance_tables(summary)]
+        printed += _captioned(more)
         lines = [*statements.full_statements(summary), *prose.in_full((*summary.notes, *summary.left_out))]
         lines.append(f"{summary.model.nodes} nodes, {_model(summary)}")
         paths = [f"Written to {near(folder)}/", *_files(summary), _next(folder, summary)]

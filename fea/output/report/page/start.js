@@ -1,10 +1,19 @@
 // Unpack the numbers and start; where that is not possible, say so and keep the still picture.
 
+// The sheet is on the screen before the rod takes its time; a tab in the background paints nothing.
+function painted() {
+  return new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done));
+    setTimeout(done, 300);
+  });
+}
+
 async function start() {
   const root = document.getElementById("viewer");
   if (!root) return null;
   const why = document.getElementById("no-viewer");
   try {
+    await painted();
     if (!("DecompressionStream" in window)) throw new Error("this browser cannot unpack the numbers (no DecompressionStream)");
     const header = JSON.parse(document.getElementById("scene").textContent);
     const numbers = new Numbers(await unpacked(document.getElementById("numbers").textContent), header.arrays);

@@ -1,0 +1,133 @@
+"""The builder's sheet: what decides, on a page; what is not known has the command that fills it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from shlex import quote
+from typing import NamedTuple
+
+from fea.analysis.figures import Summary
+from fea.base.note import NoteKind
+from fea.base.units import KN
+from fea.output.assembly_statements import linings
+from fea.output.report.advice import Advice
+from fea.output.report.found_limits import found_limits
+from fea.output.statements import basis, governs
+from fea.output.stored_run import Run
+from fea.output.target import near
+from fea.output.units import bar, factor, quantity
+from fea.study.proportions import assumed_at
+from fea.study.study import shipped_studies
+
+_UNFILLED = "not computed"
+
+
+class SheetRow(NamedTuple):
+    """A row: its title, the answer, what else is to be said, a command that fills it, and its section."""
+
+    title: str
+    value: str
+    more: tuple[str, ...] = ()
+    command: str = ""
+    section: str = ""  #: id of the section of the report that says more
+
+
+def sheet_rows(run: Run, folder: Path | None) -> list[SheetRow]:
+    """Return the rows of a run's sheet; limits are looked for beside its folder."""
+    return [*_limits(run, folder), *_strength(run), *_around(run.summary, _study(run)), *_uncertain(run)]
+
+
+def by_proportions(run: Run) -> str:
+    """Return which dimensions at the place that fails first are assumed, in words; empty for none."""
+    names = assumed_at(run.study.rod.dimensions, place_that_fails(run.summary))
+    return ", ".join(name.replace("_", " ") for name in names)
+
+
+def place_that_fails(summary: Summary) -> str:
+    """Return where the governing factor is, in words; empty where that has no place."""
+    survival, envelope = summary.survival, summary.envelope
+    if survival.mode == "fatigue":
+        spot = None if envelope is None else envelope.fatigue
+        return (survival.fatigue_where if spot is None else spot.where) or ""
+    if survival.mode == "yielding":
+        weakest = None if summary.governing is None else summary.governing.weakest
+        return (weakest.where if weakest else envelope.where if envelope else None) or ""
+    return {"buckling": "shank"}.get(survival.mode, "joint" if survival.mode.endswith("joint") else "")
+
+
+def _study(run: Run) -> str:
+    """Return how a command names the study of a run."""
+    name = run.summary.study
+    return name if name in shipped_studies() else quote(f"{name}.toml")
+
+
+def _beside(run: Run, folder: Path | None) -> str:
+    """Return the option with which `fea limits` writes beside a run that is not where runs usually are."""
+    above = None if folder is None else near(folder.absolute().parent)
+    if above is None or above.is_absolute() or above == Path("results"):
+        return ""
+    return f" --out {quote((above / f'{run.summary.study}-limits').as_posix())}"
+
+
+def _limits(run: Run, folder: Path | None) -> Iterator[SheetRow]:
+    if run.study.engine is None:
+        return
+    found = {} if folder is None else found_limits(folder, run.study)
+    command = f"fea limits {_study(run)}{_beside(run, folder)}, then fea report"
+    for name, title in (("speed", "Highest speed"), ("boost", "Highest boost")):
+        if name in found:
+            yield SheetRow(title, found[name].value, (found[name].ending,))
+        elif found:
+            yield SheetRow(title, "not limited", ("by what fea limits judges",))
+        else:
+            yield SheetRow(title, _UNFILLED, command=command)
+            command = "the same command"
+
+
+def _strength(run: Run) -> Iterator[SheetRow]:
+    summary = run.summary
+    first = next(governs(summary)).removeprefix("Governs: ").rstrip(".")
+    yield SheetRow("What fails first", f"{first[0].upper()}{first[1:]}", tuple(basis(summary)), "", "results")
+    if summary.assembly is None:
+        more = ("Cap and rod are one piece here; [assembly] in the study adds joint and bolts.",)
+        yield SheetRow("Bolts", "not part of this run", more)
+        return
+    bolts, joint = summary.assembly.bolts, summary.assembly.joint
+    factors = f"yielding {factor(bolts.yield_safety_factor)}"
+    if (fatigue := bolts.bending_fatigue_safety_factor) is not None:
+        factors += f", fatigue {factor(fatigue)}"
+    gap = max(case.opening_um for case in joint.by_case.values())
+    opens = f"the joint opens by {quantity(gap, '.0f', 'µm')}" if gap > 0 else "the joint stays closed"
+    if joint.opens is not None and joint.opens.load_factor:
+        opens += f" (from {joint.opens.load_factor:.2g} times the load of {joint.opens.case})"
+    preload, most = (quantity(force / KN, ".1f", "kN") for force in (bolts.preload_N, bolts.max_force_N))
+    grade = "" if run.study.assembly is None else f" {run.study.assembly.bolt_grade}"
+    tight = () if bolts.tightened is None else (f"Tightened to {bolts.tightened}.",)
+    said = f"{bolts.thread}{grade}, preload {preload}, at most {most}; {opens}."
+    yield SheetRow("Bolts", f"Safety factors: {factors}", (said, *tight), "", "assembly")
+
+
+def _around(summary: Summary, name: str) -> Iterator[SheetRow]:
+    loads = tuple(linings(summary))
+    if summary.film is None:
+        if summary.engine is not None:
+            yield SheetRow("Bearings", f"oil film {_UNFILLED}", loads, f"fea run {name} --film --report")
+        return
+    said = []
+    for end, film in summary.film.items():
+        gap = f"{quantity(film.h_min_um, '.2f', 'µm')} ± {bar(film.h_min_error_percent)} %"
+        said.append(f"{end.replace('_', ' ').capitalize()}: {film.verdict}, least film {gap}.")
+    worst = min(summary.film.values(), key=lambda film: film.h_min_um)
+    yield SheetRow("Bearings", worst.verdict.capitalize(), (*said, *loads), "", "film")
+
+
+def _uncertain(run: Run) -> Iterator[SheetRow]:
+    advice, count = Advice(run), sum(note.kind is NoteKind.ASSUMPTION for note in run.summary.notes)
+    effects = advice.effects()
+    if effects:
+        what = f"{len(effects)} of {count} that this answer stands on"
+        worked_out = "→" in effects[0]
+        title = "Assumptions that change it most" if worked_out else "Assumptions to check first"
+        yield SheetRow(title, what, tuple(effects), "", "assumptions")
+    remedies = advice.remedies()
+    if remedies:
+        yield SheetRow("What would make it pass", remedies[0], tuple(remedies[1:]))
