@@ -11,7 +11,7 @@ from fea.base.units import KN
 from fea.output.assembly_statements import linings
 from fea.output.report.advice import Advice
 from fea.output.report.found_limits import found_limits
-from fea.output.statements import basis, governs
+from fea.output.statements import basis, governs, head_gap, life
 from fea.output.stored_run import Run
 from fea.output.target import near
 from fea.output.units import bar, factor, quantity
@@ -33,7 +33,8 @@ class SheetRow(NamedTuple):
 
 def sheet_rows(run: Run, folder: Path | None) -> list[SheetRow]:
     """Return the rows of a run's sheet; limits are looked for beside its folder."""
-    return [*_limits(run, folder), *_strength(run), *_around(run.summary, _study(run)), *_uncertain(run)]
+    around = *_strength(run), *_around(run.summary, _study(run)), *_gap(run.summary)
+    return [*_limits(run, folder), *around, *_uncertain(run)]
 
 
 def by_proportions(run: Run) -> str:
@@ -86,10 +87,11 @@ def _limits(run: Run, folder: Path | None) -> Iterator[SheetRow]:
 def _strength(run: Run) -> Iterator[SheetRow]:
     summary = run.summary
     first = next(governs(summary)).removeprefix("Governs: ").rstrip(".")
-    yield SheetRow("What fails first", f"{first[0].upper()}{first[1:]}", tuple(basis(summary)), "", "results")
+    more = (*life(summary), *basis(summary))
+    yield SheetRow("What fails first", f"{first[0].upper()}{first[1:]}", more, "", "results")
     if summary.assembly is None:
-        more = ("Cap and rod are one piece here; [assembly] in the study adds joint and bolts.",)
-        yield SheetRow("Bolts", "not part of this run", more)
+        alone = ("Cap and rod are one piece here; [assembly] in the study adds joint and bolts.",)
+        yield SheetRow("Bolts", "not part of this run", alone)
         return
     bolts, joint = summary.assembly.bolts, summary.assembly.joint
     factors = f"yielding {factor(bolts.yield_safety_factor)}"
@@ -101,9 +103,10 @@ def _strength(run: Run) -> Iterator[SheetRow]:
         opens += f" (from {joint.opens.load_factor:.2g} times the load of {joint.opens.case})"
     preload, most = (quantity(force / KN, ".1f", "kN") for force in (bolts.preload_N, bolts.max_force_N))
     grade = "" if run.study.assembly is None else f" {run.study.assembly.bolt_grade}"
-    tight = () if bolts.tightened is None else (f"Tightened to {bolts.tightened}.",)
+    others = [] if bolts.tightened is None else [f"Tightened to {bolts.tightened}."]
+    others.append(f"fea bolts {_study(run)} compares grades and threads.")
     said = f"{bolts.thread}{grade}, preload {preload}, at most {most}; {opens}."
-    yield SheetRow("Bolts", f"Safety factors: {factors}", (said, *tight), "", "assembly")
+    yield SheetRow("Bolts", f"Safety factors: {factors}", (said, *others), "", "assembly")
 
 
 def _around(summary: Summary, name: str) -> Iterator[SheetRow]:
@@ -118,6 +121,12 @@ def _around(summary: Summary, name: str) -> Iterator[SheetRow]:
         said.append(f"{end.replace('_', ' ').capitalize()}: {film.verdict}, least film {gap}.")
     worst = min(summary.film.values(), key=lambda film: film.h_min_um)
     yield SheetRow("Bearings", worst.verdict.capitalize(), (*said, *loads), "", "film")
+
+
+def _gap(summary: Summary) -> Iterator[SheetRow]:
+    if (gap := summary.head_clearance) is not None:
+        least = f"leave more than {quantity(gap.most_mm, '.2f', 'mm')}"
+        yield SheetRow("Piston to head", least, tuple(head_gap(summary)), "", "head-clearance")
 
 
 def _uncertain(run: Run) -> Iterator[SheetRow]:
