@@ -1,7 +1,7 @@
 """Cylinder pressure over the crank angle: ideal cycles.
 
 Pressures are gauge (against an open crankcase), MPa; crank angles rad from TDC, firing TDC at 2π,
-one cycle every 4π.
+one cycle every 4π, or every 2π of a two-stroke engine.
 """
 
 import math
@@ -14,7 +14,6 @@ from geometry.arrays import Floats
 from geometry.errors import require, require_number, require_positive
 from loads.engine import Engine
 
-CYCLE = 4 * math.pi
 ATMOSPHERE = 0.101325  # MPa
 HEAT_RATIO_AIR = 1.4
 
@@ -160,13 +159,50 @@ class Otto(GasModel):
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         top, bottom = dead_centres(self.engine)
-        turn = np.mod(crank_angle - top, CYCLE)  # from the gas-exchange TDC
+        turn = np.mod(crank_angle - top, 4 * math.pi)  # from the gas-exchange TDC
         stroke = np.searchsorted([bottom - top, 2 * math.pi, 2 * math.pi + bottom - top], turn, side="right")
         shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
         peak = self.compressed if self.peak is None else self.peak
         intake, exhaust = np.full_like(shrunk, self.intake), np.full_like(shrunk, self.atmosphere)
         strokes = intake, self.compressed * shrunk, peak * shrunk, exhaust
         return at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
+
+
+@dataclass(frozen=True)
+class TwoStrokeOtto(Otto):
+    """Ideal two-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.3 and §6.6).
+
+    Heat at constant volume at TDC, isentropic expansion until the piston uncovers the exhaust port, blow-down
+    to the pressure of scavenging (`intake`), which lasts until the piston has covered the port again, and
+    isentropic compression of what is trapped then. Pulses in the ports are left out.
+    """
+
+    port: float = math.radians(95)  #: crank angle after TDC at which the exhaust port opens, rad
+
+    def __post_init__(self) -> None:
+        _require_port(self.engine, self.port)
+        super().__post_init__()
+
+    @property
+    def trapped_ratio(self) -> float:
+        """Volume at which the exhaust port closes over the clearance volume."""
+        top, _ = dead_centres(self.engine)
+        return float(relative_volume(self.engine, self.compression_ratio, np.asarray(top + self.port)))
+
+    @property
+    def compressed(self) -> float:
+        """Absolute pressure at the end of compression, MPa: p₁ r^γ with the trapped compression ratio."""
+        return float(self.intake * self.trapped_ratio**self.heat_ratio)
+
+    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
+        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
+        top, bottom = dead_centres(self.engine)
+        turn = np.mod(crank_angle - top, 2 * math.pi)
+        volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
+        peak = self.compressed if self.peak is None else self.peak
+        after = np.where(turn < bottom - top, peak, self.compressed)  # at TDC
+        shut = after * volume**-self.heat_ratio
+        return at_every(speed, np.where(volume < self.trapped_ratio, shut, self.intake) - self.atmosphere)
 
 
 @dataclass(frozen=True)
@@ -239,6 +275,13 @@ def at_every(speed: Floats, pressure: Floats) -> Floats:
 def _require_compression(ratio: float) -> None:
     require_number("engine.compression_ratio", ratio)
     require(1 < ratio <= 100, "engine.compression_ratio", ratio, "must be above 1 and at most 100")
+
+
+def _require_port(engine: Engine, port: float) -> None:
+    top, bottom = dead_centres(engine)
+    degrees = math.degrees(require_number("engine.exhaust_port_deg", port))
+    rule = f"must lie between TDC and BDC, {math.degrees(bottom - top):.4g}° after it"
+    require(0 < port < bottom - top, "engine.exhaust_port_deg", degrees, rule)
 
 
 def _require_reached(name: str, before: float, compressed: float) -> None:

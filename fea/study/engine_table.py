@@ -22,12 +22,30 @@ from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.files import located
 from fea.study.tables import Positive, checked, key, nearest, one_of, within
 from fea.study.trace_columns import TraceKeys
-from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
+from fea.study.traces import (
+    SHIPPED,
+    SUFFIXES,
+    ImportedTrace,
+    Surroundings,
+    read_trace,
+    shipped_trace,
+)
+from fea.study.two_stroke import EXHAUST_PORT_DEG, two_stroke_notes
 from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
+from loads.gas import (
+    ATMOSPHERE,
+    HEAT_RATIO_AIR,
+    Boyle,
+    Compressor,
+    GasModel,
+    NoGas,
+    Otto,
+    TwoStrokeOtto,
+    scaled,
+)
 
 _FOLDER = "studies/engines"
 
@@ -135,6 +153,11 @@ class EngineTable(
     bore_mm: float = key("76.0", default=MISSING, stated=True)
     piston_mass_kg: float = key("0.5", "with pin and rings", default=MISSING, stated=True)
     cylinders: int = key("4", default=1, stated=True)
+    strokes: int | None = key(
+        "2",
+        "2: a two-stroke engine, whose cycle is one revolution, 0 to 360°, and which fires at 0°; default: 4",
+        lambda name, value: require(value in (2, 4), name, value, "must be 2 or 4"),
+    )
     phase_deg: float | None = key("180.0", "crank angle between the firing of successive cylinders")
     bank_angle_deg: float | None = key(
         "90.0",
@@ -192,6 +215,12 @@ class EngineTable(
         'absolute pressure at which a "compressor" delivers; its clearance follows from compression_ratio',
     )
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto", "motored" and "compressor"')
+    exhaust_port_deg: float | None = key(
+        "95.0",
+        'after TDC, at which the exhaust port of a two-stroke opens; it shuts as far before TDC; for "otto" '
+        'and "motored"',
+        within(1.0, 179.0, " degrees"),
+    )
     gas_scale: Positive | None = key(
         "1.5",
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
@@ -216,6 +245,15 @@ class EngineTable(
             require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
 
         self._require_one_charge()
+        self._require_cycle()
+
+    def _require_cycle(self) -> None:
+        """Refuse a port without a two-stroke cycle, and a trace of another cycle."""
+        rule, remedy = "is that of a two-stroke engine", "Set strokes = 2, or remove it."
+        port = self.exhaust_port_deg
+        require(port is None or self.strokes == 2, "engine.exhaust_port_deg", port, rule, remedy)
+        rule = f'does not suit gas = "{self.gas}", the trace of a four-stroke engine'
+        require(self.strokes != 2 or self.gas not in SHIPPED, "engine.strokes", 2, rule, "Give another gas.")
 
     def _require_one_charge(self) -> None:
         """Refuse two keys that both set the charge, and boost for a gas that it does not change."""
@@ -243,7 +281,8 @@ class EngineTable(
     def engine(self, rod_length: float) -> Engine:
         """Return the engine with a rod of `rod_length` (mm), in coherent units."""
         require_positive("engine.stroke_mm", self.stroke_mm)
-        even = 720.0 / max(self.cylinders, 1)  # firing of a four-stroke engine
+        strokes = self.strokes or 4
+        even = 180.0 * strokes / max(self.cylinders, 1)  # interval of firing
         phase, axes = even if self.phase_deg is None else self.phase_deg, self._axes()
         return Engine(
             crank_radius=self.stroke_mm / 2,
@@ -256,6 +295,7 @@ class EngineTable(
             phase=phase * DEG,
             axes=axes,
             firing=self._firing(phase, axes),
+            strokes=strokes,
         )
 
     def _firing(self, phase: float, axes: Sequence[float]) -> tuple[float, ...]:
@@ -304,7 +344,7 @@ class EngineTable(
             ratio = self.needed("compression_ratio", *missing)
             peak, remark = self._peak(ratio, engine) if self.gas == "otto" else (None, "")
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio, remark)
+            gas = dataclasses.replace(self.ideal_cycle(engine, ratio, peak, self.intake, heat_ratio), remark=remark)
         return scaled(gas, self.gas_scale or 1.0)
 
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
@@ -322,6 +362,26 @@ class EngineTable(
             f"{low / BAR:.0f} to {high / BAR:.0f} bar, of which the largest is used"
         )
 
+    def ideal_cycle(
+        self, engine: Engine, ratio: float, peak: float | None, intake: float, heat_ratio: float
+    ) -> Otto:
+        """Return the ideal cycle of an engine by its strokes; arguments as of `Otto`."""
+        of_engine = ratio, peak, intake, self.atmosphere, heat_ratio
+        if engine.strokes == 2:
+            return TwoStrokeOtto(engine, *of_engine, port=self._port * DEG)
+        return Otto(engine, *of_engine)
+
+    @property
+    def _port(self) -> float:
+        return EXHAUST_PORT_DEG if self.exhaust_port_deg is None else self.exhaust_port_deg
+
+    def cycle_notes(self) -> list[Note]:
+        """Return what is assumed of the gas of a two-stroke engine; nothing of another."""
+        if self.strokes != 2 or self.gas == "none":
+            return []
+        bore, pressures = self.bore_mm, (self.intake, self.atmosphere)
+        return [*two_stroke_notes(bore, *pressures, self.exhaust_port_deg, computed=self.gas in _COMPUTED)]
+
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""
         return None if self.preset is None else engine_preset(self.preset)
@@ -331,14 +391,17 @@ class EngineTable(
         if not _is_file(self.gas):
             return self
         try:
-            return dataclasses.replace(self, **self._imported().keys.given)
+            read = self._imported()
+            strokes = 4 if read.of_four else self.strokes
+            return dataclasses.replace(self, **read.keys.given, strokes=strokes)
         except InvalidValue:  # the file is gone: the study still says what was asked for
             return self
 
     def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
         given = self.intake_pressure_bar is not None or self.boost_bar is not None
         intake = self.intake if given else None
-        around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
+        engine = self.compression_ratio, intake, rod_ratio, self.strokes, self._port
+        around = Surroundings(self.atmosphere, *engine)
         return read_trace(Path(self.gas), self, around)
 
     @property
@@ -376,6 +439,7 @@ def _is_file(gas: str) -> bool:
     return gas not in SHIPPED and gas not in _CYCLES
 
 
+_COMPUTED = {"otto", "motored"}
 _NOT_BOOSTED = {"none", "boyle"}  # gas models that know no pressure in the intake
 _SAME_LENGTH = 2e-3  # relative difference up to which two rods count as equally long
 # The gas models that need a key; the others do without.
@@ -387,15 +451,15 @@ _NEEDED_BY = {
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
     """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
-    preset = table.library()
+    preset, notes = table.library(), table.cycle_notes()
     if preset is None:
-        return []
+        return notes
     estimates = [
         f"{key} = {value if isinstance(value, str) else f'{value:g}'} ({origin})"
         for key, (value, origin, assumed) in preset.engine.items()
         if assumed and getattr(table, key) == value and table.gas in _NEEDED_BY.get(key, {table.gas})
     ]
-    notes = [*assumptions(f"engine {preset.name}", estimates)]
+    notes += assumptions(f"engine {preset.name}", estimates)
     if not math.isclose(rod_length, preset.rod_length, rel_tol=_SAME_LENGTH):
         length = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
         notes.append(warning(f"{length}, the one of this study {rod_length:.4g} mm"))
