@@ -28,6 +28,7 @@ from fea.pins.lubrication import (
 )
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError
+from fea.study.two_stroke import SMALL
 from geometry.arrays import Floats
 from loads.instants import Instants
 
@@ -293,6 +294,8 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
         fit = rod.structure.contact.small_end_clearance_mm
         why = f"the pin is pressed into the bore (contact.small_end_clearance_mm = {fit:g})"
         return (film_at(rod, rpm),), (omission(topic, why),)
+    if SMALL in rod.engine.table.roller_bearings:
+        return (film_at(rod, rpm),), (omission(topic, "it runs on rollers (engine.roller_bearings)"),)
     cycle = rod.crank_cycle(rpm)
     if cycle.engine.strokes == 2 and _never_reverses(cycle.degrees):
         why = (

@@ -30,7 +30,7 @@ from fea.study.traces import (
     read_trace,
     shipped_trace,
 )
-from fea.study.two_stroke import EXHAUST_PORT_DEG, two_stroke_notes
+from fea.study.two_stroke import EXHAUST_PORT_DEG, ROLLERS, rollers, two_stroke_notes
 from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
@@ -226,6 +226,12 @@ class EngineTable(
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
         "gauge pressure of any other gas; default: 1",
     )
+    roller_bearings: tuple[str, ...] = key(
+        '["big end", "small end"]',
+        "ends of the rod that run on rollers or needles: they have no oil film; default: none",
+        one_of(ROLLERS),
+        default=(),
+    )
     full_load: tuple[dict[str, float], ...] | None = key(
         "[{ rpm = 3000, peak_pressure_bar = 70 }, { rpm = 6000, torque_Nm = 210 }]",
         "what the engine reaches at full load, for fea limits: peak pressure (absolute) or torque of the "
@@ -376,11 +382,12 @@ class EngineTable(
         return EXHAUST_PORT_DEG if self.exhaust_port_deg is None else self.exhaust_port_deg
 
     def cycle_notes(self) -> list[Note]:
-        """Return what is assumed of the gas of a two-stroke engine; nothing of another."""
+        """Return what is assumed of the gas of a two-stroke engine, and what rollers leave out."""
+        rolling = [rollers(end) for end in self.roller_bearings]
         if self.strokes != 2 or self.gas == "none":
-            return []
-        bore, pressures = self.bore_mm, (self.intake, self.atmosphere)
-        return [*two_stroke_notes(bore, *pressures, self.exhaust_port_deg, computed=self.gas in _COMPUTED)]
+            return rolling
+        of_gas = self.intake, self.atmosphere, self.exhaust_port_deg
+        return [*two_stroke_notes(self.bore_mm, *of_gas, computed=self.gas in _COMPUTED), *rolling]
 
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""

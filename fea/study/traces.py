@@ -245,7 +245,8 @@ _SHOCK = "±0.3 to 0.5"
 
 def _phase_error(angles: Floats, absolute: Floats) -> str:
     """Say what an uncertain TDC of a degree costs, where neither file nor key gives it."""
-    near = np.abs(angles) <= _FLANKS
+    # The last sample of a two-stroke cycle may stand at firing TDC, as the first.
+    near = (np.abs(angles) <= _FLANKS) & (np.diff(angles, prepend=-np.inf) > 0)
     flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
     return (
         f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar, and "

@@ -1,15 +1,26 @@
-"""What is assumed of a two-stroke engine where a study does not say it."""
+"""What is assumed of a two-stroke engine where a study does not say it, and what its rollers leave out."""
 
 import math
 from collections.abc import Iterator
 
-from fea.base.note import Note, assumption
+from fea.base.note import Note, assumption, omission
 from fea.base.units import BAR
 
 # Crank angle after TDC at which the exhaust port opens, degrees: a choice. Engines for high speed open theirs
 # earlier, slow ones later, which leaves more of the stroke to compression and expansion.
 EXHAUST_PORT_DEG = 95.0
 _TOPIC = "two-stroke"
+# Ends of a rod that may run on rollers or needles.
+ROLLERS = BIG, SMALL = "big end", "small end"
+
+
+def rollers(end: str) -> Note:
+    """Return what is left out of an end that runs on rollers or needles."""
+    return omission(
+        f"rollers of the {end}",
+        "the pin presses on the bore as a plain one does; a single roller carries more (the most loaded of Z "
+        "about 4 to 5 F/Z, Sjövall), and rolling fatigue is not computed",
+    )
 
 
 def two_stroke_notes(

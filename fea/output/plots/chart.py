@@ -15,6 +15,7 @@ from fea.analysis.result import RunResult
 from fea.base.units import DEG
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import round_up
+from fea.output.plots.figure import crank_angle
 from fea.output.tables import lettered
 from fea.output.target import PictureError, reported
 from fea.output.units import place, scale, unit
@@ -117,11 +118,6 @@ def chart(
 def across(degrees: float, last: int) -> float:
     """Return the place of a crank angle in a cycle that ends at the last one."""
     return round(LEFT + (RIGHT - LEFT) * degrees / last, 1)
-
-
-def crank_angle(last: int) -> str:
-    """Return the name of the axis of crank angles in a cycle that ends at the last one, degrees."""
-    return f"crank angle, ° (firing TDC at {'360' if last > 360 else '0'}°)"
 
 
 def _described(degrees: Floats, curves: Mapping[str, Floats], name: str) -> str:

@@ -12,8 +12,7 @@ from fea.analysis.film import FilmResult
 from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import AssemblyState, bolt_forces
 from fea.judge.case_result import CaseResult
-from fea.output.plots.chart import crank_angle
-from fea.output.plots.figure import label_axes, new_figure, save
+from fea.output.plots.figure import crank_angle, label_axes, new_figure, save
 from fea.output.units import heading, quantity, scale, unit
 from fea.solid.bore import bore_shape
 from geometry.arrays import Floats, Ints
