@@ -22,30 +22,14 @@ from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.files import located
 from fea.study.tables import Positive, checked, key, nearest, one_of, within
 from fea.study.trace_columns import TraceKeys
-from fea.study.traces import (
-    SHIPPED,
-    SUFFIXES,
-    ImportedTrace,
-    Surroundings,
-    read_trace,
-    shipped_trace,
-)
-from fea.study.two_stroke import EXHAUST_PORT_DEG, ROLLERS, rollers, two_stroke_notes
+from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
+from fea.study.two_stroke import CycleKeys, cycle_notes
 from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
-from loads.gas import (
-    ATMOSPHERE,
-    HEAT_RATIO_AIR,
-    Boyle,
-    Compressor,
-    GasModel,
-    NoGas,
-    Otto,
-    TwoStrokeOtto,
-    scaled,
-)
+from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
+from loads.two_stroke import TwoStrokeOtto
 
 _FOLDER = "studies/engines"
 
@@ -134,6 +118,7 @@ _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load
 
 @dataclass(frozen=True, kw_only=True)
 class EngineTable(
+    CycleKeys,
     TraceKeys,
     table="engine",
     intro="With a preset, an engine of the library, its figures stand for keys that are not given. Alone it "
@@ -153,11 +138,6 @@ class EngineTable(
     bore_mm: float = key("76.0", default=MISSING, stated=True)
     piston_mass_kg: float = key("0.5", "with pin and rings", default=MISSING, stated=True)
     cylinders: int = key("4", default=1, stated=True)
-    strokes: int | None = key(
-        "2",
-        "2: a two-stroke engine, whose cycle is one revolution, 0 to 360°, and which fires at 0°; default: 4",
-        lambda name, value: require(value in (2, 4), name, value, "must be 2 or 4"),
-    )
     phase_deg: float | None = key("180.0", "crank angle between the firing of successive cylinders")
     bank_angle_deg: float | None = key(
         "90.0",
@@ -215,22 +195,10 @@ class EngineTable(
         'absolute pressure at which a "compressor" delivers; its clearance follows from compression_ratio',
     )
     heat_ratio: float | None = key("1.4", 'of the gas, for "otto", "motored" and "compressor"')
-    exhaust_port_deg: float | None = key(
-        "95.0",
-        'after TDC, at which the exhaust port of a two-stroke opens; it shuts as far before TDC; for "otto" '
-        'and "motored"',
-        within(1.0, 179.0, " degrees"),
-    )
     gas_scale: Positive | None = key(
         "1.5",
         'multiple of the charge: of intake and peak pressure (absolute) for "otto" and "motored", of the '
         "gauge pressure of any other gas; default: 1",
-    )
-    roller_bearings: tuple[str, ...] = key(
-        '["big end", "small end"]',
-        "ends of the rod that run on rollers or needles: they have no oil film; default: none",
-        one_of(ROLLERS),
-        default=(),
     )
     full_load: tuple[dict[str, float], ...] | None = key(
         "[{ rpm = 3000, peak_pressure_bar = 70 }, { rpm = 6000, torque_Nm = 210 }]",
@@ -251,13 +219,6 @@ class EngineTable(
             require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
 
         self._require_one_charge()
-        self._require_cycle()
-
-    def _require_cycle(self) -> None:
-        """Refuse a port without a two-stroke cycle, and a trace of another cycle."""
-        rule, remedy = "is that of a two-stroke engine", "Set strokes = 2, or remove it."
-        port = self.exhaust_port_deg
-        require(port is None or self.strokes == 2, "engine.exhaust_port_deg", port, rule, remedy)
         rule = f'does not suit gas = "{self.gas}", the trace of a four-stroke engine'
         require(self.strokes != 2 or self.gas not in SHIPPED, "engine.strokes", 2, rule, "Give another gas.")
 
@@ -350,7 +311,8 @@ class EngineTable(
             ratio = self.needed("compression_ratio", *missing)
             peak, remark = self._peak(ratio, engine) if self.gas == "otto" else (None, "")
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = dataclasses.replace(self.ideal_cycle(engine, ratio, peak, self.intake, heat_ratio), remark=remark)
+            ideal = self.ideal_cycle(engine, ratio, peak, self.intake, heat_ratio)
+            gas = dataclasses.replace(ideal, remark=remark)
         return scaled(gas, self.gas_scale or 1.0)
 
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
@@ -361,7 +323,9 @@ class EngineTable(
                 'Give it, or fuel = "petrol" or "diesel".',
             )
             return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
-        low, high = peak_interval(self.fuel, ratio, self.intake, engine.crank_radius / engine.rod_length)
+        rod_ratio = engine.crank_radius / engine.rod_length
+        since = -self.port if self.strokes == 2 else -180.0
+        low, high = peak_interval(self.fuel, ratio, self.intake, rod_ratio, since)
         return high, (
             f"peak_pressure_bar = {high / BAR:.3g}, computed for {self.fuel} at full load with "
             f"{self.intake / BAR:.3g} bar in the intake: from late to early combustion it is "
@@ -374,20 +338,8 @@ class EngineTable(
         """Return the ideal cycle of an engine by its strokes; arguments as of `Otto`."""
         of_engine = ratio, peak, intake, self.atmosphere, heat_ratio
         if engine.strokes == 2:
-            return TwoStrokeOtto(engine, *of_engine, port=self._port * DEG)
+            return TwoStrokeOtto(engine, *of_engine, port=self.port * DEG)
         return Otto(engine, *of_engine)
-
-    @property
-    def _port(self) -> float:
-        return EXHAUST_PORT_DEG if self.exhaust_port_deg is None else self.exhaust_port_deg
-
-    def cycle_notes(self) -> list[Note]:
-        """Return what is assumed of the gas of a two-stroke engine, and what rollers leave out."""
-        rolling = [rollers(end) for end in self.roller_bearings]
-        if self.strokes != 2 or self.gas == "none":
-            return rolling
-        of_gas = self.intake, self.atmosphere, self.exhaust_port_deg
-        return [*two_stroke_notes(self.bore_mm, *of_gas, computed=self.gas in _COMPUTED), *rolling]
 
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""
@@ -407,7 +359,7 @@ class EngineTable(
     def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
         given = self.intake_pressure_bar is not None or self.boost_bar is not None
         intake = self.intake if given else None
-        engine = self.compression_ratio, intake, rod_ratio, self.strokes, self._port
+        engine = self.compression_ratio, intake, rod_ratio, self.strokes, self.port
         around = Surroundings(self.atmosphere, *engine)
         return read_trace(Path(self.gas), self, around)
 
@@ -446,7 +398,6 @@ def _is_file(gas: str) -> bool:
     return gas not in SHIPPED and gas not in _CYCLES
 
 
-_COMPUTED = {"otto", "motored"}
 _NOT_BOOSTED = {"none", "boyle"}  # gas models that know no pressure in the intake
 _SAME_LENGTH = 2e-3  # relative difference up to which two rods count as equally long
 # The gas models that need a key; the others do without.
@@ -458,7 +409,10 @@ _NEEDED_BY = {
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
     """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
-    preset, notes = table.library(), table.cycle_notes()
+    preset, notes = (
+        table.library(),
+        cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere),
+    )
     if preset is None:
         return notes
     estimates = [

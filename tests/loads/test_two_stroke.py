@@ -9,11 +9,12 @@ from engines import DEG, LEON, LEON_ROD, RPM, engines, rods
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fea.study.engine_table import EngineTable
+from fea.study.engine_table import EngineTable, engine_notes
 from geometry.errors import InvalidValue
 from loads.crank_cycle import CrankCycle
-from loads.gas import ATMOSPHERE, Boyle, NoGas, TwoStrokeOtto, dead_centres, scaled
+from loads.gas import ATMOSPHERE, Boyle, NoGas, dead_centres, scaled
 from loads.trace import Trace
+from loads.two_stroke import TwoStrokeOtto
 
 TWO = replace(LEON, strokes=2)
 RATIO, PEAK, PORT, GAMMA = 10.0, 6.0, 95.0, 1.4
@@ -168,10 +169,23 @@ def test_a_table_gives_the_two_stroke_cycle_and_says_what_it_assumed():
     engine = table.engine(141.0)
     gas = table.gas_model(engine)
     assert gas == otto(engine)
-    said = " ".join(map(str, table.cycle_notes()))
+    said = " ".join(map(str, engine_notes(table, 141.0, 3000)))
     assert "assumed exhaust_port_deg = 95" in said
     assert "45.4 N on the piston" in said  # 0.1 bar on a bore of 76 mm: 0.01 MPa · 4536 mm²
     later = EngineTable(**BASE, **keys, exhaust_port_deg=110.0)
     assert later.gas_model(engine).trapped_ratio == pytest.approx(volume(110.0))
-    assert "assumed" not in " ".join(map(str, later.cycle_notes()))
-    assert EngineTable(**BASE).cycle_notes() == []
+    assert "assumed" not in " ".join(map(str, engine_notes(later, 141.0, 3000)))
+    assert engine_notes(EngineTable(**BASE), 141.0, 3000) == []
+
+
+def test_the_peak_by_fuel_is_that_of_the_charge_that_the_port_traps():
+    keys = {"gas": "otto", "compression_ratio": RATIO, "fuel": "petrol"}
+    four, two = EngineTable(**BASE, **keys), EngineTable(**BASE, **keys, strokes=2)
+    gas = two.gas_model(two.engine(141.0))
+    # The mass that burns in one clearance volume is in proportion to the trapped volume.
+    share = gas.trapped_ratio / RATIO
+    whole = four.gas_model(four.engine(141.0)).peak
+    assert gas.peak == pytest.approx(share * whole, rel=0.05)
+    assert "computed for petrol" in gas.remarks[0]
+    closed = replace(two, exhaust_port_deg=179.0)  # as if it had no port
+    assert closed.gas_model(closed.engine(141.0)).peak == pytest.approx(whole, rel=1e-3)
