@@ -189,7 +189,7 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     if fit is not None and is_motored(angles, absolute):
         doubts.append(_motored_phase(peak_angle(angles, absolute), source))
     elif fit is not None and keys.angle_offset_deg is None:
-        flanks = _phase_error(angles, absolute)
+        flanks = _phase_error(angles, absolute, around)
     remarks = [_summary(trace, recording, scale, atmosphere, assumed), flanks]
     trace = replace(
         trace,
@@ -243,15 +243,17 @@ _FLANKS = 60.0  # degrees about firing TDC in which the pressure rises and falls
 _SHOCK = "±0.3 to 0.5"
 
 
-def _phase_error(angles: Floats, absolute: Floats) -> str:
+def _phase_error(angles: Floats, absolute: Floats, around: Surroundings) -> str:
     """Say what an uncertain TDC of a degree costs, where neither file nor key gives it."""
     # The last sample of a two-stroke cycle may stand at firing TDC, as the first.
     near = (np.abs(angles) <= _FLANKS) & (np.diff(angles, prepend=-np.inf) > 0)
     flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
+    said = f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar"
+    if around.strokes == 2:
+        return said
     return (
-        f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar, and "
-        "the heat of the flame moves the sensor's exhaust stroke, which counts at gas-exchange TDC, by "
-        f"{_SHOCK} bar"
+        f"{said}, and the heat of the flame moves the sensor's exhaust stroke, which counts at gas-exchange "
+        f"TDC, by {_SHOCK} bar"
     )
 
 
