@@ -82,9 +82,9 @@ class FilmResult:
     softer: FilmCycle | None
     lubrication: Lubrication
     displacement: float  #: of the engine's cylinder, mm³
-    turn: float  #: crank angle of the engine's cycle, rad
     #: Share of the joint of a rod in parts that opens in load cases, at the big end; None for one piece
     joint: Mapping[str, float] | None = None
+    turn: float = 4 * math.pi  #: crank angle of the engine's cycle, rad
 
     @property
     def end(self) -> End:
@@ -324,7 +324,7 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     engine = cycle.engine
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
-    return FilmResult(*every, films.lubrication, displacement, engine.cycle, joint)
+    return FilmResult(*every, films.lubrication, displacement, joint, engine.cycle)
 
 
 def figure_error(fine: float, coarse: float, softer: float) -> float:
