@@ -115,7 +115,7 @@ def chart(
     )
 
 
-def across(degrees: float, last: int) -> float:
+def across(degrees: float, last: int = 720) -> float:
     """Return the place of a crank angle in a cycle that ends at the last one."""
     return round(LEFT + (RIGHT - LEFT) * degrees / last, 1)
 
