@@ -9,6 +9,7 @@ from engines import DEG, LEON, LEON_ROD, RPM, engines, rods
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fea.analysis.cycle.candidates import around, sampled_angles
 from fea.study.engine_table import EngineTable, engine_notes
 from geometry.errors import InvalidValue
 from loads.crank_cycle import CrankCycle
@@ -132,6 +133,15 @@ def test_increments_go_round_one_revolution():
     assert steps[-1] - steps[0] < 2 * np.pi
     assert len(steps) == len(np.unique(np.round(np.mod(steps, 2 * np.pi), 9)))
     np.testing.assert_allclose(cycle.places(steps + 2 * np.pi), np.arange(len(steps)), atol=1e-6)
+
+
+def test_angles_that_are_looked_at_stay_within_the_revolution():
+    cycle = CrankCycle(TWO, LEON_ROD, otto(), 6000 * RPM)
+    near = around(cycle, np.array([0.0, 2 * np.pi])) / DEG
+    assert near.min() == 0
+    assert near.max() < 360
+    assert {1.0, 359.0} <= set(np.round(near, 9))
+    assert (sampled_angles(cycle, 5) < 2 * np.pi).all()
 
 
 def test_a_trace_of_one_revolution_repeats_and_may_peak_after_firing_only():
