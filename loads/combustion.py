@@ -63,14 +63,18 @@ class Peak(NamedTuple):
     angle: float  #: degrees after TDC
 
 
-def closed_cycle(ratio: float, pressure: float, fuel: Fuel, timing: Timing, rod_ratio: float) -> Floats:
+def closed_cycle(
+    ratio: float, pressure: float, fuel: Fuel, timing: Timing, rod_ratio: float, *, since: float = -180.0
+) -> Floats:
     """Integrate the absolute pressure (n,), MPa, of a closed cycle from `pressure`, MPa, at BDC.
 
-    `ratio`: compression ratio; `rod_ratio`: crank radius over rod length.
+    `ratio`: compression ratio; `rod_ratio`: crank radius over rod length; `since`: degrees from TDC at which
+    it is closed, if not at BDC: as by the port of a two-stroke engine.
     """
-    sizes = volume(_CLOSED, ratio, rod_ratio)
+    angles = _CLOSED[since <= _CLOSED]
+    sizes = volume(angles, ratio, rod_ratio)
     half = (math.log(2) / _COMPLETE) ** (1 / _WIEBE)  # of the duration, until half has burned
-    passed = np.clip((_CLOSED - timing.half_burned) / timing.duration + half, 0.0, 1.0)
+    passed = np.clip((angles - timing.half_burned) / timing.duration + half, 0.0, 1.0)
     burned = -np.expm1(-_COMPLETE * passed**_WIEBE)
     # Heat, MPa times the unit of the volume: mass = p V/(R T).
     mass = pressure * sizes[0] / (_GAS_CONSTANT * fuel.temperature)
@@ -85,25 +89,34 @@ def closed_cycle(ratio: float, pressure: float, fuel: Fuel, timing: Timing, rod_
     return np.array(pressures)
 
 
-def peak(ratio: float, pressure: float, fuel: Fuel, timing: Timing, rod_ratio: float = ROD_RATIO) -> Peak:
+def peak(
+    ratio: float,
+    pressure: float,
+    fuel: Fuel,
+    timing: Timing,
+    rod_ratio: float = ROD_RATIO,
+    *,
+    since: float = -180.0,
+) -> Peak:
     """Find the largest pressure of a closed cycle; parameters as of `closed_cycle`."""
-    pressures = closed_cycle(ratio, pressure, fuel, timing, rod_ratio)
+    pressures = closed_cycle(ratio, pressure, fuel, timing, rod_ratio, since=since)
     largest = int(pressures.argmax())
-    return Peak(float(pressures[largest]), float(_CLOSED[largest]))
+    return Peak(float(pressures[largest]), float(_CLOSED[largest - len(pressures)]))
 
 
 def peak_interval(
-    name: str, ratio: float, intake: float, rod_ratio: float = ROD_RATIO
+    name: str, ratio: float, intake: float, rod_ratio: float = ROD_RATIO, since: float = -180.0
 ) -> tuple[float, float]:
     """Return the lowest and the highest absolute peak pressure of an engine at full load, MPa.
 
-    `name`: of the fuel; `intake`: absolute pressure, MPa. Raises `InvalidValue`: an unknown fuel.
+    `name`: of the fuel; `intake`: absolute pressure, MPa; `since`: as of `closed_cycle`. Raises
+    `InvalidValue`: an unknown fuel.
     """
     if name not in FUELS:
         raise InvalidValue("engine.fuel", name, f"must be one of {', '.join(FUELS)}")
     fuel = FUELS[name]
     low, high = (
-        peak(ratio, timing.filling * intake, fuel, timing, rod_ratio).pressure
+        peak(ratio, timing.filling * intake, fuel, timing, rod_ratio, since=since).pressure
         for timing in (fuel.late, fuel.early)
     )
     return low, high

@@ -17,6 +17,7 @@ from geometry.arrays import Floats
 # Degrees from firing TDC: both valves are shut, and ignition is still to come, in nearly every engine.
 FROM, TO = -100.0, -42.0
 CLOSING = -130.0  # degrees from firing TDC at which the intake shuts, about
+_SETTLED = 10.0  # degrees after that from which the law holds
 # Exponents of compressions: mean and standard deviation of those of petrol and of diesel engines.
 _PETROL, _DIESEL = (1.32, 0.03), (1.36, 0.03)
 _DIESEL_RATIO = 13.5  # compression ratio from which an engine is taken for a diesel
@@ -60,15 +61,20 @@ def volume(degrees: Floats, ratio: float | Floats, rod_ratio: float = ROD_RATIO)
 
 
 def compression(
-    angles: Floats, pressures: Floats, ratio: float | None = None, rod_ratio: float = ROD_RATIO
+    angles: Floats,
+    pressures: Floats,
+    ratio: float | None = None,
+    rod_ratio: float = ROD_RATIO,
+    shut: float = CLOSING,
 ) -> Compression | None:
     """Fit p + c = k V⁻ⁿ to a trace before ignition; None where it shows no compression.
 
     `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio` is
-    the crank radius over the rod's length. A compression `ratio` of None is not known: those of nearly all
+    the crank radius over the rod's length; the intake, or the exhaust port of a two-stroke engine, shuts at
+    about `shut`, degrees from firing TDC. A compression `ratio` of None is not known: those of nearly all
     engines are then weighed by how well they fit.
     """
-    inside = (angles >= FROM) & (angles <= TO)
+    inside = (angles >= max(FROM, shut + _SETTLED)) & (angles <= TO)
     theta, p = angles[inside], pressures[inside]
     if p.size < _LEAST_SAMPLES or not np.ptp(p) > 0:
         return None
@@ -90,7 +96,7 @@ def compression(
     exponent, mean = float((weight * _EXPONENTS).sum()), float((weight * zero).sum())
     closing, dead_centre = (
         float((weight * slope * volume(np.full(1, angle), ratios[:, None], rod_ratio) ** -_EXPONENTS).sum())
-        for angle in (CLOSING, 0.0)
+        for angle in (shut, 0.0)
     )
     return Compression(
         exponent=exponent,

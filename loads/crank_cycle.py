@@ -11,8 +11,8 @@ import numpy as np
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.dynamics import EngineInstants, cycle
-from loads.engine import Engine, cycle_angles
-from loads.gas import CYCLE, GasModel
+from loads.engine import Engine
+from loads.gas import GasModel
 from loads.instants import Instants, joined
 
 # A grid of half a degree finds every peak of the motion, and a trace's own samples find every peak of the
@@ -33,8 +33,9 @@ _MEASURES: dict[str, tuple[Callable[[Instants], Floats], str]] = {
     "bending": (lambda c: np.abs(c.crank_transverse), "there is no transverse force on the crank end"),
     _GAS: (lambda c: c.gas, "there is no gas force on the piston"),
 }
-# How many increments; and the crank angle at which they begin, rad: before the dead centre of gas exchange,
-# at which the inertia pulls most, so that little is left afterwards of what friction did before.
+# How many increments a cycle of four strokes has; and the crank angle at which they begin, rad: before the
+# dead centre of gas exchange, at which the inertia pulls most (of a two-stroke engine before the firing one,
+# at which the gas pushes most), so that little is left afterwards of what friction did before.
 INCREMENTS, BEGINNING = 80, -np.pi / 3
 # Decimal places to which rounding leaves the share of an increment.
 _DIGITS = 9
@@ -64,7 +65,7 @@ class CrankCycle:
     @cached_property
     def degrees(self) -> EngineInstants:
         """What acts at every degree, both ends included."""
-        return self.at(cycle_angles())
+        return self.at(self.engine.cycle_angles)
 
     @cached_property
     def peaks(self) -> Peaks:
@@ -76,11 +77,12 @@ class CrankCycle:
         alone, on a rod at rest along the cylinder: the condition of low speed, where inertia does not relieve
         the gas force (Shenoy & Fatemi, SAE 2005-01-0987).
         """
-        whole = self.at(np.union1d(np.arange(0, CYCLE - _COARSE / 2, _COARSE), self.gas.samples))
+        cycle = self.engine.cycle
+        whole = self.at(np.union1d(np.arange(0, cycle - _COARSE / 2, _COARSE), self.gas.samples))
         least = _ROUNDING * max(np.abs(whole.pin_axial).max(), np.abs(whole.crank_axial).max())
         # The fine grids contain the coarse peaks, so that their maxima are never smaller.
         steps = _FINE * np.arange(-100, 101)
-        fine = [np.mod(_coarse_peak(of(whole), whole) + steps, CYCLE) for of, _ in _MEASURES.values()]
+        fine = [np.mod(_coarse_peak(of(whole), whole) + steps, cycle) for of, _ in _MEASURES.values()]
         near = self.at(np.concatenate(fine))
         cases, left_out = [], []
         for number, (name, (measure, reason)) in enumerate(_MEASURES.items()):
@@ -99,19 +101,21 @@ class CrankCycle:
         Half of what divides the cycle into increments, of whole degrees, is the crank angle; the other half
         is the change of the pins' forces.
         """
-        every = self.at(BEGINNING + cycle_angles())
+        every = self.at(BEGINNING + self.engine.cycle_angles)
         forces = np.diff(np.concatenate([every.pin, every.crank]), axis=1)
         changed = np.append(0.0, np.cumsum(np.linalg.norm(forces, axis=0)))
         passed = np.linspace(0.0, 1.0, len(every))
         shares = (passed + changed / changed[-1]) / 2 if changed[-1] > 0 else passed
-        places = np.interp(np.arange(INCREMENTS) / INCREMENTS, shares, np.arange(len(every)))
+        count = INCREMENTS * self.engine.strokes // 4
+        places = np.interp(np.arange(count) / count, shares, np.arange(len(every)))
         return every[np.unique(np.round(places).astype(int))]
 
     def places(self, crank_angles: Floats) -> Floats:
         """Numbers (n,) of the increments before crank angles (n,), with the share of the way to the next."""
         first, *_ = angles = self.increments.crank_angle
-        ends = np.append(angles, first + CYCLE)
-        places = np.interp((crank_angles - first) % CYCLE, ends - first, np.arange(len(ends)))
+        cycle = self.engine.cycle
+        ends = np.append(angles, first + cycle)
+        places = np.interp((crank_angles - first) % cycle, ends - first, np.arange(len(ends)))
         return np.asarray(np.round(places, _DIGITS) % len(angles))
 
 

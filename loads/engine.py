@@ -40,6 +40,7 @@ class Engine:
     axes: tuple[float, ...] = ()
     #: crank angle at which each cylinder fires after the first, rad; empty for equal intervals of `phase`
     firing: tuple[float, ...] = ()
+    strokes: int = 4  #: of a cycle: 4, or 2, with which every revolution is a cycle
 
     def __post_init__(self) -> None:
         require_positive("engine.stroke_mm", self.crank_radius)
@@ -63,6 +64,27 @@ class Engine:
         rule = f"must be a whole number from 1 to {MOST_CYLINDERS}"
         require(whole and 1 <= self.cylinders <= MOST_CYLINDERS, "engine.cylinders", self.cylinders, rule)
         require_number("engine.phase_deg", self.phase)
+        require(self.strokes in (2, 4), "engine.strokes", self.strokes, "must be 2 or 4")
+
+    @property
+    def cycle(self) -> float:
+        """Crank angle of a cycle, rad: 4π, or 2π of a two-stroke engine."""
+        return self.strokes * math.pi
+
+    @property
+    def cycle_degrees(self) -> int:
+        """Crank angle of a cycle, degrees: 720, or 360 of a two-stroke engine."""
+        return 180 * self.strokes
+
+    @property
+    def cycles_per_hour(self) -> float:
+        """Cycles an hour at 1 rpm: 30, or 60 of a two-stroke engine."""
+        return 120.0 / self.strokes
+
+    @property
+    def cycle_angles(self) -> Floats:
+        """Crank angles of a cycle, every degree, both ends included, rad."""
+        return np.arange(self.cycle_degrees + 1.0) * (math.pi / 180)
 
     @property
     def firing_angles(self) -> tuple[float, ...]:
@@ -140,8 +162,3 @@ def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike)
         rod_rate=beta_d,
         rod_acceleration=beta_dd,
     )
-
-
-def cycle_angles() -> Floats:
-    """Crank angles of one four-stroke cycle, every degree, both ends included, rad."""
-    return np.arange(721.0) * (math.pi / 180)

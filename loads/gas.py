@@ -1,7 +1,7 @@
 """Cylinder pressure over the crank angle: ideal cycles.
 
 Pressures are gauge (against an open crankcase), MPa; crank angles rad from TDC, firing TDC at 2π,
-one cycle every 4π.
+one cycle every 4π, or every 2π of a two-stroke engine.
 """
 
 import math
@@ -14,7 +14,6 @@ from geometry.arrays import Floats
 from geometry.errors import require, require_number, require_positive
 from loads.engine import Engine
 
-CYCLE = 4 * math.pi
 ATMOSPHERE = 0.101325  # MPa
 HEAT_RATIO_AIR = 1.4
 
@@ -160,7 +159,7 @@ class Otto(GasModel):
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         top, bottom = dead_centres(self.engine)
-        turn = np.mod(crank_angle - top, CYCLE)  # from the gas-exchange TDC
+        turn = np.mod(crank_angle - top, 4 * math.pi)  # from the gas-exchange TDC
         stroke = np.searchsorted([bottom - top, 2 * math.pi, 2 * math.pi + bottom - top], turn, side="right")
         shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
         peak = self.compressed if self.peak is None else self.peak

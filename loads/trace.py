@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.gas import ATMOSPHERE, CYCLE, LARGEST_PEAK, GasModel, at_every, too_high
+from loads.gas import ATMOSPHERE, LARGEST_PEAK, GasModel, at_every, too_high
 
 _SMALLEST_PEAK = 0.1  # MPa: every engine that compresses its charge exceeds it
 _IDLING_PEAK = 2.0  # MPa: only engines that idle or are motored stay below it
@@ -15,6 +15,11 @@ _NO_FIRING = 0.5  # of the peak: a top dead centre with less pressure around it 
 # Combustion peaks up to some 40° after TDC, motoring just before it; elsewhere the TDC is in doubt.
 _EARLIEST, _LATEST = math.radians(355), math.radians(410)
 _NEARLY = 0.98  # of the peak: several peaks of this height count as one
+# What pressures far below the atmosphere are if neither unit nor reference is wrong.
+DOUBLE_ACTING = (
+    "A double-acting cylinder (steam, pump), whose other side pushes the piston back, is not supported: "
+    "pressure acts above the piston only."
+)
 # The values at the start and the end of the cycle may differ by this fraction of the peak (transducer drift).
 _CLOSURE = 0.05
 
@@ -40,7 +45,7 @@ class Trace:
     unit).
     """
 
-    crank_angles: Floats  #: (n,) rad, increasing, within one cycle 0…4π
+    crank_angles: Floats  #: (n,) rad, increasing, within one cycle, 0 to `cycle`
     pressures: Floats  #: (k, n) gauge, MPa: one row per measured speed
     #: (k,) rad/s, increasing; linear in speed between them, the nearest one outside. With one row it may be
     #: empty: the trace then holds at any speed and nothing is flagged.
@@ -49,6 +54,7 @@ class Trace:
     remarks: tuple[str, ...] = ()  #: what was assumed when it was read
     doubts: tuple[str, ...] = ()  #: what may be wrong with it
     reading: TraceReading | None = None  #: of a user's file
+    cycle: float = 4 * math.pi  #: crank angle of a cycle, rad; 2π of a two-stroke engine
 
     def __post_init__(self) -> None:
         """Refuse a trace that is not one cycle of an engine; drop a sample that repeats the first."""
@@ -62,31 +68,42 @@ class Trace:
             rule = f"must increase from sample to sample (it follows {math.degrees(angles[i - 1]):g})"
             remedy = "Sort the samples and drop repeated angles."
             raise InvalidValue("gas trace crank_deg", math.degrees(angles[i]), rule, remedy)
-        outside = angles[(angles < 0) | (angles > CYCLE * (1 + 1e-12))]
+        outside = angles[(angles < 0) | (angles > self.cycle * (1 + 1e-12))]
+        whole, two = f"{math.degrees(self.cycle):.0f}°", self._two_stroke
         if outside.size:
-            rule = "must lie within one cycle, 0 to 720°"
+            rule = f"must lie within one cycle, 0 to {whole}"
             remedy = "Count angles from the gas-exchange TDC, so that firing TDC is at 360°."
+            remedy = "Count angles from firing TDC." if two else remedy
             raise InvalidValue("gas trace crank_deg", math.degrees(outside[0]), rule, remedy)
         lowest, peak = float(pressures.min()), float(pressures.max(axis=1).min())
         highest, key = float(pressures.max()), "gas trace pressure_bar"
         require(highest <= LARGEST_PEAK, key, 10 * highest, too_high(highest))
-        rule, remedy = "a gauge pressure cannot be below vacuum (−1 bar)", "Give gauge pressures in bar."
+        rule = "a gauge pressure cannot be below vacuum (−1 bar)"
+        remedy = f"Give gauge pressures in bar. {DOUBLE_ACTING}"
         require(lowest >= -ATMOSPHERE * 1.05, key, 10 * lowest, rule, remedy)
         rule = "the peak must exceed 1 bar, as in every engine that compresses its charge"
         remedy = 'If the values are in MPa, multiply them by 10; without gas pressure, use gas = "none".'
         require(peak >= _SMALLEST_PEAK, key, 10 * peak, rule, remedy)
-        angles, pressures = _closed(angles, pressures)
-        closing = CYCLE - (angles[-1] - angles[0])
+        angles, pressures = _closed(angles, pressures, self.cycle)
+        closing = self.cycle - (angles[-1] - angles[0])
         covered = f"{math.degrees(angles[0]):g}…{math.degrees(angles[-1]):g}"
-        rule = f"must cover a four-stroke cycle of 720°: {math.degrees(closing):.4g}° are missing"
-        require(closing <= 1.5 * float(np.diff(angles).max()), "gas trace crank_deg", covered, rule)
+        rule = f"must cover a {'two' if two else 'four'}-stroke cycle of {whole}: "
+        rule += f"{math.degrees(closing):.4g}° are missing"
+        step = float(np.diff(angles).max())
+        turn = not two and abs(closing - 2 * math.pi) <= 2 * step
+        remedy = "If the engine is a two-stroke, set engine.strokes = 2." if turn else ""
+        require(closing <= 1.5 * step, "gas trace crank_deg", covered, rule, remedy)
         object.__setattr__(self, "crank_angles", angles)
         object.__setattr__(self, "pressures", pressures)
         object.__setattr__(self, "speeds", speeds)
 
+    @property
+    def _two_stroke(self) -> bool:
+        return self.cycle < 3 * math.pi
+
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
-        rows = [np.interp(crank_angle, self.crank_angles, p, period=CYCLE) for p in self.pressures]
+        rows = [np.interp(crank_angle, self.crank_angles, p, period=self.cycle) for p in self.pressures]
         if len(rows) == 1:
             return at_every(speed, np.asarray(rows[0]))
         # np.interp on unit vectors gives each row's weight: linear between, the nearest outside.
@@ -118,12 +135,14 @@ class Trace:
 
     def _turned(self) -> str:
         highest = self.pressures.max(axis=0)
-        near = (self.crank_angles >= _EARLIEST) & (self.crank_angles <= _LATEST)
+        # A cycle later: what follows firing TDC at 2π begins at 0 in a two-stroke engine.
+        later = np.where(self.crank_angles < _EARLIEST, self.cycle, 0.0)
+        near = self.crank_angles + later <= _LATEST
         if highest[near].max(initial=0.0) >= _NEARLY * highest.max():
             return ""
         peak = f"gas pressure peaks at {math.degrees(self.crank_angles[highest.argmax()]):.4g}°"
-        firing = np.abs(self.crank_angles - CYCLE / 2) <= CYCLE / 4
-        if highest[firing].max(initial=0.0) >= _NO_FIRING * highest.max():
+        firing = np.abs(self.crank_angles - 2 * math.pi) <= math.pi
+        if self._two_stroke or highest[firing].max(initial=0.0) >= _NO_FIRING * highest.max():
             return f"{peak}, far from firing TDC at 360°: if that is wrong, set angle_offset_deg"
         return (
             f"{peak}, but firing TDC is at 360°: if the file counts angles from firing TDC, set "
@@ -151,12 +170,12 @@ def _require_shapes(angles: Floats, pressures: Floats, speeds: Floats) -> None:
     require(rising, "gas trace", listed, "must be positive and increasing")
 
 
-def _closed(angles: Floats, pressures: Floats) -> tuple[Floats, Floats]:
+def _closed(angles: Floats, pressures: Floats, cycle: float) -> tuple[Floats, Floats]:
     """Drop the sample one full cycle after the first, which must (nearly) repeat it."""
-    if angles[-1] - angles[0] < CYCLE * (1 - 1e-9):
+    if angles[-1] - angles[0] < cycle * (1 - 1e-9):
         return angles, pressures
     gap = float(np.max(np.abs(pressures[:, -1] - pressures[:, 0]) / pressures.max(axis=1)))
-    differ = f"{100 * gap:.3g} % of the peak between 0° and 720°"
+    differ = f"{100 * gap:.3g} % of the peak between 0° and {math.degrees(cycle):.0f}°"
     rule = f"the first and last pressure may differ by at most {100 * _CLOSURE:g} % of the peak"
     require(gap <= _CLOSURE, "gas trace", differ, rule, "Correct the drift of the pressure transducer.")
     return angles[:-1], pressures[:, :-1]

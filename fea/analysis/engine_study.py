@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from fea.analysis.rod_report import fitted
-from fea.study.documents import template
+from fea.study.documents import commented, template
 from fea.study.engine_library import EnginePreset, Figure, engine_preset
 from fea.study.files import toml_text
 from fea.study.rod_table import LEAST, MASS_KEYS, rod_of_kind
@@ -16,6 +16,8 @@ preset = "forged-steel-2005"  # not published for this engine: assumed
 """
 # Adjusted to what is published of the rod's mass: as many as there can be targets.
 _FREE = ("big_end_ring_mm", "small_end_ring_mm", "shank_width_mm")
+# Keys that say how much charge the engine has, where its figures do not.
+_CHARGE = {"boost_bar", "intake_pressure_bar", "atmosphere_bar", "gas_scale", "full_load"}
 _COMMENT = 27  # the column where comments begin
 
 
@@ -74,7 +76,11 @@ def _of_kind(preset: EnginePreset, kind: str, given: dict[str, Any]) -> str:
 def _engine(preset: EnginePreset) -> str:
     figures = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in preset.engine.items())
     said = "# It stands for these figures. A key that is written here as well overrides its figure.\n"
-    return f'[engine]\npreset = "{preset.name}"\n{said}{figures}'
+    more = commented("engine", _CHARGE - preset.engine.keys())
+    charge = (
+        "# Boost and full load; the peak pressure does not follow from boost and is to be given with it.\n"
+    )
+    return f'[engine]\npreset = "{preset.name}"\n{said}{figures}{charge}{more}'
 
 
 def _line(key: str, figure: Figure, what: str = "") -> str:

@@ -97,6 +97,7 @@ class EngineFigures(Figures):
     rod_length_mm: float
     bore_mm: float
     piston_mass_kg: float
+    strokes: int = 4
 
 
 class LoadFigures(Figures):
@@ -665,6 +666,11 @@ class Summary(Figures):
     def cycle(self) -> EnvelopeFigures | None:
         """The whole crank cycle with its histories, where there is one."""
         return self.envelope if isinstance(self.envelope, EnvelopeFigures) else None
+
+    @property
+    def cycle_degrees(self) -> int:
+        """Crank angle of the engine's cycle, degrees."""
+        return 720 if self.engine is None else 180 * self.engine.strokes
 
     @property
     def title(self) -> str:

@@ -28,7 +28,9 @@ from fea.pins.lubrication import (
 )
 from fea.pins.yielding import End
 from fea.solid.errors import FilmError
+from fea.study.two_stroke import SMALL
 from geometry.arrays import Floats
+from loads.instants import Instants
 
 _W, _L_MIN = 1e3, 1e6 / 60  # N·mm/s and mm³/s
 # Share of the load above which asperities carry it beside the oil, where λ < 1.
@@ -82,6 +84,7 @@ class FilmResult:
     displacement: float  #: of the engine's cylinder, mm³
     #: Share of the joint of a rod in parts that opens in load cases, at the big end; None for one piece
     joint: Mapping[str, float] | None = None
+    turn: float = 4 * math.pi  #: crank angle of the engine's cycle, rad
 
     @property
     def end(self) -> End:
@@ -96,7 +99,7 @@ class FilmResult:
     @property
     def degrees(self) -> Floats:
         """Crank angle (n,) of the steps."""
-        return crank_angles(self.cycle.acting.count) / DEG
+        return crank_angles(self.cycle.acting.count, self.turn) / DEG
 
     @cached_property
     def regime(self) -> Regime:
@@ -291,6 +294,15 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
         fit = rod.structure.contact.small_end_clearance_mm
         why = f"the pin is pressed into the bore (contact.small_end_clearance_mm = {fit:g})"
         return (film_at(rod, rpm),), (omission(topic, why),)
+    if SMALL in rod.engine.table.roller_bearings:
+        return (film_at(rod, rpm),), (omission(topic, "it runs on rollers (engine.roller_bearings)"),)
+    cycle = rod.crank_cycle(rpm)
+    if cycle.engine.strokes == 2 and _never_reverses(cycle.degrees):
+        why = (
+            "in this two-stroke engine the pin presses on one side of the bore throughout the cycle, so that "
+            "nothing refills a film that is squeezed there: no verdict"
+        )
+        return (film_at(rod, rpm),), (omission(topic, why),)
     small = rod.small_end_films
     _ = small.lubrication  # refuses what does not suit before a film is solved
     big = film_at(rod, rpm)
@@ -300,6 +312,11 @@ def films_at(rod: PreparedRod, rpm: float) -> tuple[tuple[FilmResult, ...], tupl
         return (big,), (doubt(f"none was found: {error}", topic),)
 
 
+def _never_reverses(instants: Instants) -> bool:
+    """Whether the force along the rod at the piston pin has one direction at all instants."""
+    return bool(instants.pin_axial.max() <= 0 or instants.pin_axial.min() >= 0)
+
+
 def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmResult:
     """Film of an end, by default the big one, at a speed, rpm; errors as of `films_at`, of either end."""
     cycle, films = rod.crank_cycle(rpm), films or rod.films
@@ -307,7 +324,7 @@ def film_at(rod: PreparedRod, rpm: float, films: Films | None = None) -> FilmRes
     engine = cycle.engine
     displacement = 2 * engine.crank_radius * math.pi / 4 * engine.bore**2
     joint = films.openings(cycle) if films.end is End.BIG and films.parts is not None else None
-    return FilmResult(*every, films.lubrication, displacement, joint)
+    return FilmResult(*every, films.lubrication, displacement, joint, engine.cycle)
 
 
 def figure_error(fine: float, coarse: float, softer: float) -> float:

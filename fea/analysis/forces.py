@@ -19,7 +19,7 @@ from fea.study.study import Study
 from geometry.arrays import Floats
 from geometry.mass import MassProperties, joined
 from loads.dynamics import EngineInstants, cycle, whole_engine
-from loads.engine import Engine, cycle_angles
+from loads.engine import Engine
 from loads.gas import GasModel, Scaled
 from loads.trace import Trace, TraceReading, absorbed
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 def force_columns(engine: Engine, rod: MassProperties, gas: GasModel, rpm: float) -> dict[str, npt.ArrayLike]:
     """Kinematics and forces of one cylinder at a speed, rpm, at every degree."""
-    return columns(cycle(engine, rod, gas, rpm * RPM, cycle_angles()), rpm)
+    return columns(cycle(engine, rod, gas, rpm * RPM, engine.cycle_angles), rpm)
 
 
 def columns(c: EngineInstants, rpm: float) -> dict[str, npt.ArrayLike]:
@@ -119,6 +119,11 @@ class ForceReport:
         return self.tables[0] if len(self.tables) == 1 else self.tables[1]
 
     @property
+    def cycle_degrees(self) -> int:
+        """Crank angle of the engine's cycle, degrees."""
+        return round(float(np.asarray(self.first["crank_deg"])[-1]))
+
+    @property
     def engine(self) -> dict[str, npt.ArrayLike] | None:
         """Columns of the whole engine, or None where one cylinder was asked."""
         return None if len(self.tables) == 1 else self.tables[0]
@@ -180,7 +185,7 @@ def force_reports(
     brake: Callable[[float], float | None] = lambda _rpm: None,
 ) -> list[ForceReport]:
     """Compute the cycle, every degree, at each speed (rpm)."""
-    angles = cycle_angles()
+    angles = engine.cycle_angles
     reports = []
     for rpm in speeds:
         if every_cylinder:

@@ -26,7 +26,6 @@ from fea.judge.column import ColumnLoads, Plane
 from fea.judge.fatigue import goodman
 from fea.rod.loading import EngineLoading
 from geometry.section import CrossSection
-from loads.engine import cycle_angles
 from mesh.slices import cut
 
 
@@ -118,7 +117,7 @@ def _forces(
             gas or "At the dead centre two point masses give the force of the rod exactly.",
         )  # fmt: skip
     if "gas" in cases:
-        angles = np.union1d(cycle_angles(), loading.gas.samples)
+        angles = np.union1d(engine.cycle_angles, loading.gas.samples)
         pressure = float(np.max(loading.gas.pressure(angles, np.asarray(speed))))
         yield "gas", _compared(
             "Gas force", "F = p π D²/4", f"p = {pressure / BAR:.1f} bar (gauge), D = {engine.bore:.4g} mm",

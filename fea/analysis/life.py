@@ -2,8 +2,8 @@
 
 Every node gets the damage of its largest range at each speed. Where one range dominates, that is nearly all:
 by the powers of the S–N line a range of 0.8 counts for a thirtieth. Where the gas does little, both
-revolutions of a cycle count alike. So every range of the histories is counted at the nodes of the largest
-damage, and the worst of those is the rod's.
+revolutions of a four-stroke cycle count alike. So every range of the histories is counted at the nodes of
+the largest damage, and the worst of those is the rod's.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -26,8 +26,6 @@ from fea.study.speed_tables import DutyTable
 from geometry.arrays import Floats, Ints, vector
 from geometry.mass import MassProperties
 
-# Of a four-stroke cycle, 720°, that the angles of a history cover.
-CYCLES_PER_HOUR = 30.0  # at 1 rpm
 # What the band is of.
 _OF_KNOWN = "strengths 2 standard deviations below and above the mean"
 _OF_ASSUMED = "strengths a standard deviation of such estimates below and above the assumed S–N line"
@@ -98,7 +96,7 @@ def life_of(analysis: CycleAnalysis, mass: MassProperties, duty: DutyLoads) -> L
         cycle, cases = loading.crank_cycle(mass, rpm), loading.at(mass, rpm).cases
         angles = np.append(cycle.degrees.crank_angle, cases.crank_angle[cases.in_cycle])
         full = analysis.basis.full(cycle.at(angles), cycle).at(np.argsort(angles))
-        entries.append((full, share * rpm * CYCLES_PER_HOUR))
+        entries.append((full, share * rpm * loading.engine.cycles_per_hour))
     spanned = _spanned(analysis, entries)
     of_parts = {number: _of_part(analysis, spanned, number) for number in range(len(analysis.materials))}
     parts = {number: own for number, own in of_parts.items() if own is not None}
@@ -124,15 +122,15 @@ def _spanned(analysis: CycleAnalysis, entries: _Entries) -> _Entries:
 
 
 def _make_exact(analysis: CycleAnalysis, entries: _Entries, places: Sequence[tuple[int, int]]) -> None:
-    """Make the stress exact where the largest ranges of some nodes of parts end, in either revolution."""
+    """Make the stress exact where the largest ranges of nodes of parts end, in either half of a cycle."""
     ends = []
     for full, _ in entries:
         half = full.even.shape[1] // 2
-        for revolution in (full.at(slice(half)), full.at(slice(half, None))):
-            weights = analysis.basis.projected(revolution)
+        for stretch in (full.at(slice(half)), full.at(slice(half, None))):
+            weights = analysis.basis.projected(stretch)
             found = spots(places, analysis.units, weights, analysis.mesh.mirrored)
             reached = [at for spot in found for at in (spot.signed.argmax(), spot.signed.argmin())]
-            ends.append(revolution.at(np.unique(reached)))
+            ends.append(stretch.at(np.unique(reached)))
     analysis.basis.exact_at(joined(*ends))
 
 

@@ -49,7 +49,6 @@ from fea.pins.assembly import AssemblyPins
 from fea.solid.errors import ContactError
 from geometry.arrays import Floats, vector
 from loads.crank_cycle import CrankCycle
-from loads.engine import cycle_angles
 from loads.instants import Instants
 
 # With more speeds than this the fields are written at the worst ones only.
@@ -165,7 +164,7 @@ class SpeedSearch:
         (history,) = worst.stress
         away, mean = np.linalg.norm(history[:5] - center[0, :, None], axis=0), history[5]
         deciding = (away >= _DECIDING * away.max()) | (mean == mean.max())
-        more = np.setdiff1d(around(angles[deciding]), angles)
+        more = np.setdiff1d(around(cycle, angles[deciding]), angles)
         return worst.extended(worst.part, self._analysis.weights(cycle, more)).stress
 
     def _at_peaks(self, speeds: Sequence[float]) -> list[tuple[CaseFigures, ...]]:
@@ -293,7 +292,7 @@ class SpeedSweep:
             min_crossland_safety_factor=SafetyFactor(multiaxial) if np.isfinite(multiaxial) else None,
             endurance=endurance_figures(self._rod.mesh.parts, self._rod.materials) or None,
             unit_solutions=cycle.units.count,
-            instants=len(cycle_angles()),
+            instants=len(self._rod.engine.engine.cycle_angles),
         )
 
 

@@ -22,7 +22,6 @@ from fea.solid.parity import Parity, ParityPair
 from fea.solid.stress import von_mises
 from fea.solvers.static import StaticSolution
 from geometry.arrays import Floats, Ints, Reals
-from loads.engine import cycle_angles
 from mesh.mirror import tensor_signs
 
 # Numbers of fields that are tried; the last is beyond what any cycle needs.
@@ -169,8 +168,9 @@ def motion(rod: PreparedRod, rpm: float, peak: float) -> Motion:
     `peak`: largest von Mises stress of the cycle, MPa, to which tolerances are relative. Raises
     `InvalidValue`: there is no engine.
     """
-    analysis, whole, angles = rod.cycle, rod.mesh.mirrored, cycle_angles()
-    weights = analysis.weights(rod.crank_cycle(rpm), angles)
+    analysis, whole, cycle = rod.cycle, rod.mesh.mirrored, rod.crank_cycle(rpm)
+    angles = cycle.engine.cycle_angles
+    weights = analysis.weights(cycle, angles)
     nodes = np.unique(np.concatenate([facets.ravel() for facets in whole.mesh.facets.values()]))
     cell, row = np.unique(whole.source[nodes], return_inverse=True)
     part = _parts(analysis.units.parts, rod, cell, weights)

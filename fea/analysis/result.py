@@ -39,7 +39,6 @@ BORES = (Surface.BIG_END_BORE, Surface.SMALL_END_BORE)
 
 # Instants computed together: each takes some 200 bytes per node of the whole rod.
 _BLOCK = 8
-_CYCLE = 720.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,8 @@ class InstantFields:
     @property
     def degrees(self) -> list[float]:
         """The crank angles: the last is before the cycle begins anew."""
-        return [self.step * k for k in range(int(np.ceil(_CYCLE / self.step - 1e-9)))]
+        whole = self.rod.engine.engine.cycle_degrees
+        return [self.step * k for k in range(int(np.ceil(whole / self.step - 1e-9)))]
 
     def fields(self) -> Iterator[dict[str, Array]]:
         """Yield the nodal arrays of each instant, named as in a load case, in single precision."""

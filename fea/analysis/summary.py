@@ -52,7 +52,7 @@ from fea.judge.sharp_places import SharpPlace, worst_of_edges
 from fea.judge.verdict import CAP, ConvergenceVerdict, peak
 from fea.machine.system import peak_memory
 from fea.machine.threads import threads
-from fea.rod.loading import EngineLoading
+from fea.rod.loading import EngineLoading, Loading
 from fea.rod.places import place_name
 from fea.study.assembly_table import BUSHING
 from geometry.arrays import vector
@@ -204,7 +204,7 @@ def summary_of(
             inertia_kg_m2=rod.mass.inertia_z / KG_M2,
             length_mm=rod.mesh.bores.rod_length,
         ),
-        engine=figures(EngineFigures, rod.loading.engine) if isinstance(rod.loading, EngineLoading) else None,
+        engine=_engine(rod.loading),
         loads=loads,
         model=_model(rod),
         results=results,
@@ -307,6 +307,12 @@ def quality_figures(quality: Quality, repair: Repair) -> QualityFigures:
     """Return the quality of a mesh."""
     repaired = {"repairs": tuple(repair.causes), "repaired_size_mm": repair.size}
     return figures(QualityFigures, quality, straightened_elements=quality.straightened, **repaired)
+
+
+def _engine(loading: Loading) -> EngineFigures | None:
+    if not isinstance(loading, EngineLoading):
+        return None
+    return figures(EngineFigures, loading.engine, strokes=loading.engine.strokes)
 
 
 def _operation(

@@ -87,11 +87,11 @@ def _inverse(used: Floats) -> Floats:
 
 _NO_LIMIT = (
     "the metal has no endurance limit: a factor of 1 means {:.3g} cycles, {:.3g} revolutions of a "
-    "four-stroke engine, and less stress breaks it later (material.endurance_cycles)"
+    "{}-stroke engine, and less stress breaks it later (material.endurance_cycles)"
 )
 
 
-def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[Note, ...]:
+def fatigue_notes(materials: Sequence[Material], criterion: Fatigue, strokes: int = 4) -> tuple[Note, ...]:
     """Name the strengths needed by a criterion that were estimated or are missing."""
     needed = {"endurance_MPa": [material.endurance_limit for material in materials]}
     if criterion is not Fatigue.SODERBERG:  # which uses the yield strength
@@ -100,7 +100,9 @@ def fatigue_notes(materials: Sequence[Material], criterion: Fatigue) -> tuple[No
     if any(None in strengths for strengths in needed.values()):
         notes.append(warning(f"fatigue is not assessed for materials without {' or '.join(needed)}"))
     limited = dict.fromkeys(material.endurance_cycles or 0.0 for material in materials)
-    notes += [warning(_NO_LIMIT.format(cycles, 2 * cycles), "fatigue") for cycles in limited if cycles]
+    words = "two" if strokes == 2 else "four"
+    said = [_NO_LIMIT.format(cycles, cycles * strokes / 2, words) for cycles in limited if cycles]
+    notes += [warning(text, "fatigue") for text in said]
     return (*notes, *assumptions("fatigue", _assumed_strength(materials)))
 
 

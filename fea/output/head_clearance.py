@@ -6,7 +6,7 @@ from fea.analysis.figures import Summary
 from fea.output.tables import AnswerTable, TableColumn
 
 _CAPTION = (
-    "What the gap between piston and head must leave at the dead centre of gas exchange, beside a margin; "
+    "What the gap between piston and head must leave at {}, beside a margin; "
     "builders are used to leave about 1 mm with steel rods and 1.5 mm with aluminium rods"
 )
 _PARTS = (
@@ -32,4 +32,6 @@ _PARTS = (
 def head_clearance_tables(summary: Summary) -> Iterator[AnswerTable]:
     """Yield the parts of the gap with their signs and their sums, where they are known."""
     if summary.head_clearance is not None:
-        yield AnswerTable.of_quantities(_CAPTION, _PARTS, summary.head_clearance)
+        centre = "top dead centre, were the gas not to push there"
+        centre = "the dead centre of gas exchange" if summary.cycle_degrees > 360 else centre
+        yield AnswerTable.of_quantities(_CAPTION.format(centre), _PARTS, summary.head_clearance)

@@ -23,7 +23,6 @@ from fea.study.pin_models import PRESCRIBED
 from geometry.arrays import Floats
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
-from loads.gas import CYCLE
 from loads.instants import Instants
 
 
@@ -122,7 +121,9 @@ class _FilmLoad(FilmPressure):
             fine, *_ = self._films.at(own)
             forces = end.force(own.at(angles))
             factors = (acting[:, here] * forces).sum(axis=0) / (forces**2).sum(axis=0)
-            weights[:, here] = factors * between(fine.weights, angles / CYCLE * len(fine.weights)).T
+            weights[:, here] = (
+                factors * between(fine.weights, angles / own.engine.cycle * len(fine.weights)).T
+            )
         rest = ~np.isfinite(speeds)
         if self._at_rest is not None and rest.any():
             still, scales = self._at_rest.weights(acting[:, rest]), self.functions.scales

@@ -30,7 +30,6 @@ from geometry.arrays import Floats
 from geometry.errors import require
 from geometry.surfaces import Surface
 from loads.crank_cycle import CrankCycle
-from loads.gas import CYCLE
 from loads.instants import Instants
 
 if TYPE_CHECKING:
@@ -357,7 +356,8 @@ class Films:
         root = np.sqrt(1 + bore.lacking)
         more = (np.outer(root, root) - 1) * bore.compliance
         if acting.loaded is not None:
-            afar = bore.caused_from_afar(cycle.at(crank_angles(acting.count)))
+            angles = crank_angles(acting.count, cycle.engine.cycle)
+            afar = bore.caused_from_afar(cycle.at(angles))
             acting = replace(acting, loaded=acting.loaded + bore.lacking[bore.functions.oval] * afar)
         if acting.compliance is not None:
             acting = replace(acting, compliance=acting.compliance + more)
@@ -378,7 +378,7 @@ class Films:
         said, (around, along, steps), end = self.lubrication, size, self.end
         (radius, width), halved = end.size(self._structure.bores), bore.functions.mirrored
         grid = FilmGrid(radius, width, around, along if halved else 2 * along, halved, graded=1.0)
-        instants, heat, oil = cycle.at(crank_angles(steps)), None, said.oil
+        instants, heat, oil = cycle.at(crank_angles(steps, cycle.engine.cycle)), None, said.oil
         if isinstance(oil, WarmOil) and said.temperature is not None:
             oil = oil.at(said.temperature)
         elif isinstance(oil, WarmOil):
@@ -391,7 +391,7 @@ class Films:
         if grooves is not None and not grooves.turn:
             fixed.append(grooves)
         acting = JournalLoads(
-            period=CYCLE / cycle.speed,
+            period=cycle.engine.cycle / cycle.speed,
             load=bore.carried(instants),
             speed=((cycle.speed if end is End.BIG else 0.0) - said.swing * instants.angular_velocity)
             * radius,
@@ -415,6 +415,6 @@ class Films:
         return found
 
 
-def crank_angles(steps: int) -> Floats:
-    """Crank angles (steps,) of a cycle, rad."""
-    return np.linspace(0.0, CYCLE, steps + 1)[:-1]
+def crank_angles(steps: int, cycle: float = 4 * math.pi) -> Floats:
+    """Crank angles (steps,) of a cycle, rad, of so many rad; by default of a four-stroke engine."""
+    return np.linspace(0.0, cycle, steps + 1)[:-1]

@@ -62,6 +62,13 @@ def template() -> str:
     return "\n".join(parts)
 
 
+def commented(table: str, names: Iterable[str]) -> str:
+    """Return some keys of a table as the commented study has them, in its order."""
+    wanted = set(names)
+    keys = {name: declared for name, declared in keys_of(TABLES[table]).items() if name in wanted}
+    return "".join(f"{line}\n" for name, declared in keys.items() for line in _entry(name, declared))
+
+
 def _comment(text: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH - 4, initial_indent="# ", subsequent_indent="# ")
 

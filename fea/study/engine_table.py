@@ -17,11 +17,13 @@ from fea.study.files import located
 from fea.study.tables import Positive, checked, key, one_of, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
+from fea.study.two_stroke import CycleKeys, cycle_notes
 from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
 from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
+from loads.two_stroke import TwoStrokeOtto
 
 
 def with_preset(raw: object) -> object:
@@ -45,6 +47,7 @@ _LOADS = ("peak_pressure_bar", "torque_Nm")  # one of which a point of full load
 
 @dataclass(frozen=True, kw_only=True)
 class EngineTable(
+    CycleKeys,
     TraceKeys,
     table="engine",
     intro="With a preset, an engine of the library, its figures stand for keys that are not given. Alone it "
@@ -145,6 +148,8 @@ class EngineTable(
             require(_is_file(self.gas), f"engine.{name}", value, rule, remedy)
 
         self._require_one_charge()
+        rule = f'does not suit gas = "{self.gas}", the trace of a four-stroke engine'
+        require(self.strokes != 2 or self.gas not in SHIPPED, "engine.strokes", 2, rule, "Give another gas.")
 
     def _require_one_charge(self) -> None:
         """Refuse two keys that both set the charge, and boost for a gas that it does not change."""
@@ -172,7 +177,8 @@ class EngineTable(
     def engine(self, rod_length: float) -> Engine:
         """Return the engine with a rod of `rod_length` (mm), in coherent units."""
         require_positive("engine.stroke_mm", self.stroke_mm)
-        even = 720.0 / max(self.cylinders, 1)  # firing of a four-stroke engine
+        strokes = self.strokes or 4
+        even = 180.0 * strokes / max(self.cylinders, 1)  # interval of firing
         phase, axes = even if self.phase_deg is None else self.phase_deg, self._axes()
         return Engine(
             crank_radius=self.stroke_mm / 2,
@@ -185,6 +191,7 @@ class EngineTable(
             phase=phase * DEG,
             axes=axes,
             firing=self._firing(phase, axes),
+            strokes=strokes,
         )
 
     def _firing(self, phase: float, axes: Sequence[float]) -> tuple[float, ...]:
@@ -233,7 +240,8 @@ class EngineTable(
             ratio = self.needed("compression_ratio", *missing)
             peak, remark = self._peak(ratio, engine) if self.gas == "otto" else (None, "")
             heat_ratio = HEAT_RATIO_AIR if self.heat_ratio is None else self.heat_ratio
-            gas = Otto(engine, ratio, peak, self.intake, self.atmosphere, heat_ratio, remark)
+            ideal = self.ideal_cycle(engine, ratio, peak, self.intake, heat_ratio)
+            gas = dataclasses.replace(ideal, remark=remark)
         return scaled(gas, self.gas_scale or 1.0)
 
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
@@ -244,12 +252,23 @@ class EngineTable(
                 'Give it, or fuel = "petrol" or "diesel".',
             )
             return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
-        low, high = peak_interval(self.fuel, ratio, self.intake, engine.crank_radius / engine.rod_length)
+        rod_ratio = engine.crank_radius / engine.rod_length
+        since = -self.port if self.strokes == 2 else -180.0
+        low, high = peak_interval(self.fuel, ratio, self.intake, rod_ratio, since)
         return high, (
             f"peak_pressure_bar = {high / BAR:.3g}, computed for {self.fuel} at full load with "
             f"{self.intake / BAR:.3g} bar in the intake: from late to early combustion it is "
             f"{low / BAR:.0f} to {high / BAR:.0f} bar, of which the largest is used"
         )
+
+    def ideal_cycle(
+        self, engine: Engine, ratio: float, peak: float | None, intake: float, heat_ratio: float
+    ) -> Otto:
+        """Return the ideal cycle of an engine by its strokes; arguments as of `Otto`."""
+        of_engine = ratio, peak, intake, self.atmosphere, heat_ratio
+        if engine.strokes == 2:
+            return TwoStrokeOtto(engine, *of_engine, port=self.port * DEG)
+        return Otto(engine, *of_engine)
 
     def library(self) -> EnginePreset | None:
         """Return the engine of the library that `preset` names."""
@@ -260,14 +279,17 @@ class EngineTable(
         if not _is_file(self.gas):
             return self
         try:
-            return dataclasses.replace(self, **self._imported().keys.given)
+            read = self._imported()
+            strokes = 4 if read.of_four else self.strokes
+            return dataclasses.replace(self, **read.keys.given, strokes=strokes)
         except InvalidValue:  # the file is gone: the study still says what was asked for
             return self
 
     def _imported(self, rod_ratio: float = ROD_RATIO) -> ImportedTrace:
         given = self.intake_pressure_bar is not None or self.boost_bar is not None
         intake = self.intake if given else None
-        around = Surroundings(self.atmosphere, self.compression_ratio, intake, rod_ratio)
+        engine = self.compression_ratio, intake, rod_ratio, self.strokes, self.port
+        around = Surroundings(self.atmosphere, *engine)
         return read_trace(Path(self.gas), self, around)
 
     @property
@@ -316,15 +338,18 @@ _NEEDED_BY = {
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
     """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
-    preset = table.library()
+    preset, notes = (
+        table.library(),
+        cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere),
+    )
     if preset is None:
-        return []
+        return notes
     estimates = [
         f"{key} = {value if isinstance(value, str) else f'{value:g}'} ({origin})"
         for key, (value, origin, assumed) in preset.engine.items()
         if assumed and getattr(table, key) == value and table.gas in _NEEDED_BY.get(key, {table.gas})
     ]
-    notes = [*assumptions(f"engine {preset.name}", estimates)]
+    notes += assumptions(f"engine {preset.name}", estimates)
     if not math.isclose(rod_length, preset.rod_length, rel_tol=_SAME_LENGTH):
         length = f"the rod of the {preset.name} engine is {preset.rod_length:g} mm long"
         notes.append(warning(f"{length}, the one of this study {rod_length:.4g} mm"))

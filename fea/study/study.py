@@ -32,6 +32,7 @@ from fea.study.python_words import python_words
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
+from fea.study.two_stroke import BIG
 from geometry.errors import InvalidValue, require
 from geometry.imports import is_cad, require_readable
 from mesh.files.tets import is_mesh, require_known
@@ -116,9 +117,11 @@ class Study:
     def require_film(self, name: str, value: float | str) -> None:
         """Raise `InvalidValue`, by the name and value of what asks for an oil film: it cannot be computed."""
         clamped = self.analysis.support is choices.Support.CLAMPED
+        rolling = self.engine is not None and BIG in self.engine.roller_bearings
         for excluded, rule in (
             (self.forces is not None, "cannot be used with [forces], which have no crank cycle"),
             (clamped, 'cannot be combined with support = "clamped", which replaces the crank pin'),
+            (rolling, "cannot be computed where the big end runs on rollers (engine.roller_bearings)"),
         ):
             require(not excluded, name, value, rule, "Leave out the film, or that.")
 

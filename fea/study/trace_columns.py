@@ -69,11 +69,6 @@ class TraceKeys(StudyTable, table="engine"):
     smoothing_deg: float | None = key(
         "1.0", "width of a moving average; 0: none", within(0.0, _WIDEST_SMOOTHING, " degrees")
     )
-    strokes: int | None = key(
-        "4",
-        "of the engine, to complete a trace of a single revolution: 2 repeats it",
-        lambda name, value: require(value in (2, 4), name, value, "must be 2 or 4"),
-    )
 
     @property
     def given(self) -> TomlTable:

@@ -27,7 +27,7 @@ class Recording:
     pressures: Floats  #: (n,) in the unit of the file: the mean of all samples at an angle
     highest: float  #: the largest single sample
     cycles: int  #: how many samples each angle has: cycles, in columns or one after the other
-    period: float  #: 720, or 360 for a lone revolution
+    period: float  #: 720, or 360 for a lone revolution or a two-stroke engine
     step: float  #: degrees between angles
 
     @property
@@ -36,8 +36,10 @@ class Recording:
         return float(self.angles[int(np.argmax(self.pressures))])
 
 
-def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
-    """Fold recorded samples into one cycle, or one revolution where there are no more.
+def recorded(
+    angles: Floats, pressures: Floats, source: str, lines: Sequence[int], cycle: float = _CYCLE
+) -> Recording:
+    """Fold recorded samples into one `cycle`, degrees, or one revolution where there are no more.
 
     Angles (n,) are in degrees in the order of the file, and may begin again with every revolution or cycle;
     pressures (n, m) have a column per cycle. Messages name the file and the `lines` of the samples. Raises
@@ -48,14 +50,14 @@ def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int
     steps = steps[steps > 0]
     require(steps.size > 1, "engine.gas", source, "must contain at least three crank angles")
     step = float(np.median(steps))
-    period = _period(turned, min(float(steps.max()), _COARSEST), step, source)
+    period = _period(turned, min(float(steps.max()), _COARSEST), step, source, cycle)
     # Beyond the last whole period, samples would give some angles more weight than others.
     whole = max(1, int((turned[-1] - turned[0] + _STEPS * step) // period)) * period
     kept = turned < turned[0] + whole - 0.5 * float(steps.min())
     mean = pressures.mean(axis=1)
     at, value, count = _folded(turned[kept], mean[kept], period, step)
     cycles = int(np.median(count)) * pressures.shape[1]
-    if cycles == 1 and not kept[-1] and period == _CYCLE:
+    if cycles == 1 and not kept[-1] and period == cycle:
         # Refuse a cycle whose last sample, one cycle after the first, differs from it.
         gap = abs(float(mean[-1] - mean[0])) / float(np.abs(mean).max())
         rule = f"the pressures one cycle apart may differ by at most {100 * _CLOSURE:g} % of the peak"
@@ -64,7 +66,9 @@ def recorded(angles: Floats, pressures: Floats, source: str, lines: Sequence[int
     return Recording(at, value, float(pressures[kept].max()), cycles, period, step)
 
 
-def one_cycle(angles: Floats, pressures: Floats, source: str, lines: Sequence[int]) -> Recording:
+def one_cycle(
+    angles: Floats, pressures: Floats, source: str, lines: Sequence[int], cycle: float = _CYCLE
+) -> Recording:
     """Take samples of one cycle, (n,) and (n, 1), as they are. Raises `InvalidValue`: not sorted."""
     back = np.flatnonzero(np.diff(angles) <= 0)
     if back.size:
@@ -73,7 +77,7 @@ def one_cycle(angles: Floats, pressures: Floats, source: str, lines: Sequence[in
         rule = f"must increase from line to line (it follows {angles[after - 1]:g})"
         remedy = "Sort the lines and drop repeated angles."
         raise InvalidValue(name, float(angles[after]), rule, remedy)
-    return Recording(angles, pressures[:, 0], float(pressures.max()), 1, _CYCLE, 0.0)
+    return Recording(angles, pressures[:, 0], float(pressures.max()), 1, cycle, 0.0)
 
 
 def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
@@ -96,17 +100,18 @@ def _unwrapped(angles: Floats, source: str, lines: Sequence[int]) -> Floats:
     return np.asarray(angles + np.cumsum(added), dtype=np.float64)
 
 
-def _period(angles: Floats, largest: float, step: float, source: str) -> float:
+def _period(angles: Floats, largest: float, step: float, source: str, cycle: float) -> float:
     span = float(angles[-1] - angles[0])
-    if _CYCLE - span <= _STEPS * largest:
-        return _CYCLE
+    if cycle - span <= _STEPS * largest:
+        return cycle
     lone = abs(span + step - _TURN) <= _STEPS * step + 1e-9
     name, value = f"{source}: crank angle", f"{angles[0]:g}…{angles[-1]:g}"
     remedy = "Angles are in degrees; record whole revolutions."
     if min(abs(span + step - turn) for turn in (2 * np.pi, 4 * np.pi)) < _RADIANS:
         remedy = "These look like radians: convert them to degrees."
-    whole = _TURN if span < _TURN else _CYCLE
-    missing = f"must cover a revolution of 360° or a cycle of 720°: {whole - span - step:.4g}° are missing"
+    whole = _TURN if span < _TURN else cycle
+    of_cycle = " or a cycle of 720°" if cycle > _TURN else ""
+    missing = f"must cover a revolution of 360°{of_cycle}: {whole - span - step:.4g}° are missing"
     require(lone, name, value, missing, remedy)
     return _TURN
 
@@ -130,18 +135,30 @@ def _folded(angles: Floats, pressures: Floats, period: float, step: float) -> tu
     return angles[0] + at / count[filled], value / count[filled], count[filled]
 
 
-def completed(recording: Recording, firing: float, strokes: int, source: str) -> tuple[Floats, Floats, float]:
+def from_firing(recording: Recording, cycle: float) -> tuple[Floats, Floats, Floats]:
+    """Return angles from firing TDC, as they stand, and pressures of one cycle in the documented format."""
+    if cycle == _CYCLE:
+        angles = recording.angles - _TURN
+        return angles, angles + _TURN, recording.pressures
+    angles = _about(recording.angles, 0.0, cycle)
+    order = np.argsort(angles, kind="stable")
+    return angles[order], recording.angles[order], recording.pressures[order]
+
+
+def completed(
+    recording: Recording, firing: float, source: str, cycle: float = _CYCLE
+) -> tuple[Floats, Floats, float]:
     """Return a whole cycle: angles from firing TDC, pressures, and the pressure that was assumed (else NaN).
 
-    A lone revolution of a two-stroke engine is repeated. That of a four-stroke engine must contain
-    compression and expansion; the other revolution is held at the pressure with which compression begins.
-    Firing TDC is at the angle `firing` of the file, degrees. Raises `InvalidValue`: the pressure jumps inside
-    the revolution: compression or expansion is missing.
+    A lone revolution of a four-stroke engine must contain compression and expansion; the other revolution is
+    held at the pressure with which compression begins. Firing TDC is at the angle `firing` of the file,
+    degrees. Raises `InvalidValue`: the pressure jumps inside the revolution: compression or expansion is
+    missing.
     """
     angles = _about(recording.angles, firing, recording.period)
     order = np.argsort(angles, kind="stable")
     at, value = angles[order], recording.pressures[order]
-    if recording.period == _CYCLE:
+    if recording.period == cycle:
         return at, value, np.nan
     # Refuse a revolution whose end does not meet its start, unless that is at BDC, where valves are open.
     seam = float(recording.angles[0])
@@ -154,8 +171,6 @@ def completed(recording: Recording, firing: float, strokes: int, source: str) ->
     )
     open_valves = _HALF_TURN - from_firing <= _VALVES_OPEN
     require(open_valves or gap <= _CLOSURE, f"{source}: crank angle", seam, rule, "Record two revolutions.")
-    if strokes == 2:
-        return np.r_[at, at + _TURN], np.r_[value, value], np.nan
     start = float(value[at < at[0] + 10.0].mean())
     missing = np.arange(at[-1] + recording.step, at[0] + _CYCLE - 0.5 * recording.step, recording.step)
     return np.r_[at, missing], np.r_[value, np.full(missing.size, start)], start
@@ -228,28 +243,30 @@ _MOST_CHANGE, _MOST_NOISE = 0.01, 5.0
 _SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
 
 
-def smoothed(angles: Floats, pressures: Floats, step: float, width: float | None) -> tuple[Floats, float]:
+def smoothed(
+    angles: Floats, pressures: Floats, step: float, width: float | None, cycle: float = _CYCLE
+) -> tuple[Floats, float]:
     """Moving average of one cycle (n,) at `step` degrees, and its width in degrees (0: none).
 
     The noise decides a `width` of None.
     """
     if width:
-        return _averaged(angles, pressures, width), width
+        return _averaged(angles, pressures, width, cycle), width
     second = np.diff(pressures, n=2)
     # Standard deviation of the noise, from the median of second differences (6 σ² for white noise).
     noise = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6)) if second.size else 0.0
     peak = float(np.abs(pressures).max())
     if width is None and step <= _FINE_DEG and noise > _NOISY * peak:
-        averaged = _averaged(angles, pressures, _WIDTH_DEG)
+        averaged = _averaged(angles, pressures, _WIDTH_DEG, cycle)
         changed = abs(float(averaged.max() - pressures.max()))
         if changed <= max(_MOST_CHANGE * peak, _MOST_NOISE * noise):
             return averaged, _WIDTH_DEG
     return pressures, 0.0
 
 
-def _averaged(angles: Floats, pressures: Floats, width: float) -> Floats:
+def _averaged(angles: Floats, pressures: Floats, width: float, cycle: float) -> Floats:
     """Mean over the samples within half a width, as many on either side; the cycle repeats."""
-    around = np.concatenate([angles - _CYCLE, angles, angles + _CYCLE])
+    around = np.concatenate([angles - cycle, angles, angles + cycle])
     sums = np.concatenate([[0.0], np.cumsum(np.tile(pressures, 3))])
     half = width / 2 + _SAME
     first, last = np.searchsorted(around, angles - half), np.searchsorted(around, angles + half, side="right")

@@ -11,13 +11,22 @@ from fea.base.choices import PressureReference, PressureUnit
 from fea.base.shipped import TomlTable, shipped_text
 from fea.base.units import BAR, DEG, RPM
 from fea.study.trace_columns import TraceKeys, trace_columns
-from fea.study.trace_cycles import Recording, completed, firing_offset, one_cycle, recorded, smoothed
+from fea.study.trace_cycles import (
+    Recording,
+    completed,
+    firing_offset,
+    from_firing,
+    one_cycle,
+    recorded,
+    smoothed,
+)
 from fea.study.trace_table import DOCUMENTED, TraceTable, find_table, read_text, speed_of
+from fea.study.two_stroke import EXHAUST_PORT_DEG
 from geometry.arrays import Floats
 from geometry.errors import InvalidValue, require
-from loads.compression import ROD_RATIO, Compression, compression, is_motored, peak_angle
+from loads.compression import CLOSING, ROD_RATIO, Compression, compression, is_motored, peak_angle
 from loads.gas import ATMOSPHERE
-from loads.trace import Trace, TraceReading
+from loads.trace import DOUBLE_ACTING, Trace, TraceReading
 
 _TURN, _CYCLE = 360.0, 720.0
 _FOUR_STROKES = 4
@@ -34,6 +43,18 @@ class Surroundings:
     compression_ratio: float | None = None
     intake: float | None = None  #: absolute pressure in the intake, MPa
     rod_ratio: float = ROD_RATIO  #: crank radius over rod length
+    strokes: int | None = None  #: of a cycle; None is not given: 4
+    port: float = EXHAUST_PORT_DEG  #: degrees after TDC, of a two-stroke engine
+
+    @property
+    def cycle(self) -> float:
+        """Crank angle of a cycle, degrees."""
+        return _TURN if self.strokes == 2 else _CYCLE
+
+    @property
+    def shut(self) -> float:
+        """Where the intake or the port shuts, about, degrees from firing TDC."""
+        return -self.port if self.strokes == 2 else CLOSING
 
 
 @dataclass(frozen=True)
@@ -42,9 +63,10 @@ class ImportedTrace:
 
     trace: Trace
     keys: TraceKeys
+    of_four: bool = False  #: whether the engine was taken for a four-stroke because nothing says so
 
 
-_NONE = TraceKeys()
+_NONE, _STROKES = TraceKeys(), "strokes"
 _NOWHERE = Surroundings()
 
 
@@ -69,13 +91,14 @@ def parse_trace(
 ) -> ImportedTrace:
     """Turn the text of a file into a trace; `source` is its name in messages.
 
-    A file in the documented format, with angles of 0 to 720°, counts them from gas-exchange TDC and is not
-    smoothed, unless keys say otherwise; with a column per speed all of them are read.
+    A file in the documented format, with angles of 0 to 720°, counts them from gas-exchange TDC, with 0 to
+    360° of a two-stroke engine from firing TDC, and is not smoothed, unless keys say otherwise; with a column
+    per speed all of them are read.
     """
     table = find_table(text, source)
     angles = table.values[:, 0]
     documented = table.documented and keys.given.keys() <= {"pressure_offset_bar"}
-    documented = documented and bool(angles.min() >= 0 and angles.max() <= _CYCLE)
+    documented = documented and bool(angles.min() >= 0 and angles.max() <= around.cycle)
     by_speed = table.documented and table.names != DOCUMENTED and keys.pressure_column is None
     if not by_speed:
         return _imported(table, keys, around, documented=documented)
@@ -90,14 +113,14 @@ def parse_trace(
     )
     highest = max(traces, key=lambda trace: float(trace.pressures.max()))
     pressures = np.concatenate([trace.pressures for trace in traces])
-    trace = _checked(traces[0].crank_angles, pressures, _speeds(columns), source)
+    trace = _checked(traces[0].crank_angles, pressures, _speeds(columns), source, around)
     trace = replace(trace, remarks=remarks, doubts=doubts, reading=highest.reading)
-    return ImportedTrace(trace, replace(read[0].keys, pressure_column=None))
+    return ImportedTrace(trace, replace(read[0].keys, pressure_column=None), read[0].of_four)
 
 
-def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str) -> Trace:
+def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str, around: Surroundings) -> Trace:
     try:
-        return Trace(angles, pressures, speeds, source)
+        return Trace(angles, pressures, speeds, source, cycle=around.cycle * DEG)
     except InvalidValue as error:
         raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
 
@@ -122,16 +145,16 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     samples = columns.angles, columns.pressures, source, table.lines
     offset, width, held = keys.angle_offset_deg, 0.0, np.nan
     if documented:
-        recording = one_cycle(*samples)
-        angles, pressures = recording.angles - _TURN, recording.pressures
-        unsmoothed = pressures
+        recording = one_cycle(*samples, around.cycle)
+        angles, turned, unsmoothed = from_firing(recording, around.cycle)
+        pressures = unsmoothed
     else:
-        recording = recorded(*samples)
+        recording = recorded(*samples, around.cycle)
         offset = firing_offset(recording, source) if offset is None else offset
-        strokes = _FOUR_STROKES if keys.strokes is None else keys.strokes
-        angles, unsmoothed, held = completed(recording, _TURN - offset, strokes, source)
-        pressures, width = smoothed(angles, unsmoothed, recording.step, keys.smoothing_deg)
-    fit = compression(angles, pressures, around.compression_ratio, around.rod_ratio)
+        angles, unsmoothed, held = completed(recording, _TURN - offset, source, around.cycle)
+        pressures, width = smoothed(angles, unsmoothed, recording.step, keys.smoothing_deg, around.cycle)
+        turned = np.mod(angles + _TURN, around.cycle)
+    fit = compression(angles, pressures, around.compression_ratio, around.rod_ratio, around.shut)
     by_heading = replace(keys, pressure_unit=columns.unit, pressure_reference=columns.reference)
     scale = _pressure_scale(angles, pressures, fit, by_heading, around=around, source=source)
     unit, absolute = scale.unit, scale.absolute(pressures, atmosphere)
@@ -147,26 +170,26 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
         why = f"as {scale.shown_by.rstrip(',')} shows"
         assumed.append(_Assumption("pressure_reference", scale.reference, why))
     if offset is not None and keys.angle_offset_deg is None:
-        tdc = _TURN - offset + _CYCLE * round((recording.peak - _TURN + offset) / _CYCLE)
+        from_tdc = recording.peak - _TURN + offset
+        tdc = _TURN - offset + around.cycle * round(from_tdc / around.cycle)
         why = f"firing TDC at {tdc:g}° in the file, where the peak is at {recording.peak:.4g}°"
         assumed.append(_Assumption("angle_offset_deg", offset, why))
-    if not np.isnan(held) and keys.strokes is None:
+    if not np.isnan(held) and around.strokes is None:
         why = f"the gas exchange is held at {held:.4g} {unit}, where compression begins"
-        assumed.append(_Assumption("strokes", _FOUR_STROKES, f"one revolution is recorded; {why}"))
+        assumed.append(_Assumption(_STROKES, _FOUR_STROKES, f"one revolution is recorded; {why}"))
     if width and keys.smoothing_deg is None:
         change = float(np.abs(pressures - unsmoothed).max())
         peaks = f"the peak from {unsmoothed.max():.4g} to {pressures.max():.4g} {unit}"
         why = f"changes no pressure by more than {change:.2g} {unit}, {peaks}"
         assumed.append(_Assumption("smoothing_deg", width, why))
 
-    turned = angles + _TURN if documented else np.mod(angles + _TURN, _CYCLE)
     order = np.argsort(turned, kind="stable")
-    trace = _checked(turned[order] * DEG, gauge[order] * BAR, np.zeros(0), source)
+    trace = _checked(turned[order] * DEG, gauge[order] * BAR, np.zeros(0), source, around)
     name, flanks, doubts = f"pressure trace {source}", "", [*scale.doubts]
     if fit is not None and is_motored(angles, absolute):
         doubts.append(_motored_phase(peak_angle(angles, absolute), source))
     elif fit is not None and keys.angle_offset_deg is None:
-        flanks = _phase_error(angles, absolute)
+        flanks = _phase_error(angles, absolute, around)
     remarks = [_summary(trace, recording, scale, atmosphere, assumed), flanks]
     trace = replace(
         trace,
@@ -181,8 +204,8 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
             peak_bar=float(gauge.max()),
         ),
     )
-    decided: TomlTable = {each.key: each.value for each in assumed}
-    return ImportedTrace(trace, replace(keys, **decided))
+    decided: TomlTable = {each.key: each.value for each in assumed if each.key != _STROKES}
+    return ImportedTrace(trace, replace(keys, **decided), any(each.key == _STROKES for each in assumed))
 
 
 def _summary(
@@ -220,14 +243,17 @@ _FLANKS = 60.0  # degrees about firing TDC in which the pressure rises and falls
 _SHOCK = "±0.3 to 0.5"
 
 
-def _phase_error(angles: Floats, absolute: Floats) -> str:
+def _phase_error(angles: Floats, absolute: Floats, around: Surroundings) -> str:
     """Say what an uncertain TDC of a degree costs, where neither file nor key gives it."""
-    near = np.abs(angles) <= _FLANKS
+    # The last sample of a two-stroke cycle may stand at firing TDC, as the first.
+    near = (np.abs(angles) <= _FLANKS) & (np.diff(angles, prepend=-np.inf) > 0)
     flank = float(np.abs(np.gradient(absolute[near], angles[near])).max())
+    said = f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar"
+    if around.strokes == 2:
+        return said
     return (
-        f"each degree by which its TDC is off changes the flanks of the peak by up to {flank:.2g} bar, and "
-        "the heat of the flame moves the sensor's exhaust stroke, which counts at gas-exchange TDC, by "
-        f"{_SHOCK} bar"
+        f"{said}, and the heat of the flame moves the sensor's exhaust stroke, which counts at gas-exchange "
+        f"TDC, by {_SHOCK} bar"
     )
 
 
@@ -336,8 +362,16 @@ def _closes_within(fit: Compression, unit: PressureUnit, bounds: tuple[float, fl
     return bounds[0] <= fit.closing * unit.bar <= bounds[1]
 
 
+# Of the largest pressure: how far below zero pressures fall that no lost zero of a sensor explains.
+_BOTH_SIDES = 0.3
+
+
 def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUnit:
     name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    usual = fit is not None and fit.is_usual
+    rule = "fall far below zero, as those of a cylinder with pressure on both sides of its piston"
+    both = pressures.min() < -_BOTH_SIDES * pressures.max()
+    require(usual or not both, name, value, rule, DOUBLE_ACTING)
     remedy = 'Set pressure_unit, as in pressure_unit = "bar", and pressure_offset_bar if the zero is off.'
     if fit is None:
         rule = "have no unit in a heading, and show no compression that shows one"

@@ -124,6 +124,18 @@ def test_without_gas_both_revolutions_count(rod):
     assert life_of(other, DutyTable((6500.0,), hours=(1.0,))).figures.hours == pytest.approx(none.hours)
 
 
+def test_a_two_stroke_engine_has_as_many_revolutions_but_twice_the_cycles(rod):
+    # With no gas, a four-stroke cycle holds the range of a two-stroke one twice: equal hours, and per hour
+    # twice the damage of the largest range.
+    duty = DutyTable((6500.0,), hours=(1.0,))
+    four = rod.engine.with_gas("none")
+    two = replace(four, engine=replace(four.engine, strokes=2))
+    lives = [life_of_loads(rod.cycle, rod.mass, DutyLoads(duty, (one,))).figures for one in (four, two)]
+    assert lives[1].hours == pytest.approx(lives[0].hours, rel=1e-6)
+    of_largest = [one.damage_per_hour * one.largest_range_percent for one in lives]
+    assert of_largest[1] == pytest.approx(2 * of_largest[0], rel=1e-3)
+
+
 def test_a_material_without_a_line_has_an_assumed_one_with_its_band_and_is_told():
     plain = replace(study(duty=DUTY), material=MaterialTable(preset="hard-steel-1945"))
     life = prepare(plain).life

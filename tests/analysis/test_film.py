@@ -11,16 +11,19 @@ import numpy as np
 import pytest
 import pyvista
 from browser import browser, missing
+from engines import LEON_ROD
 
 from fea.__main__ import call
-from fea.analysis.film import FilmResult, Regime, extreme_error, film_error
+from fea.analysis.film import FilmResult, Regime, extreme_error, film_error, films_at
 from fea.analysis.pipeline import prepare
 from fea.apps.result import analyse
 from fea.base.checks import LIMITS
+from fea.base.note import NoteKind
 from fea.film.grid import FilmGrid
 from fea.output.text import read_columns
 from fea.pins import lubrication
 from fea.pins.yielding import End, YieldingBore
+from fea.rod.loading import EngineLoading
 from fea.study.film_table import FilmTable
 from fea.study.flags import Flags
 from fea.study.study import load_study
@@ -199,6 +202,33 @@ def test_a_highest_pressure_with_a_wide_bar_gives_no_verdict(regime, bar, verdic
 def test_where_no_film_can_be(study, flags, message):
     with pytest.raises(InvalidValue, match=message):
         Flags(**flags).applied(load_study(study))
+
+
+@pytest.mark.parametrize(
+    ("strokes", "rpm", "rollers", "why"),
+    [
+        (2, 1000, (), "presses on one side of the bore throughout the cycle"),
+        (2, 9000, (), None),  # where inertia pulls before the gas pushes
+        (4, 1000, (), None),  # at the dead centre of gas exchange
+        (4, 1000, ("small end",), "it runs on rollers"),
+    ],
+)
+def test_a_small_end_has_no_film_where_nothing_refills_it(strokes, rpm, rollers, why, monkeypatch):
+    keys = {"gas": "otto", "compression_ratio": 10.0, "peak_pressure_bar": 60.0, "strokes": strokes}
+    table = replace(load_study("leon-2001").engine, **keys, roller_bearings=rollers)
+    loading = EngineLoading.of(table, 141.0)
+    rod = SimpleNamespace(
+        structure=None,
+        engine=loading,
+        crank_cycle=lambda rpm: loading.crank_cycle(LEON_ROD, rpm),
+        small_end_films=SimpleNamespace(lubrication=None),
+    )
+    monkeypatch.setattr(End, "pressed_in", lambda *_: False)
+    monkeypatch.setattr("fea.analysis.film.film_at", lambda *_: "film")
+    films, left_out = films_at(rod, rpm)
+    assert len(films) == (2 if why is None else 1)
+    assert [note.kind for note in left_out] == [NoteKind.OMISSION] * (why is not None)
+    assert why is None or why in str(left_out[0])
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,6 @@ from fea.judge.history import deviatoric, extremes
 from fea.judge.verdict import CAP
 from fea.study.flags import Flags
 from geometry.surfaces import Surface
-from loads.engine import cycle_angles
 from loads.gas import NoGas
 
 pytestmark = pytest.mark.usefixtures("coarse_bores")
@@ -40,7 +39,7 @@ def _everywhere(rod, rpm):
     cycle = rod.cycle
     cases = rod.crank_cycle(rpm).peaks.cases
     degrees, of_cases = (
-        cycle.weights(rod.crank_cycle(rpm), cycle_angles()),
+        cycle.weights(rod.crank_cycle(rpm), rod.engine.engine.cycle_angles),
         cycle.basis.weights(cases),
     )
     moving = cases.in_cycle

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from engines import LEON_ROD
 from matplotlib.image import imread
 from program import fea as program
 from scipy.interpolate import RegularGridInterpolator
@@ -17,7 +18,7 @@ import fea
 from fea.analysis.assembling import AssemblySetup
 from fea.analysis.assembly_report import judged_bolts
 from fea.analysis.buckling import column_figures
-from fea.apps.limits.engine import ScaledEngine
+from fea.apps.limits.engine import MECHANICAL_EFFICIENCY, ScaledEngine
 from fea.apps.limits.factors import FailureMode, ModeFactor, RodFactors
 from fea.apps.limits.figures import LargestValue
 from fea.apps.limits.limit_map import LimitMap, RayAxes, with_film
@@ -341,6 +342,18 @@ def test_the_gas_load_factor_scales_the_ideal_cycle_and_a_trace():
         boosted = EngineLoading.of(replace(given, boost_bar=0.7 * 1.01325), 150.0)
         assert ScaledEngine(boosted, None).boost(1.0) == pytest.approx(0.7 * 1.01325)
     assert ScaledEngine(EngineLoading.of(own, 150.0), None).boost(2.0) == pytest.approx(1.01325)
+
+
+def test_a_two_stroke_engine_gives_its_full_load_and_breathes_with_a_closed_throttle():
+    keys = {"gas": "otto", "compression_ratio": 10.0, "peak_pressure_bar": 60.0, "strokes": 2}
+    own = replace(study().engine, **keys, full_load=({"rpm": 3000.0, "torque_Nm": 100.0},))
+    engine = ScaledEngine(EngineLoading.of(own, 150.0), LEON_ROD)
+    gas = engine.closed_throttle().loading.gas
+    assert gas.intake == own.atmosphere  # through the exhaust port, not through the throttle
+    at = np.linspace(0, 2 * np.pi, 7201)[:-1] + 1e-4
+    torque = engine.cycle(3000.0, engine.full_load_scale(3000.0)).at(at).torque.mean() / 1e3
+    # Every cylinder of a two-stroke engine works in each revolution; the steps at TDC and port cost a degree.
+    assert own.cylinders * torque == pytest.approx(100.0 / MECHANICAL_EFFICIENCY, rel=0.02)
 
 
 def test_full_load_is_read_and_refused(tmp_path):

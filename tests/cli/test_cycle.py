@@ -1,5 +1,6 @@
 import csv
 import json
+import re
 
 import meshio
 import numpy as np
@@ -168,3 +169,54 @@ analysis = { cycle = true, pressure = "cosine-180" }
     crossland = fields["crossland_safety_factor"].min()
     assert crossland == pytest.approx(envelope["min_crossland_safety_factor"], rel=1e-3)
     assert envelope["crossland"]["surface_region"] == "rest"
+
+
+TWO_STROKE = """[rod]
+length_mm = 110.0
+big_end_bore_mm = 30.0
+small_end_bore_mm = 20.0
+shank_section = "rectangular"
+[material]
+preset = "c70-2005"
+[engine]
+stroke_mm = 54.5
+bore_mm = 54.0
+piston_mass_kg = 0.15
+strokes = 2
+gas = "otto"
+compression_ratio = 12.0
+peak_pressure_bar = 60.0
+roller_bearings = ["big end"]
+[speed]
+rpm = 10000
+"""
+
+
+def test_a_two_stroke_run_stays_within_one_revolution(tmp_path):
+    (tmp_path / "two.toml").write_text(TWO_STROKE + PRESSED)
+    flags = ("--cycle", "--size", "14", "--report", "--out", "run")
+    run = fea("run", "two.toml", *flags, cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    out = tmp_path / "run"
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["engine"]["strokes"] == 2
+    assert all(0 <= load["crank_deg"] < 360 for load in summary["loads"].values())
+    assert summary["envelope"]["instants"] == 361
+    assert {len(spot["history_MPa"]) for spot in summary["envelope"]["spots"]} == {361}
+    with (out / "loads.csv").open() as file:
+        angles = [float(row["crank_deg"]) for row in csv.DictReader(file)]
+    np.testing.assert_allclose(angles, np.arange(361.0))
+    assert meshio.read(out / "envelope.vtu").point_data["crank_deg"].max() <= 360
+    times = [float(time) for time in re.findall(r'timestep="([^"]+)"', (out / "cases.pvd").read_text())]
+    assert len(times) == len(summary["loads"])
+    assert 0 <= min(times) <= max(times) < 360
+    page = (out / "report.html").read_text()
+    assert "at 0° the engine fires" in page
+    assert 'max="360"' in page
+    assert not re.search(r'max="720"|720°|>540°<', page)
+    assert any("rollers of the big end" in note["what"] for note in summary["left_out"])
+    assert any("exhaust_port_deg = 95" in note for note in map(str, summary["notes"]))
+    assert "strokes = 2" in (out / "study.toml").read_text()
+    refused = fea("run", "two.toml", "--film", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert "big end runs on rollers" in refused.stderr

@@ -1,6 +1,7 @@
 """What is around a study: engines by name, the schema for editors, completion in the shell."""
 
 import json
+import re
 import subprocess
 import tomllib
 
@@ -8,11 +9,20 @@ import pytest
 from jsonschema import Draft202012Validator
 from program import fea
 
+from fea.study.documents import template
+from fea.study.study import parse_study
+
 SCHEMA = "fea-study.schema.json"
 
 
 def test_the_study_of_an_engine_runs_as_it_is_and_says_what_is_assumed(tmp_path):
     assert fea("init", "--engine", "subaru-ej25", "ej25", cwd=tmp_path).returncode == 0
+    text = (tmp_path / "ej25.toml").read_text()
+    for key in ("boost_bar", "full_load"):  # as `fea init` without an engine explains them
+        (line,) = re.findall(rf"(?m)^# {key} = .*$", text)
+        assert line in template()
+    boosted, _ = re.subn(r"(?m)^# (boost_bar = )", r"\1", text)
+    assert parse_study(boosted, "boosted", tmp_path).engine.boost_bar == 1.0
     done = fea("run", "ej25.toml", "--size", 14, "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)

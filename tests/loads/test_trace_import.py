@@ -194,14 +194,62 @@ def test_one_revolution_of_a_four_stroke_engine_is_completed(first):
     about_firing = np.arange(200.0, 500.0)
     np.testing.assert_allclose(bar(found, about_firing), gauge(about_firing), rtol=1e-2, atol=0.02)
     np.testing.assert_allclose(bar(found, np.array([0.0, 100, 600, 700])), gauge(np.zeros(4)), atol=0.02)
-    assert found.keys.strokes == 4
+    assert found.of_four
     assert "gas exchange is held at 0.93" in found.trace.remarks[0]
 
 
-def test_one_revolution_of_a_two_stroke_engine_is_repeated():
-    angles = np.arange(-180.0, 180.0)
-    found = parse_trace(text(absolute(angles), angles), "t.csv", TraceKeys(strokes=2))
-    np.testing.assert_allclose(bar(found, DEGREES[:360]), bar(found, DEGREES[360:]), atol=1e-9)
+TWO_STROKE = Surroundings(strokes=2, port=95.0)
+
+
+def two_stroke(degrees):
+    """Absolute pressure, bar, over degrees from firing TDC: polytropic until the port opens at 95°."""
+    degrees = (np.asarray(degrees, float) + 180) % 360 - 180
+    shut = volume(degrees, 10.0) ** -1.3 / volume(np.array(95.0), 10.0) ** -1.3
+    fired = 1 + 2.0 * ((degrees > 0) & (degrees < 95))
+    return np.where(np.abs(degrees) < 95, ATMOSPHERE * shut * fired, ATMOSPHERE)
+
+
+@pytest.mark.parametrize("first", [-180.0, 0.0, -77.0])
+@pytest.mark.parametrize("turns", [1, 2])
+def test_a_two_stroke_trace_is_one_revolution_and_repeats(first, turns):
+    angles = np.arange(first, first + 360 * turns)
+    found = parse_trace(text(two_stroke(angles), angles), "t.csv", around=TWO_STROKE)
+    trace = found.trace
+    assert trace.cycle == pytest.approx(2 * np.pi)
+    assert 0 <= trace.crank_angles.min() <= trace.crank_angles.max() < 2 * np.pi
+    expected = two_stroke(DEGREES) - ATMOSPHERE
+    np.testing.assert_allclose(bar(found, DEGREES), expected, atol=1e-6)  # 720°: two cycles
+    assert not found.of_four
+    assert "(strokes" not in "".join(trace.remarks)
+
+
+def test_a_documented_two_stroke_trace_counts_from_firing_and_its_zero_is_found():
+    angles = np.arange(0.0, 361.0)
+    pressures = two_stroke(angles) - ATMOSPHERE + 0.5  # a zero that is off
+    lines = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angles, pressures, strict=True))
+    found = parse_trace(f"crank_deg,pressure_bar\n{lines}\n", "t.csv", around=TWO_STROKE)
+    expected = two_stroke(DEGREES) - ATMOSPHERE
+    np.testing.assert_allclose(bar(found, DEGREES), expected, atol=0.03)
+    assert found.trace.reading.offset_bar == pytest.approx(-0.5, abs=0.03)
+    assert found.trace.reading.compression_exponent == pytest.approx(1.3, abs=0.02)
+
+
+def test_a_revolution_in_the_documented_format_asks_for_the_strokes():
+    angles = np.arange(0.0, 360.0)
+    lines = "\n".join(f"{a:g},{p:.6f}" for a, p in zip(angles, two_stroke(angles), strict=True))
+    with pytest.raises(InvalidValue, match=r"four-stroke cycle of 720°.*set engine\.strokes = 2"):
+        parse_trace(f"crank_deg,pressure_bar\n{lines}\n", "t.csv")
+
+
+@pytest.mark.parametrize("heading", ["crank_deg,pressure_bar", "angle;p"])
+def test_a_double_acting_cylinder_is_refused_for_what_it_is(heading):
+    angles = np.arange(0.0, 360.0, 2.0)
+    steam = 12 * np.sign(np.sin(np.radians(angles))) * np.clip(5 * np.abs(np.sin(np.radians(angles))), 0, 1)
+    separator = ";" if ";" in heading else ","
+    lines = "\n".join(f"{a:g}{separator}{p:.3f}" for a, p in zip(angles, steam, strict=True))
+    with pytest.raises(InvalidValue, match="double-acting cylinder") as refused:
+        parse_trace(f"{heading}\n{lines}\n", "t.csv", around=TWO_STROKE)
+    assert "compression" not in str(refused.value)
 
 
 def test_noise_of_fine_sampling_is_smoothed_by_no_more_than_it_says():

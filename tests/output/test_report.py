@@ -390,6 +390,19 @@ def test_charts_stay_within_their_frame(values):
     assert {row for _, row, _, _ in drawn.marks} == {0, 1}  # names of neighbours do not touch
 
 
+@pytest.mark.parametrize(("last", "fires"), [(720, ["firing TDC"]), (360, ["firing TDC"] * 2)])
+def test_a_chart_spans_the_cycle_of_its_engine(last, fires):
+    degrees = np.arange(last + 1.0)
+    drawn = chart(("a", "b", "kN"), degrees, {"": degrees}, {"end": float(last)})
+    assert drawn.last == last
+    assert drawn.moving()["last"] == last
+    assert drawn.grid[0] == (58.0, 0)
+    assert drawn.grid[-1] == (590.0, last)
+    assert drawn.marks[0][0] == drawn.curves[0][-1][0] == 590.0
+    assert [name for _, name in drawn.centres if name.startswith("firing")] == fires
+    assert [place for place, _ in drawn.centres] == pytest.approx(np.linspace(58, 590, last // 180 + 1))
+
+
 def test_what_rounding_leaves_of_a_force_is_drawn_as_zero():
     drawn = chart(("a", "b", "kN"), np.linspace(0, 720, 3), {"": np.array([0, 2.39e-16, -1e-17])}, {})
     assert set(drawn.series[0]) == {0.0}

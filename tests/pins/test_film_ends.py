@@ -25,6 +25,7 @@ from fea.study.flags import Flags
 from fea.study.study import load_study
 from geometry.errors import InvalidValue
 from geometry.rod import proportioned
+from loads.gas import NoGas
 
 E, NU = 206e3, 0.3
 
@@ -122,6 +123,24 @@ def test_the_small_end_swings_on_a_fixed_pin_twice_as_fast_as_on_a_floating_one(
         assert film.supplied == pytest.approx(film.leaked, rel=1e-3)
         assert film.driven == pytest.approx(film.dissipated, rel=1e-2)
     assert fixed.dissipated > floating.dissipated
+
+
+def test_the_film_of_a_two_stroke_engine_is_that_of_one_revolution(rod, monkeypatch):
+    # Without gas, both revolutions of a four-stroke cycle load the bearing as that of a two-stroke engine.
+    films = Films(replace(rod.structure, film=FilmTable(viscosity_mPas=8.0)))
+    four = replace(rod.crank_cycle(6000.0), gas=NoGas())
+    two = replace(four, engine=replace(four.engine, strokes=2))
+    found = []
+    for cycle, steps in ((four, 72), (two, 36)):
+        monkeypatch.setattr(lubrication, "COARSE", (16, 4, steps))
+        found.append(films.coarse(cycle))
+    twice, once = found
+    assert once.acting.period == pytest.approx(0.01)  # one of 6000 revolutions a minute
+    assert twice.acting.period == pytest.approx(0.02)
+    assert once.acting.load == pytest.approx(twice.acting.load[36:], rel=1e-6, abs=1e-6)
+    # Cycles repeat themselves to a part in a hundred or so.
+    assert once.thinnest == pytest.approx(twice.thinnest[36:], rel=0.02)
+    assert once.dissipated == pytest.approx(twice.dissipated, rel=0.01)
 
 
 R, WIDTH, CLEARANCE = 12.0, 25.0, 0.01

@@ -22,7 +22,6 @@ from fea.machine.threads import side_by_side
 from fea.pins.model import Weights
 from geometry.arrays import Floats, Ints
 from loads.crank_cycle import CrankCycle
-from loads.engine import cycle_angles
 
 # Utilisations are those against yielding, against fatigue, and of the linings of the bores against yielding.
 YIELDING, FATIGUE, LINING = CRITERIA = range(3)
@@ -141,7 +140,7 @@ class Candidates:
         pairs = [(part, rows) for part, rows in zip(self.parts, self._rows, strict=True) if rows.size]
         first = [RowHistories.of(part, rows, weights) for part, rows in pairs]
         usage = [each.utilisation for each in first]
-        decisive = decisive_angles(angles, first, usage)
+        decisive = decisive_angles(cycle, angles, first, usage)
         worst = [each.some(most_used(used)) for each, used in zip(first, usage, strict=True)]
         more = np.setdiff1d(decisive, angles)
         if more.size:
@@ -157,9 +156,9 @@ def _largest(usage: Sequence[Floats]) -> Floats:
 
 def sampled_angles(cycle: CrankCycle, step: int) -> Floats:
     """Crank angles at every so many degrees, and that of the largest gas pressure, rad."""
-    angles = np.concatenate([cycle_angles(), cycle.gas.samples])
+    angles = np.concatenate([cycle.engine.cycle_angles, cycle.gas.samples])
     gas_peak = angles[cycle.gas.pressure(angles, np.asarray(cycle.speed)).argmax()]
-    return np.append(np.arange(0, 720, step) * DEG, gas_peak)
+    return np.append(np.arange(0, cycle.engine.cycle_degrees, step) * DEG, gas_peak)
 
 
 def utilisation(part: PartRows, weights: Weights) -> Floats:
@@ -182,7 +181,11 @@ def most_used(usage: Floats) -> Ints:
 
 
 def decisive_angles(
-    angles: Floats, histories: Sequence[RowHistories], usage: Sequence[Floats], window: int = WINDOW
+    cycle: CrankCycle,
+    angles: Floats,
+    histories: Sequence[RowHistories],
+    usage: Sequence[Floats],
+    window: int = WINDOW,
 ) -> Floats:
     """Crank angles around the extremes of the three worst rows against each mode, rad."""
     found = set[int]()
@@ -194,10 +197,10 @@ def decisive_angles(
         for row in np.argsort(-usage[number][mode])[:3]:
             signed = signed_equivalent(histories[number].stress[row : row + 1])[0]
             found |= {int(signed.argmax()), int(signed.argmin())}
-    return around(angles[sorted(found)], window)
+    return around(cycle, angles[sorted(found)], window)
 
 
-def around(angles: Floats, window: int = WINDOW) -> Floats:
-    """Crank angles, a degree apart, within so many degrees of each of some, rad."""
+def around(cycle: CrankCycle, angles: Floats, window: int = WINDOW) -> Floats:
+    """Crank angles of a cycle, a degree apart, within so many degrees of each of some, rad."""
     degrees = np.round(angles / DEG)[:, None] + np.arange(-window, window + 1)
-    return np.asarray(np.unique(np.mod(degrees, 720)) * DEG)
+    return np.asarray(np.unique(np.mod(degrees, cycle.engine.cycle_degrees)) * DEG)

@@ -14,7 +14,6 @@ from fea.analysis.figures import (
     SpotFigures,
     SurfaceFigures,
 )
-from fea.analysis.life import CYCLES_PER_HOUR
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
 from fea.base.material import Material
@@ -25,6 +24,7 @@ from fea.judge.fatigue import crossland_factors, fatigue_factor
 from fea.judge.history import deviatoric, extremes
 from fea.judge.safety_factor import SafetyFactor, without_bar
 from fea.judge.verdict import CAP, peak, safety_factor
+from fea.rod.loading import EngineLoading
 from fea.rod.places import place_name
 from geometry.arrays import vector
 
@@ -73,8 +73,8 @@ def envelope_figures(
 
 def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLifeFigures | None:
     """Return the hours at a speed until the worst place fails; None where no S–N line can be assumed."""
-    spot = result.weakest
-    if spot is None or not rpm:
+    spot, loading = result.weakest, rod.loading
+    if spot is None or not rpm or not isinstance(loading, EngineLoading):
         return None
     material = rod.materials[spot.part]
     surface = float(result.regions.at(np.array([spot.node])).factors(material)[0])
@@ -82,7 +82,7 @@ def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLife
     if found is None:
         return None
     hours, low, high = (
-        cycles / (CYCLES_PER_HOUR * rpm) if np.isfinite(cycles) else None
+        cycles / (loading.engine.cycles_per_hour * rpm) if np.isfinite(cycles) else None
         for cycles in (found.cycles, found.low, found.high)
     )
     return CycleLifeFigures(

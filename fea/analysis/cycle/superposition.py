@@ -173,7 +173,10 @@ class CycleAnalysis(SpannedRod):
             counts=counts,
             regions=self.regions.at(whole.source),
             weights=of_degrees,
-            known_notes=(*fatigue_notes(self.materials, self.fatigue), *([] if certain else [_ALL_SOLVED])),
+            known_notes=(
+                *fatigue_notes(self.materials, self.fatigue, cycle.engine.strokes),
+                *([] if certain else [_ALL_SOLVED]),
+            ),
             multiaxial=multiaxial,
             touches=contacts.touches,
             states=contacts.states,

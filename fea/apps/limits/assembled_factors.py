@@ -181,10 +181,11 @@ class AssembledFactors(RodFactors):
         first = self._solved(cycle.at(angles), cycle)
         worst = first.most_stressed
         usage = [each.utilisation for each in worst]
-        self._decisive = np.union1d(self._decisive, decisive_angles(angles, worst, usage, 0))
+        self._decisive = np.union1d(self._decisive, decisive_angles(cycle, angles, worst, usage, 0))
         of_assembly = self._of_assembly(first.states, angles).values()
         decisive = [each.crank_angle for each in of_assembly if each.crank_angle is not None]
-        more = np.union1d(decisive_angles(angles, worst, usage), around(np.array(decisive)))
+        extremes = decisive_angles(cycle, angles, worst, usage)
+        more = np.union1d(extremes, around(cycle, np.array(decisive)))
         more = np.setdiff1d(more, angles)
         second = self._solved(cycle.at(more), cycle)
         both = [each.extended(part, second.weights) for each, part in zip(worst, second.parts, strict=True)]

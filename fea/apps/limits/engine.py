@@ -11,7 +11,6 @@ from fea.rod.loading import EngineLoading
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
 from loads.crank_cycle import CrankCycle
-from loads.engine import cycle_angles
 from loads.gas import HEAT_RATIO_AIR, NoGas, Otto, Scaled, scaled
 
 # Absolute pressure in the intake behind a closed throttle at high speed, bar, and the compression ratio where
@@ -42,7 +41,7 @@ class ScaledEngine:
         gas = self.loading.gas
         if isinstance(gas, Otto):  # with a pin offset the dead centre lies between degrees
             return scale * (gas.compressed if gas.peak is None else gas.peak)
-        angles = np.concatenate([cycle_angles(), gas.samples])
+        angles = np.concatenate([self.loading.engine.cycle_angles, gas.samples])
         gauge = float(gas.pressure(angles, np.asarray(rpm * RPM)).max())
         return scale * gauge + self.loading.table.atmosphere
 
@@ -93,7 +92,8 @@ class ScaledEngine:
 
     def _scale_of_torque(self, rpm: float, torque: float) -> float:
         """Return the gas load factor at which the engine gives a mean torque, N·m."""
-        count, angles = self.loading.engine.cylinders, cycle_angles()[:-1]
+        engine = self.loading.engine
+        count, angles = engine.cylinders, engine.cycle_angles[:-1]
         cycles = (self.cycle(rpm, scale) for scale in (0.5, 1.0))
         low, high = (count * float(cycle.at(angles).torque.mean()) / 1e3 for cycle in cycles)
         return 0.5 + 0.5 * (torque / MECHANICAL_EFFICIENCY - low) / (high - low)
@@ -108,5 +108,7 @@ class ScaledEngine:
         """Return the engine as its vehicle drives it, with the throttle closed and no combustion."""
         table, engine = self.loading.table, self.loading.engine
         ratio = table.compression_ratio or _COMPRESSION
-        gas = Otto(engine, ratio, None, CLOSED_THROTTLE * BAR, table.atmosphere, HEAT_RATIO_AIR)
+        # The exhaust port of a two-stroke engine opens to the atmosphere in every revolution.
+        intake = table.atmosphere if engine.strokes == 2 else CLOSED_THROTTLE * BAR
+        gas = table.ideal_cycle(engine, ratio, None, intake, HEAT_RATIO_AIR)
         return ScaledEngine(EngineLoading(engine, gas, table), self.rod)

@@ -294,6 +294,10 @@ _ASSEMBLED = (
     "lines of the map are those of the decisive instants, interpolated where limits.csv says so; the limits "
     "in words are solved over whole cycles"
 )
+_CLOSED = {
+    4: f"{CLOSED_THROTTLE:g} bar absolute in the intake and no combustion",
+    2: "the exhaust port still opens to the atmosphere, and there is no combustion",
+}
 
 
 def _notes(found: RodLimits) -> Iterator[Note]:
@@ -301,8 +305,7 @@ def _notes(found: RodLimits) -> Iterator[Note]:
     table = engine.loading.table
     if engine.burns:
         yield assumption(_OTTO if isinstance(engine.loading.gas, Otto) else _MULTIPLIED, "gas")
-    closed = f"{CLOSED_THROTTLE:g} bar absolute in the intake and no combustion"
-    yield assumption(f"with the throttle closed {closed}", "gas")
+    yield assumption(f"with the throttle closed {_CLOSED[engine.loading.engine.strokes]}", "gas")
     if table.full_load and any("torque_Nm" in point for point in table.full_load):
         yield assumption(f"mechanical efficiency {MECHANICAL_EFFICIENCY:g} (Heywood 1988, §2.4)", "full load")
     if rod.options.in_contact:

@@ -14,7 +14,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from fea.analysis.life import CYCLES_PER_HOUR
 from fea.analysis.prepared_rod import PreparedRod
 from fea.apps.limits.engine import ScaledEngine
 from fea.apps.limits.factors import ONSETS, FailureMode, ModeFactor, RodFactors
@@ -160,7 +159,8 @@ def with_film(
 
     def level(point: Point) -> float:
         film = films.coarse(engine.cycle(*point))
-        thinnest_at[point] = float(crank_angles(film.thinnest.size)[film.thinnest.argmin()])
+        steps = crank_angles(film.thinnest.size, engine.loading.engine.cycle)
+        thinnest_at[point] = float(steps[film.thinnest.argmin()])
         ratio = float(film.thinnest.min()) / roughness
         return math.log(min(ratio, _STARVED) if film.starved else ratio)
 
@@ -198,6 +198,7 @@ class LifeMap:
     angles: Floats  #: (n,) of the rays, rad
     logarithms: Floats  #: (n, k) of the numbers of cycles, to base 10, at the utilisations `_USAGE`
     undamaged: float  #: utilisation up to which life is unlimited: 0 for metals without an endurance limit
+    per_hour: float  #: cycles an hour at 1 rpm
 
     def hours(self, rpm: Floats, scale: Floats) -> Floats:
         """Hours of running at points (…); infinite without damage, NaN far beyond the endurance limit."""
@@ -207,7 +208,7 @@ class LifeMap:
         by_ray = np.stack([np.interp(level, np.log(_USAGE), row, right=np.nan) for row in self.logarithms])
         pairs = zip(angle.ravel().tolist(), by_ray.T, strict=True)
         cycles = 10 ** np.array([np.interp(at, self.angles, values) for at, values in pairs])
-        hours = cycles.reshape(usage.shape) / (CYCLES_PER_HOUR * np.asarray(rpm))
+        hours = cycles.reshape(usage.shape) / (self.per_hour * np.asarray(rpm))
         return np.asarray(np.where(usage <= self.undamaged, np.inf, hours))
 
 
@@ -230,7 +231,9 @@ def life_map(model: RodFactors, engine: ScaledEngine, of_rays: LimitMap, require
             except ContactError:  # no state of contact carries the load
                 break
             logarithms[row, column] = math.log10(cycles)
-    return LifeMap(of_rays, of_rays.angles[some], logarithms, required if model.endurance else 0.0)
+    undamaged = required if model.endurance else 0.0
+    per_hour = engine.loading.engine.cycles_per_hour
+    return LifeMap(of_rays, of_rays.angles[some], logarithms, undamaged, per_hour)
 
 
 def hours_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> float:
@@ -238,4 +241,4 @@ def hours_at(model: RodFactors, engine: ScaledEngine, rpm: float) -> float:
     cycle = engine.cycle(rpm, engine.full_load_scale(rpm))
     if model.endurance and model.at(cycle)[FailureMode.FATIGUE].factor >= 1:
         return math.inf
-    return model.life(cycle) / (CYCLES_PER_HOUR * rpm)
+    return model.life(cycle) / (cycle.engine.cycles_per_hour * rpm)

@@ -150,7 +150,7 @@ class SampledDesign:
         if not isinstance(loading, EngineLoading) or load.rpm is None:
             return None
         cycle = loading.crank_cycle(self.mass, load.rpm)
-        weights = self._spanning.weights(cycle.at(np.arange(0, 4 * np.pi, _EVERY)), cycle)
+        weights = self._spanning.weights(cycle.at(np.arange(0, cycle.engine.cycle, _EVERY)), cycle)
         used, first = [], 0
         for part, material in zip(self.parts, load.materials, strict=True):
             of_part = rows[(rows >= first) & (rows < first + len(part.points))] - first

@@ -47,7 +47,7 @@ def write_film(path: Path, content: bytes) -> None:
         place.write_bytes(content)
 
 
-COUNT = 72  # frames of a cycle: one every 10°
+COUNT = 72  # frames of a cycle: of a four-stroke engine, one every 10°
 
 
 def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[bytes, str]:
@@ -62,7 +62,7 @@ def filmed(rod: PreparedRod, rpm: float, path: Path, clock: Clock) -> tuple[byte
 def computed(rod: PreparedRod, rpm: float) -> CycleAnimation:
     """Compute the frames of an animation at a speed: displacement by solving, stress by superposition."""
     engine, mesh = rod.engine.engine, rod.mesh.whole
-    instants = InstantFields(rod, rpm, 720 / COUNT)
+    instants = InstantFields(rod, rpm, engine.cycle_degrees / COUNT)
     outer = DrawnSurface.of(mesh.points, mesh.tets)
     nodes, facets = np.unique(outer.facets, return_inverse=True)
     displacement = np.empty((COUNT, len(nodes), 3), np.float32)

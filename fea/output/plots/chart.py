@@ -15,6 +15,7 @@ from fea.analysis.result import RunResult
 from fea.base.units import DEG
 from fea.output.json_file import JsonObject
 from fea.output.pictures.scale import round_up
+from fea.output.plots.figure import crank_angle
 from fea.output.tables import lettered
 from fea.output.target import PictureError, reported
 from fea.output.units import place, scale, unit
@@ -24,7 +25,6 @@ from geometry.arrays import Floats
 WIDTH, HEIGHT = 600, 230
 LEFT, RIGHT, TOP, BOTTOM = 58, 590, 26, 198
 LEVEL = 11  # between two rows of the names of load cases
-LAST = 720
 _STEPS = 5
 _EVERY = 2  # degrees from one corner of a line to the next
 _LETTER = 6.2  # width of a letter of these names, with some to spare
@@ -46,17 +46,36 @@ class Chart:
     ticks: tuple[tuple[float, str], ...]  #: height and label of the horizontal lines
     #: Place, row and name of each load case, and whether the name fits on the right of its line
     marks: tuple[tuple[float, int, str, bool], ...]
-    series: tuple[tuple[float, ...], ...]  #: (n_curves, 721) values at every degree, for the slider
+    series: tuple[tuple[float, ...], ...]  #: (n_curves, last + 1) values at every degree, for the slider
+    last: int = 720  #: crank angle at which the cycle ends, degrees; 360 of a two-stroke engine
 
     @property
     def lines(self) -> list[str]:
         """The curves as SVG has them."""
         return [" ".join(f"{x:g},{y:g}" for x, y in curve) for curve in self.curves]
 
+    @property
+    def grid(self) -> list[tuple[float, int]]:
+        """Places and crank angles of the vertical lines."""
+        return [(across(angle, self.last), angle) for angle in range(0, self.last + 1, self.last // 8)]
+
+    @property
+    def centres(self) -> list[tuple[float, str]]:
+        """Places and names of the dead centres."""
+        names = ["TDC", "BDC", "firing TDC", "BDC", "TDC"] if self.last > 360 else ["firing TDC", "BDC"] * 2
+        return [(across(180 * k, self.last), name) for k, name in enumerate(names[: self.last // 180 + 1])]
+
     def moving(self) -> JsonObject:
         """Return the data with which the page shows the crank angle of the slider."""
         series = [list(values) for values in self.series]
-        return {"id": self.id, "left": LEFT, "width": RIGHT - LEFT, "unit": self.unit, "series": series}
+        return {
+            "id": self.id,
+            "left": LEFT,
+            "width": RIGHT - LEFT,
+            "unit": self.unit,
+            "series": series,
+            "last": self.last,
+        }
 
 
 def chart(
@@ -67,7 +86,7 @@ def chart(
     The heading is the id of the chart on the page, its title and that unit. The marks are the angles of the
     load cases, by their names. A single curve needs no name (``""``).
     """
-    ident, title, given = heading
+    (ident, title, given), end = heading, round(float(degrees[-1]))
     values = scale(given) * np.stack(list(curves.values()))
     values[np.abs(values) < _ROUNDING * scale(given)] = 0.0
     low, high = min(0.0, float(values.min())), max(0.0, float(values.max()))
@@ -79,7 +98,7 @@ def chart(
         return round(BOTTOM - (BOTTOM - TOP) * (value / step - first) / (last - first), 1)
 
     corners = [
-        tuple((across(a), height(v)) for a, v in zip(degrees[::_EVERY], row[::_EVERY], strict=True))
+        tuple((across(a, end), height(v)) for a, v in zip(degrees[::_EVERY], row[::_EVERY], strict=True))
         for row in values
     ]
     return Chart(
@@ -90,14 +109,15 @@ def chart(
         names=tuple(name for name in curves if name),
         curves=tuple(corners),
         ticks=tuple((height(step * k), f"{step * k:.6g}".replace("-", "−")) for k in range(first, last + 1)),
-        marks=_marks({case: across(angle) for case, angle in marks.items()}),
+        marks=_marks({case: across(angle, end) for case, angle in marks.items()}),
         series=tuple(tuple(float(f"{value:.4g}") for value in row) for row in values),
+        last=end,
     )
 
 
-def across(degrees: float) -> float:
-    """Return the place of a crank angle."""
-    return round(LEFT + (RIGHT - LEFT) * degrees / LAST, 1)
+def across(degrees: float, last: int = 720) -> float:
+    """Return the place of a crank angle in a cycle that ends at the last one."""
+    return round(LEFT + (RIGHT - LEFT) * degrees / last, 1)
 
 
 def _described(degrees: Floats, curves: Mapping[str, Floats], name: str) -> str:
@@ -170,15 +190,14 @@ def _picture(drawn: Chart, remark: str) -> Image.Image:
         pen.text(at, words, fill=colour, font=font(_FINER * size), anchor=anchor)
 
     text(WIDTH / 2, LEVEL - above, f"{drawn.title}, {drawn.unit}", "mm", _TITLE)
-    for degrees in range(0, LAST + 1, 90):
-        x = across(degrees)
+    for x, degrees in drawn.grid:
         line([(x, TOP), (x, BOTTOM)], _GRID)
         text(x, BOTTOM + 5, f"{degrees}", "ma")
     for y, label in drawn.ticks:
         line([(LEFT, y), (RIGHT, y)], _GREY if label == "0" else _GRID)
         text(LEFT - 5, y, label, "rm")
     line([(LEFT, TOP), (RIGHT, TOP), (RIGHT, BOTTOM), (LEFT, BOTTOM), (LEFT, TOP)], _INK)
-    text((LEFT + RIGHT) / 2, BOTTOM + 24, "crank angle, ° (firing TDC at 360°)", "mm")
+    text((LEFT + RIGHT) / 2, BOTTOM + 24, crank_angle(drawn.last), "mm")
     text(LEFT, BOTTOM + 46, remark, "lm", _SMALL)
     for x, row, name, fits in drawn.marks:
         top = TOP - 2 - LEVEL * row

@@ -58,3 +58,8 @@ def log_ticks(axes: Any) -> None:
         axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades <= _FEW else (1.0,)))
         axis.set_major_formatter(plain if decades <= _SOME else ticker.LogFormatterMathtext())
         axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def crank_angle(last: int) -> str:
+    """Return the name of the axis of crank angles in a cycle that ends at the last one, degrees."""
+    return f"crank angle, ° (firing TDC at {'360' if last > 360 else '0'}°)"

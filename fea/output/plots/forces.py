@@ -22,7 +22,11 @@ _PANELS: tuple[tuple[str, str, str, float], ...] = (
     ("torque_Nm", "Torque on the crank", "N·m", 1.0),
     ("shaking_x_N", "Shaking force along the cylinder", "kN", 1e-3),
 )
-_DEAD_CENTRES = ((0, "TDC"), (180, "BDC"), (360, "TDC\nfiring"), (540, "BDC"), (720, "TDC"))
+_FIRING = "TDC\nfiring"
+_DEAD_CENTRES = {
+    720: ((0, "TDC"), (180, "BDC"), (360, _FIRING), (540, "BDC"), (720, "TDC")),
+    360: ((0, _FIRING), (180, "BDC"), (360, _FIRING)),
+}
 _MOST_LINES = 12  # with more speeds than this, a colour scale replaces the legend
 _PALEST = 0.85
 _BARE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # ground of a text
@@ -38,7 +42,7 @@ def plot_forces(path: Path, reports: Sequence[ForceReport], study: str) -> None:
     axes = np.ravel(figure.subplots(4, 2, sharex=True))
     for panel, (column, heading, name, factor) in zip(axes, _PANELS, strict=True):
         _draw(panel, reports, column, factor * scale(name))
-        _decorate(panel, heading, unit(name))
+        _decorate(panel, heading, unit(name), reports[0].cycle_degrees)
     _draw_samples(axes[0], reports)
     for panel in axes[-2:]:
         panel.set_xlabel("crank angle, °")
@@ -94,19 +98,19 @@ def _line(panel: Any, table: Any, column: str, factor: float, **style: Any) -> N
     panel.plot(np.asarray(table["crank_deg"]), np.asarray(table[column]) * factor, **({"lw": 1.4} | style))
 
 
-def _decorate(panel: Any, heading: str, name: str) -> None:
+def _decorate(panel: Any, heading: str, name: str, last: int) -> None:
     panel.set_title(heading, fontsize=10)
     panel.set_ylabel(name)
-    panel.set_xlim(0, 720)
-    panel.set_xticks(range(0, 721, 90))
+    panel.set_xlim(0, last)
+    panel.set_xticks(range(0, last + 1, last // 8))
     panel.grid(alpha=0.3)
     panel.axhline(0, color="0.5", lw=0.8)
     low, high = panel.get_ylim()
     panel.set_ylim(low, high + 0.12 * (high - low))
-    for degrees, centre in _DEAD_CENTRES:
+    for degrees, centre in _DEAD_CENTRES[last]:
         panel.axvline(degrees, color="0.5", lw=0.8, ls=":")
-        side = {0: "left", 720: "right"}.get(degrees, "center")
-        inwards = {"left": 6, "right": -6}.get(side, 0)
+        side = {0: "left", last: "right"}.get(degrees, "center")
+        inwards = {"left": last / 120, "right": -last / 120}.get(side, 0)
         style = {"ha": side, "va": "top", "fontsize": 7, "color": "0.35", "bbox": _BARE}
         panel.text(degrees + inwards, 0.99, centre, transform=panel.get_xaxis_transform(), **style)
 

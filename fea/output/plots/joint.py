@@ -12,7 +12,7 @@ from fea.analysis.film import FilmResult
 from fea.base.units import DEG, KN, UM
 from fea.contact.assembly_state import AssemblyState, bolt_forces
 from fea.judge.case_result import CaseResult
-from fea.output.plots.figure import label_axes, new_figure, save
+from fea.output.plots.figure import crank_angle, label_axes, new_figure, save
 from fea.output.units import heading, quantity, scale, unit
 from fea.solid.bore import bore_shape
 from geometry.arrays import Floats, Ints
@@ -114,7 +114,8 @@ def _draw_forces(axes: Any, states: Mapping[str, AssemblyState], cycle: CycleRes
     if cycle is not None and cycle.states:
         for number, force in enumerate(bolt_forces(cycle.states), 1):
             axes.plot(cycle.angles / DEG, force / KN * scale("kN"), label=f"bolt {number}", lw=1.4)
-        axes.set(xlabel="crank angle, °", xlim=(0, 720), xticks=range(0, 721, 90))
+        last = round(float(cycle.angles[-1]) / DEG)
+        axes.set(xlabel="crank angle, °", xlim=(0, last), xticks=range(0, last + 1, last // 8))
     else:
         forces, place = bolt_forces(list(states.values())), np.arange(len(states))
         width = 0.8 / len(forces)
@@ -198,6 +199,7 @@ _EVERY = 90  # degrees, at which the orbit is marked
 def plot_film(path: Path, film: FilmResult, title: str) -> None:
     """Draw the film of an end. Raises `PictureError`: the file could not be written."""
     found, cycle, degrees = film.figures, film.cycle, film.degrees
+    last = round(2 * degrees[-1] - degrees[-2])
     figure = new_figure(12, 7.5)
     panels = figure.subplot_mosaic([["film", "orbit"], ["pressure", "map"]], width_ratios=[1.6, 1])
     for name, label, values, colour, at in (
@@ -207,15 +209,17 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
         axes = panels[name]
         axes.plot(degrees, values, color=colour)
         axes.axvline(at, color="0.6", linestyle=":")
-        axes.set(xlim=(0, 720), xticks=range(0, 721, _EVERY), ylim=(0, None))
+        axes.set(xlim=(0, last), xticks=range(0, last + 1, last // 8), ylim=(0, None))
         axes.grid(color="0.9")
-        label_axes(axes, "crank angle, ° (firing TDC at 360°)", label)
+        label_axes(axes, crank_angle(last), label)
     roughness = film.lubrication.asperities and 1e3 * film.lubrication.asperities.roughness
     if roughness:
         panels["film"].axhline(roughness, color="0.4", linestyle="--", linewidth=1)
-        panels["film"].text(715, roughness, "roughness", ha="right", va="bottom", fontsize=8, color="0.4")
+        panels["film"].text(
+            0.993 * last, roughness, "roughness", ha="right", va="bottom", fontsize=8, color="0.4"
+        )
     x, y = cycle.eccentricity.T
-    _draw_orbit(panels["orbit"], x, y, degrees)
+    _draw_orbit(panels["orbit"], x, y, degrees, last)
     panels["orbit"].set(title=f"centre of the {film.end.pin} in the bore, in clearances")
     state, grid = cycle.states[int(cycle.highest.argmax())], cycle.bearing.reynolds.grid
     turned = scale("MPa") * np.roll(state.pressure, grid.n_angle // 2, axis=0)
@@ -231,12 +235,12 @@ def plot_film(path: Path, film: FilmResult, title: str) -> None:
     save(figure, path, 100)
 
 
-def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats) -> None:
+def _draw_orbit(axes: Any, x: Floats, y: Floats, degrees: Floats, last: int) -> None:
     """Draw the journal's centre in the bore, in clearances: the rigid bore ends at the circle."""
     around = np.linspace(0.0, 360 * DEG, 181)
     axes.plot(np.cos(around), np.sin(around), color="0.6", linewidth=1)
     axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=_FILM)
-    for angle in range(0, 720, _EVERY):
+    for angle in range(0, last, _EVERY):
         number = int(np.abs(degrees - angle).argmin())
         at = x[number], y[number]
         axes.plot(*at, "o", color=_FILM, markersize=3)

@@ -142,6 +142,7 @@ def viewer(
     values = {
         "scene": drawn,
         "header": None if drawn is None else embedded_json(_with_charts(drawn, parts)),
+        "last": run.summary.cycle_degrees,
         "numbers": "" if drawn is None else Markup(drawn.numbers),  # noqa: S704 - base64
         "scales": () if drawn is None else _scales(drawn.header["exaggeration"]),
         "without_motion": run.without_motion or _NOT_KEPT if run.motion is None and run.envelope else "",

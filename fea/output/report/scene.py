@@ -207,6 +207,7 @@ def _scene(run: Run, mesh: TetMesh, surface: NumberedSurface, coarser: int = 1) 
     largest = max(float(np.linalg.norm(data["displacement"], axis=1).max()) for data in run.fields.values())
     header = {
         "order": surface.order,
+        "last": run.summary.cycle_degrees,
         "vertices": int(surface.facets.max()) + 1,
         "nodes": len(surface.nodes),
         "exaggeration": exaggeration(float(np.ptp(mesh.points, axis=0).max()), largest),
@@ -334,6 +335,7 @@ def _film(film: FilmResult, packer: Packer) -> JsonObject:
     return {
         "id": film.name,
         "end": film.end.words,
+        "last": round(float(np.degrees(film.turn))),
         "angles": grid.n_angle,
         "halved": grid.halved,
         "edges": grid.edges.round(4).tolist(),

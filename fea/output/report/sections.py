@@ -148,7 +148,8 @@ def sections(run: Run) -> Iterator[ReportSection]:
     yield ReportSection("limits", "What the model leaves out", "limits.html.jinja", left_out, "Left out")
     yield ReportSection("inputs", "Inputs", "inputs.html.jinja", {"tables": list(input_tables(run.study))})
     charts = [] if run.forces is None else force_charts(run.forces, marks(summary))
-    angles = ["Crank angles count from top dead centre; at 360° the engine fires."] if charts else []
+    fires = 360 if summary.cycle_degrees > 360 else 0
+    angles = [f"Crank angles count from top dead centre; at {fires}° the engine fires."] if charts else []
     loads, open_tables = [tables.load_table(summary)], 0 if charts else 1
     yield from _answer(summary, "loads", "Loads", loads, text=angles, charts=charts, open_tables=open_tables)
     yield from _answer(summary, "results", "Results", tables.peak_tables(summary))
@@ -217,12 +218,12 @@ def _history_chart(summary: Summary, cycle: EnvelopeFigures) -> Chart:
     histories = [np.array(spot.history_MPa, float) for spot in cycle.spots]
     curves = dict(zip(tables.lettered(len(histories)), histories, strict=True))
     heading = ("chart-history", "Signed von Mises stress at the worst places", "MPa")
-    return chart(heading, np.linspace(0.0, 720.0, cycle.instants), curves, marks(summary))
+    return chart(heading, np.linspace(0.0, summary.cycle_degrees, cycle.instants), curves, marks(summary))
 
 
 def _film_charts(summary: Summary, film: Mapping[str, npt.ArrayLike]) -> Iterator[Chart]:
     columns = {name: np.asarray(values, float) for name, values in film.items()}
-    degrees, ends = np.linspace(0.0, 720.0, 721), {"big end": "", "small end": "small_end_"}
+    degrees, ends = np.arange(summary.cycle_degrees + 1.0), {"big end": "", "small end": "small_end_"}
     for name, title, given in _FILM_CHARTS:
         courses = {end: columns[first + name] for end, first in ends.items() if first + name in columns}
         curves = {end: np.interp(degrees, columns["crank_deg"], own) for end, own in courses.items()}

@@ -136,7 +136,8 @@ def print_forces(reports: Sequence[ForceReport], study: str) -> None:
         for report in reports:
             console.print(_extremes(report, study))
     print_lines(console, in_full(note for note in notes if note.topic != UNITS))
-    signs = "Axial forces on the rod: tension positive. Crank angle: firing TDC at 360°."
+    fires = 360 if reports[0].cycle_degrees > 360 else 0
+    signs = f"Axial forces on the rod: tension positive. Crank angle: firing TDC at {fires}°."
     print_lines(console, [signs], "dim")
 
 

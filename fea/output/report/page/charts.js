@@ -9,8 +9,8 @@ class Charts {
   }
 
   at(angle) {
-    for (const { left, width, line, said, series, unit } of this.charts) {
-      const x = left + (width * angle) / 720;
+    for (const { left, width, line, said, series, unit, last } of this.charts) {
+      const x = left + (width * angle) / last;
       line.setAttribute("x1", x);
       line.setAttribute("x2", x);
       line.classList.add("shown");

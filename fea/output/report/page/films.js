@@ -23,7 +23,7 @@ class FilmMap {
   }
 
   step(angle) {
-    return Math.round((angle / 720) * this.orbit.length) % this.orbit.length;
+    return Math.round((angle / this.last) * this.orbit.length) % this.orbit.length;
   }
 
   // The mean along the width in each direction, as `Loads.arc` describes pressures.

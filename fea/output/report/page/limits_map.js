@@ -92,7 +92,8 @@ class LimitsMap {
       viewer.show({ spot: null });
       return;
     }
-    const apart = ({ angle }) => Math.abs(((angle - place.angle + 1080) % 720) - 360);
+    const { last } = viewer.header;
+    const apart = ({ angle }) => Math.abs(((angle - place.angle + 1.5 * last) % last) - last / 2);
     const cases = viewer.header.results.filter(({ kind, angle }) => kind === "case" && angle !== null);
     const near = cases.reduce((best, each) => (apart(best) <= apart(each) ? best : each), cases[0]);
     const spot = { at: place.at, result: near?.id ?? viewer.shown.result, field: "von_mises" };

@@ -110,7 +110,7 @@ class Viewer {
     let before = null;
     const step = (now) => {
       if (!this.playing) return;
-      const angle = (this.shown.angle + (before === null ? 0 : (now - before) * 0.09)) % 720;
+      const angle = (this.shown.angle + (before === null ? 0 : (now - before) * 0.09)) % this.header.last;
       before = now;
       this.turn(angle);
       requestAnimationFrame(step);
@@ -122,7 +122,7 @@ class Viewer {
     if (!this.playing) return;
     this.playing = false;
     this.part("play").textContent = "Play";
-    this.turn(Math.round(this.shown.angle) % 721);
+    this.turn(Math.round(this.shown.angle) % (this.header.last + 1));
   }
 
   show(changes) {
