@@ -111,7 +111,7 @@ def test_its_figures_are_in_proportion(name):
     )  # León's piston is of another engine
     assert 0.5 <= values["piston_mass_kg"] / bore**3 * 1e6 <= heaviest
     if ratio:
-        assert 7.0 <= ratio <= 20.0
+        assert 7.0 <= ratio <= 22.0
         intake = (1.01325 + values.get("boost_bar", 0)) * BAR
         fuel = "diesel" if "diesel" in preset.title else "petrol"
         late, early = peak_interval(fuel, ratio, intake, stroke / 2 / preset.rod_length)
@@ -137,14 +137,18 @@ def test_it_turns_and_its_load_cases_are_its_own(name):
     degrees = loading.crank_cycle(mass, rpm).degrees
     radius, area = table.stroke_mm / 2, math.pi / 4 * table.bore_mm**2
     pull = table.piston_mass_kg * KG * radius * (rpm * RPM) ** 2 * (1 + radius / rod.length)
-    computed = table.gas == "otto"
-    assert degrees.pin_axial.max() == pytest.approx(pull, rel=3e-3 if computed else 0.05)  # a trace presses
+    computed, two_stroke = table.gas == "otto", table.strokes == 2
+    assert two_stroke or degrees.pin_axial.max() == pytest.approx(
+        pull, rel=3e-3 if computed else 0.05
+    )  # a trace presses
     if computed:
         peak = (table.peak_pressure_bar * BAR - table.atmosphere) * area
         assert degrees.gas.max() == pytest.approx(peak, rel=0.02)  # at whole degrees
         values = engine_preset(name).entries()
         boost = values.get("boost_bar", 0) + values.get("intake_pressure_bar", 1.01325) - 1.01325
-        assert degrees.gas[MID_INTAKE] == pytest.approx(boost * BAR * area, abs=1e-6 * peak)
+        assert degrees.gas[180 if two_stroke else MID_INTAKE] == pytest.approx(
+            boost * BAR * area, abs=1e-6 * peak
+        )
 
 
 @pytest.mark.parametrize("name", engine_names())
