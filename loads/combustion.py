@@ -1,4 +1,4 @@
-"""Peak pressure of a burning charge, from the intake, the compression ratio, and when the charge burns.
+"""CyclePeak pressure of a burning charge, from the intake, the compression ratio, and when the charge burns.
 
 The closed cycle of one zone of gas, with heat by a Wiebe function (Heywood 1988, section 9.2):
 
@@ -56,7 +56,7 @@ FUELS = {
 }
 
 
-class Peak(NamedTuple):
+class CyclePeak(NamedTuple):
     """The largest pressure of a closed cycle."""
 
     pressure: float  #: absolute, MPa
@@ -97,11 +97,11 @@ def peak(
     rod_ratio: float = ROD_RATIO,
     *,
     since: float = -180.0,
-) -> Peak:
+) -> CyclePeak:
     """Find the largest pressure of a closed cycle; parameters as of `closed_cycle`."""
     pressures = closed_cycle(ratio, pressure, fuel, timing, rod_ratio, since=since)
     largest = int(pressures.argmax())
-    return Peak(float(pressures[largest]), float(_CLOSED[largest - len(pressures)]))
+    return CyclePeak(float(pressures[largest]), float(_CLOSED[largest - len(pressures)]))
 
 
 def peak_interval(

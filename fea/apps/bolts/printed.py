@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fea.apps.bolts.run_bolts import BoltRow, BoltsFigures
+from fea.apps.bolts.run_bolts import BoltRow, BoltTableFigures
 from fea.base.units import INCH
 from fea.output.json_file import as_dict, json_text
 from fea.output.tables import TableColumn
@@ -33,7 +33,7 @@ COLUMNS = (
 )
 
 
-def print_bolts(found: BoltsFigures) -> None:
+def print_bolts(found: BoltTableFigures) -> None:
     """Print the bolts by their threads, the present one bold and marked, and what is to be known of them."""
     console = terminal()
     print_lines(console, [f"{found.study} at {found.rpm:g} rpm: bolts that fit"], "bold")
@@ -53,7 +53,7 @@ def print_bolts(found: BoltsFigures) -> None:
     print_lines(console, [*failed, *found.statements])
 
 
-def write_bolts(path: Path, found: BoltsFigures) -> None:
+def write_bolts(path: Path, found: BoltTableFigures) -> None:
     """Write the table to a .csv file, or all figures to a .json file; raises `StorageError`."""
     if path.suffix.lower() == ".json":
         write_text(path, json_text(found))

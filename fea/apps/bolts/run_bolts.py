@@ -65,7 +65,7 @@ class BoltRow(Figures):
     notes: tuple[Note, ...]  #: doubts and warnings of this bolt
 
 
-class BoltsFigures(Figures):
+class BoltTableFigures(Figures):
     """What `fea bolts` finds."""
 
     study: str
@@ -77,7 +77,7 @@ class BoltsFigures(Figures):
     total_s: float
 
 
-def bolts(study: Study | str | Path, listener: Listener | None = None) -> BoltsFigures:
+def bolts(study: Study | str | Path, listener: Listener | None = None) -> BoltTableFigures:
     """Compare the bolts that fit a rod at the highest speed of its study; `listener` hears of the stages.
 
     Raises `InvalidValue`: the study has no [assembly] or no [engine], or breaks a rule; `GeometryError`,
@@ -102,7 +102,7 @@ def bolts(study: Study | str | Path, listener: Listener | None = None) -> BoltsF
         options, refused = bolt_options(study, rod.mesh, setup.bolt)
         joint = PreloadedJoint(rod, pins, rpm, setup.bolt, [one.bolt.preload for one in options])
         rows = tuple(_row(option, joint) for option in options)
-    return BoltsFigures(
+    return BoltTableFigures(
         study=study.name,
         rpm=rpm,
         trusted=result.trusted,
