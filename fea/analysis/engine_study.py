@@ -77,9 +77,7 @@ def _engine(preset: EnginePreset) -> str:
     figures = "".join(f"{_line(f'# {key}', figure)}\n" for key, figure in preset.engine.items())
     said = "# It stands for these figures. A key that is written here as well overrides its figure.\n"
     more = commented("engine", _CHARGE - preset.engine.keys())
-    charge = (
-        "# Boost and full load; the peak pressure does not follow from boost and is to be given with it.\n"
-    )
+    charge = "# Boost and full load; with boost or fuel the peak pressure is computed, unless it is given.\n"
     return f'[engine]\npreset = "{preset.name}"\n{said}{figures}{charge}{more}'
 
 

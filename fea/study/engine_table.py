@@ -38,7 +38,24 @@ def with_preset(raw: object) -> object:
     if not isinstance(raw, Mapping) or "preset" not in raw:
         return raw
     preset = engine_preset(checked("engine.preset", raw["preset"], str))
-    return {**preset.entries(), **raw, "preset": preset.name}
+    return {**_charged(preset, raw), **raw, "preset": preset.name}
+
+
+# Keys that set the charge of an engine, as a study may write them.
+_BOOST = ("boost_bar", "boost", "intake_pressure_bar", "intake_pressure")
+_PEAK = ("peak_pressure_bar", "peak_pressure")
+
+
+def _charged(preset: EnginePreset, raw: Mapping[str, object]) -> TomlTable:
+    """Return the figures of a preset; its peak pressure does not stand for that of another boost or fuel."""
+    figures, boosted = preset.entries(), any(name in raw for name in _BOOST)
+    if boosted:
+        figures = {name: value for name, value in figures.items() if name not in _BOOST}
+    computed = raw.get("gas", figures.get("gas")) == "otto" and not any(name in raw for name in _PEAK)
+    if computed and (boosted or "fuel" in raw):
+        figures.pop("peak_pressure_bar", None)
+        figures["fuel"] = "diesel" if "diesel" in preset.title else "petrol"
+    return figures
 
 
 _CYCLES = ("boyle", "otto", "motored", "compressor", "none")

@@ -318,3 +318,25 @@ def test_boost_is_the_gauge_pressure_in_the_intake(keys, bar):
 def test_what_contradicts_boost_is_refused(keys, message):
     with pytest.raises(InvalidValue, match=message):
         parsed(ROD + BOOSTED + keys + "\n")
+
+
+def test_boost_over_an_engine_of_the_library_raises_its_peak_unless_that_is_given():
+    """The peak of the library is that of its own charge: 1 bar of boost about doubles it."""
+
+    def table(preset, **keys):
+        return load_study("leon-2001").with_(engine={"preset": preset, **keys}).require_engine()
+
+    def peak(**keys):
+        engine = table("k20", **keys)
+        return engine.gas_model(engine.engine(139.0)).peak / BAR
+
+    own, computed = peak(), peak(fuel="petrol")
+    assert peak(boost="1 bar") == pytest.approx(2 * computed, rel=0.02)
+    assert peak(intake_pressure_bar=2.0265) == pytest.approx(2 * computed, rel=1e-6)
+    assert own < computed < 1.3 * own
+    assert peak(boost="1 bar", peak_pressure_bar=120.0) == pytest.approx(120.0)
+    assert (
+        table("ej207", boost="1.5 bar").boost_bar
+        == 1.5
+        != engine_preset("subaru-ej20").entries()["boost_bar"]
+    )
