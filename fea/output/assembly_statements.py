@@ -9,6 +9,11 @@ from fea.output.units import bar, factor, number, quantity
 from loads.instants import ASSEMBLY
 
 
+def opening_text(gap: float) -> str:
+    """Say by how much a joint opens, µm."""
+    return f"opens by up to {quantity(gap, '.0f', 'µm')}" if gap >= 0.5 else "opens by less than 1 µm"
+
+
 def bolts_and_joint(assembly: AssemblyFigures) -> Iterator[str]:
     """Yield a line on the bolts and one on the joint."""
     bolts, joint = assembly.bolts, assembly.joint
@@ -21,10 +26,11 @@ def bolts_and_joint(assembly: AssemblyFigures) -> Iterator[str]:
     yield f"Bolts, {bolts.thread}: {force} ({where}), bending {bending}; {factors}."
     widest = max(joint.by_case, key=lambda case: joint.by_case[case].opening_um)
     gap = joint.by_case[widest].opening_um
-    parts = [f"opens by up to {quantity(gap, '.0f', 'µm')} ({widest})" if gap > 0 else "stays closed"]
-    if joint.opens is not None and joint.opens.load_factor is not None:
-        opening = f"{joint.opens.load_factor:.2g} times the load of {joint.opens.case}"
-        parts[0] += f", from {opening} on" if gap > 0 else f" up to {opening}"
+    parts = [f"{opening_text(gap)} ({widest})" if gap > 0 else "stays closed"]
+    if joint.opens is not None and (load := joint.opens.load_factor) is not None:
+        opening = f"{load:.2g} times the load of {joint.opens.case}"
+        since = f", at the bore from {opening} on" if load > 1 else f", from {opening} on"
+        parts[0] += since if gap > 0 else f" up to {opening}"
     reserves = {name: one.slip_reserve for name, one in joint.by_case.items() if one.slip_reserve is not None}
     if reserves:
         least = min(reserves, key=lambda name: reserves[name])

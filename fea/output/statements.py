@@ -243,17 +243,23 @@ def cycle(summary: Summary) -> Iterator[str]:
 
 def _lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
-    line = "assumed S–N line" if life.assumed else "S–N line"
-    of = f"({line}, strength ± {life.band_percent:.0f} %)"
     if life.cycles is not None and life.cycles < LOW_CYCLE:
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
+    line = "assumed S–N line" if life.assumed else "S–N line"
+    about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
+    of = f"({line}, strength ± {life.band_percent:.0f} %)"
+    return f"{'Lasts' if about else 'Life'} {speed}: {lasting(life)}{about} {of}."
+
+
+def lasting(life: CycleLifeFigures) -> str:
+    """Return the range of the hours at one speed, in words."""
+    if life.cycles is not None and life.cycles < LOW_CYCLE:
+        return "minutes"
     if life.cycles is None or life.cycles > LONGEST:
         endless = "unlimited" if life.unlimited else "no failure by 10⁸ cycles expected"
-        if life.low_hours is None:
-            return f"Life {speed}: {endless} {of}."
-        return f"Life {speed}: {endless}, at least {_hours(life.low_hours)} {of}."
+        return endless if life.low_hours is None else f"{endless}, at least {_hours(life.low_hours)}"
     high = "unlimited" if life.high_hours is None else _hours(life.high_hours)
-    return f"Lasts {_hours(life.low_hours)} to {high} {speed}, about {_hours(life.hours)} {of}."
+    return f"{_hours(life.low_hours)} to {high}"
 
 
 def _hours(hours: float | None) -> str:

@@ -11,6 +11,7 @@ from fea.apps.limits.figures import LargestValue
 from fea.base.units import KN
 from fea.judge.safety_factor import SafetyFactor, interval
 from fea.output.html import html_page, page_file
+from fea.output.statements import lasting
 from fea.output.tables import AnswerTable, TableColumn
 from fea.output.terminal.prose import print_lines, terminal
 from fea.output.text import make_directory, write_text
@@ -31,6 +32,11 @@ def _governing(design: ComparedDesign) -> str:
 
 def _answer(design: ComparedDesign) -> str:
     return design.summary.survival.answer if design.summary.trusted else "NOT TO BE TRUSTED: a check failed"
+
+
+def _lasts(design: ComparedDesign) -> str | None:
+    cycle = design.summary.cycle
+    return None if cycle is None or cycle.life is None else lasting(cycle.life)
 
 
 _RODS = (
@@ -61,7 +67,8 @@ _FACTORS = (
         lambda one: max(case.max_von_mises_MPa for case in one.summary.results.values()),
         ".0f",
     ),
-    TableColumn("life", "h", lambda one: one.summary.life and one.summary.life.hours, ".3g"),
+    TableColumn("life over the duty", "h", lambda one: one.summary.life and one.summary.life.hours, ".3g"),
+    TableColumn("life at this speed", "", _lasts, words=True),
 )
 
 

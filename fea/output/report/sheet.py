@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fea.analysis.figures import Summary
 from fea.base.note import NoteKind
 from fea.base.units import KN
-from fea.output.assembly_statements import linings
+from fea.output.assembly_statements import linings, opening_text
 from fea.output.report.advice import Advice
 from fea.output.report.found_limits import found_limits
 from fea.output.statements import basis, governs, head_gap, life
@@ -98,9 +98,11 @@ def _strength(run: Run) -> Iterator[SheetRow]:
     if (fatigue := bolts.bending_fatigue_safety_factor) is not None:
         factors += f", fatigue {factor(fatigue)}"
     gap = max(case.opening_um for case in joint.by_case.values())
-    opens = f"the joint opens by {quantity(gap, '.0f', 'µm')}" if gap > 0 else "the joint stays closed"
-    if joint.opens is not None and joint.opens.load_factor:
-        opens += f" (from {joint.opens.load_factor:.2g} times the load of {joint.opens.case})"
+    opens = f"the joint {opening_text(gap)}" if gap > 0 else "the joint stays closed"
+    if joint.opens is not None and (load := joint.opens.load_factor):
+        opens += (
+            f" ({'at the bore ' if load > 1 else ''}from {load:.2g} times the load of {joint.opens.case})"
+        )
     preload, most = (quantity(force / KN, ".1f", "kN") for force in (bolts.preload_N, bolts.max_force_N))
     grade = "" if run.study.assembly is None else f" {run.study.assembly.bolt_grade}"
     others = [] if bolts.tightened is None else [f"Tightened to {bolts.tightened}."]
