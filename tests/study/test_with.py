@@ -86,8 +86,8 @@ def test_a_length_with_its_unit_is_known_to_be_meant():
     ("changes", "says"),
     [
         ({"rods": {}}, "Did you mean rod"),
-        ({"rod": {"lenth": "141 mm"}}, "Did you mean length_mm"),
-        ({"rod": {"lenth": None}}, "unknown key"),
+        ({"rod": {"lngth": "141 mm"}}, "Did you mean length_mm"),
+        ({"rod": {"lngth": None}}, "unknown key"),
         ({"rod": {"length": 141}}, "has no unit"),
         ({"rod": None}, "must be a table"),
         ({"mesh": 8.0}, "must be a table"),
