@@ -27,6 +27,13 @@ from fea.machine.isolated import CrashError, OvertimeError, fresh
 from geometry.errors import InvalidValue
 
 
+@pytest.fixture(autouse=True)
+def processes():
+    """Processes of threads end with each test; others in this interpreter may have ended theirs before."""
+    with workers.own_processes():
+        yield
+
+
 class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
     pass
 
