@@ -43,19 +43,21 @@ def head_clearance(rod: PreparedRod, result: SpeedResult) -> HeadClearanceFigure
     pin = fits.piston_pin
     bent = 0.0 if pin is None else bending(pin, float(case.load.pin_axial))
     clearances = fits.small_clearance + fits.big_clearance
-    cold = stretch(case, length) + clearances + bent + _CRANK
+    stretched = stretch(case, length)
+    cold = stretched + clearances + bent + _CRANK
     rise, expansion = _PISTON
     of_rod = _rod_expansion(rod) * length * _ROD_RISE
-    grown = crown * rise * expansion + of_rod
+    of_piston = crown * rise * expansion
+    grown = of_piston + of_rod
     height = engine.stroke / 2 + length + crown
     aluminium, iron = (height * change * own for change, own in (_ALUMINIUM, _IRON))
     return HeadClearanceFigures(
-        rod_stretch_mm=stretch(case, length),
+        rod_stretch_mm=stretched,
         clearances_mm=clearances,
         pin_bending_mm=bent,
         crank_mm=_CRANK,
         cold_mm=cold,
-        piston_growth_mm=crown * rise * expansion,
+        piston_growth_mm=of_piston,
         rod_growth_mm=of_rod,
         aluminium_block_growth_mm=aluminium,
         iron_block_growth_mm=iron,

@@ -153,11 +153,8 @@ def _of_part(analysis: CycleAnalysis, entries: _Entries, number: int) -> tuple[F
 
     Each (n_nodes,) on the whole rod, NaN outside the part; None if its life is not known.
     """
-    part, units, material = (
-        analysis.units.parts[number],
-        analysis.units,
-        with_line(analysis.materials[number]),
-    )
+    part, units = analysis.units.parts[number], analysis.units
+    material = with_line(analysis.materials[number])
     line = LifeLine.of(material, analysis.regions.at(part.nodes).factors(material))
     if line is None or criterion_strength(analysis.fatigue, material) is None:
         return None

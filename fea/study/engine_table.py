@@ -14,7 +14,7 @@ from fea.base.shipped import TomlTable
 from fea.base.units import BAR, DEG, KG, N_M
 from fea.study.engine_library import EnginePreset, engine_preset
 from fea.study.files import located
-from fea.study.tables import Positive, checked, key, one_of, within
+from fea.study.tables import Positive, checked, full_key, key, keys_of, one_of, within
 from fea.study.trace_columns import TraceKeys
 from fea.study.traces import SHIPPED, SUFFIXES, ImportedTrace, Surroundings, read_trace, shipped_trace
 from fea.study.two_stroke import CycleKeys, cycle_notes
@@ -41,18 +41,17 @@ def with_preset(raw: object) -> object:
     return {**_charged(preset, raw), **raw, "preset": preset.name}
 
 
-# Keys that set the charge of an engine, as a study may write them.
-_BOOST = ("boost_bar", "boost", "intake_pressure_bar", "intake_pressure")
-_PEAK = ("peak_pressure_bar", "peak_pressure")
+_BOOST = {"boost_bar", "intake_pressure_bar"}  # keys that set the charge of an engine
 
 
 def _charged(preset: EnginePreset, raw: Mapping[str, object]) -> TomlTable:
     """Return the figures of a preset; its peak pressure does not stand for that of another boost or fuel."""
-    figures, boosted = preset.entries(), any(name in raw for name in _BOOST)
+    given = {full_key(name, keys_of(EngineTable)) for name in raw}
+    figures, boosted = preset.entries(), bool(given & _BOOST)
     if boosted:
         figures = {name: value for name, value in figures.items() if name not in _BOOST}
-    computed = raw.get("gas", figures.get("gas")) == "otto" and not any(name in raw for name in _PEAK)
-    if computed and (boosted or "fuel" in raw):
+    computed = raw.get("gas", figures.get("gas")) == "otto" and "peak_pressure_bar" not in given
+    if computed and (boosted or "fuel" in given):
         figures.pop("peak_pressure_bar", None)
         figures["fuel"] = "diesel" if "diesel" in preset.title else "petrol"
     return figures
