@@ -308,11 +308,7 @@ def node_order(matrix: SymmetricMatrix) -> Ints:
     return (3 * np.asarray(order)[:, None] + np.arange(3)).ravel().astype(np.int64)
 
 
-_PACKAGES = {
-    SolverName.PARDISO: ("pypardiso",),
-    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
-    SolverName.AMG: ("pyamg",),
-}
+_PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
 
 
 def direct() -> SolverName:
@@ -322,8 +318,14 @@ def direct() -> SolverName:
 
 def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
     """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
-    choice = choice if choice in {SolverName.PARDISO, SolverName.CHOLMOD} else direct()
-    require_packages(choice)
+    choice = choice if choice in _PACKAGES else direct()
+    for package in _PACKAGES[choice]:
+        if importlib.util.find_spec(package) is None:
+            message = (
+                f"solver {choice} is not available, because the package {package} is not installed. "
+                f"Install it (pip install {package}) or choose another --solver"
+            )
+            raise SolverUnavailableError(message)
     return Pardiso(slots) if choice is SolverName.PARDISO else Cholmod()
 
 
@@ -332,14 +334,3 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     solver = direct_solver(1, choice)
     solver.factorise(0, matrix)
     return partial(solver.solve, 0)
-
-
-def require_packages(choice: SolverName) -> None:
-    """Raise `SolverUnavailableError` if a package of a solver is not installed."""
-    for package in _PACKAGES[choice]:
-        if importlib.util.find_spec(package) is None:
-            message = (
-                f"solver {choice} is not available, because the package {package} is not installed. "
-                f"Install it (pip install {package}) or choose another --solver"
-            )
-            raise SolverUnavailableError(message)
