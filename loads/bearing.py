@@ -33,13 +33,9 @@ class PressureProfile:
         return float(self.relative(np.array(1.0))) > 1e-9
 
 
-def _half_cosine(t: Floats) -> Floats:
-    return np.asarray(np.cos(math.pi / 2 * t))
-
-
 # By their names in a study, which an arc in degrees follows (``cosine-180``). A further profile is a line.
 PROFILES = {
-    "cosine": PressureProfile("half a cosine of pressure", _half_cosine),
+    "cosine": PressureProfile("half a cosine of pressure", lambda t: np.cos(math.pi / 2 * t)),
     "uniform": PressureProfile("a uniform pressure", np.ones_like),
 }
 # The names that a study may give, in a sentence.

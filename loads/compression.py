@@ -140,10 +140,10 @@ _LIKE_BEFORE = 1.06
 _BESIDE = (20.0, 60.0)  # degrees from TDC at which both sides are compared
 
 
-def is_motored(angles: Floats, absolute: Floats, tdc: float = 0.0) -> bool:
-    """Whether a cycle (n,) has no combustion: expansion does not exceed compression about `tdc`, degrees."""
+def is_motored(angles: Floats, absolute: Floats) -> bool:
+    """Whether a cycle (n,) has no combustion: expansion does not exceed compression about TDC."""
     beside = np.linspace(*_BESIDE, 41)
-    before, after = (np.interp(tdc + side * beside, angles, absolute, period=720.0) for side in (-1, 1))
+    before, after = (np.interp(side * beside, angles, absolute, period=720.0) for side in (-1, 1))
     return bool(np.median(after / np.maximum(before, 1e-12)) <= _LIKE_BEFORE)
 
 

@@ -149,34 +149,26 @@ def components(mesh: TetMesh) -> Ints:
 def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
     """Refuse an under-constrained model, in which a connected piece can still move as a rigid body.
 
-    This is found before factorising, from the rank of the six rigid modes of each piece on its fixed degrees
-    of freedom; if pieces meet without a common facet, from the modes of all pieces with their joints. Raises
-    `UnderconstrainedError`: naming the piece, if there are several, and its free motions.
+    This is found before factorising, from the rank of the six rigid modes of all pieces on their fixed
+    degrees of freedom, and where they meet without a common facet. Raises `UnderconstrainedError`: naming the
+    piece, if there are several, and its free motions.
     """
-    labels = components(mesh)
-    count = int(labels.max()) + 1
-    for piece in range(count):
-        nodes = labels == piece
-        motions = free_motions(mesh.points[nodes], fixed[nodes])
-        if motions:
-            who, remedy = "the model", "Add a support"
-            if count > 1:
-                place = f"{nodes.sum()} nodes around {place_text(mesh.points[nodes].mean(axis=0))} mm"
-                who, remedy = f"one of {count} disconnected pieces ({place})", f"{remedy} or join the pieces"
-            raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
-    body = bodies(mesh)
-    if body.max() > labels.max():
-        shares = free_shares(mesh, body, fixed)
-        number = int(np.linalg.norm(shares, axis=1).argmax())
-        motions = _in_words(shares[number])
-        if motions:
-            members = np.unique(mesh.tets[body == number])
-            place = place_text(mesh.points[members].mean(axis=0))
-            raise UnderconstrainedError(
-                f"a piece of {len(members)} nodes around {place} mm is connected to the rest only along an "
-                f"edge or at a point and is under-constrained: nothing prevents {motions}. Join the pieces "
-                "over a face"
-            )
+    body, label = bodies(mesh), components(mesh)
+    shares = free_shares(mesh, body, fixed)
+    number = int(np.linalg.norm(shares, axis=1).argmax())
+    motions = _in_words(shares[number])
+    if not motions:
+        return
+    nodes, count = np.unique(mesh.tets[body == number]), int(label.max()) + 1
+    who, remedy = "the model", "Add a support"
+    if body.max() or count > 1:
+        who = f"{len(nodes)} nodes around {place_text(mesh.points[nodes].mean(axis=0))} mm"
+    if np.count_nonzero(label == label[nodes[0]]) > len(nodes):
+        who = f"a piece of {who} is connected to the rest only along an edge or at a point and"
+        remedy = "Join the pieces over a face"
+    elif count > 1:
+        who, remedy = f"one of {count} disconnected pieces ({who})", f"{remedy} or join the pieces"
+    raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
 
 
 def _in_words(share: Floats) -> str:

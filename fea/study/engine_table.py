@@ -22,8 +22,17 @@ from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
-from loads.two_stroke import TwoStrokeOtto
+from loads.gas import (
+    ATMOSPHERE,
+    HEAT_RATIO_AIR,
+    Boyle,
+    Compressor,
+    GasModel,
+    NoGas,
+    Otto,
+    TwoStrokeOtto,
+    scaled,
+)
 
 
 def with_preset(raw: object) -> object:

@@ -201,7 +201,7 @@ def firing_offset(recording: Recording, source: str) -> float:
         rule = (
             f"is not near a dead centre at a multiple of 180°: firing TDC may be at {tdc:g}°, "
             f"{peak - tdc:.4g}° before the peak, or at {other:g}°, {other - peak:.4g}° after it "
-            f"(if the engine was motored, at {_axis(recording):.4g}°, about which the pressure is symmetric)"
+            "(if the engine was motored, some tenths of a degree after the peak)"
         )
     elif recording.period > _TURN and _fires_twice(recording, tdc):
         other = tdc + _TURN
@@ -211,17 +211,6 @@ def firing_offset(recording: Recording, source: str) -> float:
     remedy = f"Set engine.angle_offset_deg = {first:g} or {second:g}."
     require(not rule, f"{source}: peak pressure at", f"{peak:g}°", rule, remedy)
     return first
-
-
-def _axis(recording: Recording) -> float:
-    """Middle of the stretch about the peak in which the pressure is above half of it."""
-    i, middle = int(np.argmax(recording.pressures)), recording.pressures.size // 2
-    from_peak = np.roll(recording.pressures, middle - i)
-    low = np.flatnonzero(from_peak < 0.5 * from_peak.max())
-    rises, falls = low[low < middle], low[low > middle]
-    if not (rises.size and falls.size):
-        return float(recording.angles[i])
-    return float(recording.angles[i] + recording.step * ((rises[-1] + falls[0]) / 2 - middle))
 
 
 def _fires_twice(recording: Recording, tdc: float) -> bool:
