@@ -147,9 +147,7 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     what = ", the small end's width, if the rod has cap bolts"
     _at_least(rod, "big_end_width", rod.small_end_width, what)
     reach, most = bosses.half_length + bosses.fillet, 0.95 * bosses.ring
-    rule = (
-        f"half of it plus the fillet is {reach:.4g} mm; it must be at most {most:.4g} mm to end on the ring"
-    )
+    rule = f"half of it plus the fillet is {reach:.4g} mm; at most {most:.4g} mm end on the ring"
     remedy = "Shorten the bosses or reduce cap_boss_fillet_mm."
     require_of(rod, "cap_boss_length", reach <= most, rule, remedy)
     gap = Outline(rod).fillets[0].start[0] - bosses.fillets()[1].end[0]
@@ -207,9 +205,7 @@ def _drilled(rod: Dimensions) -> None:
     remedy += f' shank_section = "{ShankSection.RECTANGULAR if tubular else ShankSection.TUBULAR}".'
     require_of(rod, "shank_bore", (rod.shank_bore > 0) == tubular, rule, remedy)
     begins = rod.shank_bore_end - rod.shank_bore_round
-    rule = (
-        f"leaves no straight bore beyond the big end's ring: its end is rounded from x = {begins:.4g} mm on"
-    )
+    rule = f"leaves no straight bore beyond the big end's ring: its end is round from x = {begins:.4g} mm on"
     deep = not tubular or begins > rod.big_end_radius
     require_of(rod, "shank_bore", deep, rule, "Reduce it, or pocket_setback_mm.")
     what, name = ("web", "web_thickness_mm") if rod.has_pockets else ("shank", "the shank")

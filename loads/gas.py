@@ -103,11 +103,10 @@ class Compressor(GasModel):
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         top, bottom = dead_centres(self.engine)
-        shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
-        expanding = np.maximum(self.delivery * shrunk, self.intake)
-        compressing = np.minimum(
-            self.intake * self.compression_ratio**self.heat_ratio * shrunk, self.delivery
-        )
+        volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
+        expanding = np.maximum(self.delivery * volume**-self.heat_ratio, self.intake)
+        compressed = self.intake * (self.compression_ratio / volume) ** self.heat_ratio
+        compressing = np.minimum(compressed, self.delivery)
         outwards = np.mod(crank_angle - top, 2 * math.pi) < bottom - top
         return at_every(speed, np.where(outwards, expanding, compressing) - self.atmosphere)
 

@@ -28,7 +28,7 @@ from fea.solid.supports import (
     rigid_with,
 )
 from fea.solvers.choice import linear_solver
-from fea.solvers.linear_solver import Operator
+from fea.solvers.direct import Operator
 from fea.solvers.static import Model
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface

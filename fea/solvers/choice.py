@@ -5,9 +5,8 @@ from pathlib import Path
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
 from fea.machine.system import free_memory, free_under_limit
-from fea.solvers.direct import direct, direct_solver
+from fea.solvers.direct import LinearSolver, direct, direct_solver
 from fea.solvers.iterative import Multigrid
-from fea.solvers.linear_solver import LinearSolver
 from mesh.tetmesh import TetMesh
 
 

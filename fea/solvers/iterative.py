@@ -17,8 +17,7 @@ from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
 from fea.solid.element import linear_interpolation
 from fea.solid.errors import StagnationError
-from fea.solvers.direct import factorise
-from fea.solvers.linear_solver import LinearSolver, Operator
+from fea.solvers.direct import LinearSolver, Operator, factorise
 from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 

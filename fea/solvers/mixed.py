@@ -32,8 +32,8 @@ from fea.solid.element import (
     stiffness_degree,
 )
 from fea.solid.parity import Parity, ParityPair
+from fea.solvers.direct import Operator
 from fea.solvers.iterative import chebyshev, conjugate_gradients
-from fea.solvers.linear_solver import Operator
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, StaticSolution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.linear_solver import Operator
+from fea.solvers.direct import Operator
 from geometry.arrays import Floats, Mask
 
 # The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A

@@ -24,8 +24,7 @@ from fea.solid.supports import (
 )
 from fea.solvers import choice as memory
 from fea.solvers.choice import linear_solver
-from fea.solvers.direct import direct, factorise
-from fea.solvers.linear_solver import LinearSolver
+from fea.solvers.direct import LinearSolver, direct, factorise
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface

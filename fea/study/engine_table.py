@@ -272,11 +272,10 @@ class EngineTable(
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
         """Return the absolute peak pressure, MPa, and where it comes from if it is computed."""
         if self.peak_pressure_bar is not None or self.fuel is None:
-            rule, remedy = (
-                f'is missing: gas = "{self.gas}" needs it',
-                'Give it, or fuel = "petrol" or "diesel".',
-            )
-            return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
+            remedy = 'Give it, or fuel = "petrol" or "diesel".'
+            return self.needed(
+                "peak_pressure_bar", f'is missing: gas = "{self.gas}" needs it', remedy
+            ) * BAR, ""
         rod_ratio = engine.crank_radius / engine.rod_length
         since = -self.port if self.strokes == 2 else -180.0
         low, high = peak_interval(self.fuel, ratio, self.intake, rod_ratio, since)
@@ -363,10 +362,8 @@ _NEEDED_BY = {
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
     """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
-    preset, notes = (
-        table.library(),
-        cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere),
-    )
+    preset = table.library()
+    notes = cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere)
     if preset is None:
         return notes
     estimates = [

@@ -67,21 +67,16 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
         )
     nodes = 4 if tets[0][0] == "tetra" else 10
     if any(rows.shape[1:] != (nodes,) for _, rows, _ in tets):
-        raise MeshError(
-            "some of its tetrahedra have neither four nor ten nodes. Give all of them ten, or all four"
-        )
+        raise MeshError("some of its tetrahedra have neither four nor ten nodes. Give all ten, or all four")
     rows = np.concatenate([rows for _, rows, _ in tets]).astype(np.int64)
     if len(rows) > MOST_TETS:
-        raise MeshError(
-            f"it holds {len(rows)} tetrahedra; at most {MOST_TETS} are supported. Use a coarser mesh"
-        )
+        raise MeshError(f"it holds {len(rows)} tetrahedra, at most {MOST_TETS} are read. Use a coarser mesh")
     return TetFile(np.asarray(points, dtype=float), rows, np.concatenate([ids for *_, ids in tets]))
 
 
 def _listed(count: Counter[str] | dict[str, int]) -> str:
-    return ", ".join(
-        f"{number} {_KINDS[kind]['words'] if kind in _KINDS else kind}" for kind, number in count.items()
-    )
+    words = {kind: names["words"] for kind, names in _KINDS.items()}
+    return ", ".join(f"{number} {words.get(kind, kind)}" for kind, number in count.items())
 
 
 def require_known(name: str, path: Path) -> None:
@@ -199,9 +194,7 @@ def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
     which, counts = face_counts(tets)
     what = "a face that belongs to more than two elements: they overlap"
     _refuse((counts[which] > 2).any(axis=1), numbers, what)
-    what = (
-        "a neighbour on the same side of their common face: they overlap, perhaps because a node is misplaced"
-    )
+    what = "a neighbour on the same side of their common face: they overlap. Is a node misplaced?"
     _refuse(folded(tets), numbers, what)
     if tets.shape[1] == 4:
         return
