@@ -99,13 +99,6 @@ class SymmetricMatrix:
         entries = scalar.data[above], scalar.indices[above], indptr.astype(np.int32)
         return sparse.csr_array(entries, shape=scalar.shape)
 
-    def full(self) -> sparse.bsr_array:
-        """Both triangles, in blocks."""
-        strictly = self.upper.data.copy()
-        strictly[self.upper.indptr[:-1]] = 0.0
-        above = sparse.bsr_array((strictly, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
-        return sparse.bsr_array(self.upper + above.T)
-
 
 @dataclass(frozen=True)
 class Pattern:

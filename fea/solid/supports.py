@@ -175,12 +175,6 @@ def _in_words(share: Floats) -> str:
     return ", ".join(name for name, size in zip(_MODES, share, strict=True) if size > 0.1)
 
 
-def free_motions(points: Floats, fixed: Mask) -> str:
-    """Names of the rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free."""
-    modes = rigid_modes(points)[fixed]
-    return _in_words(_null_shares(modes.T @ modes))
-
-
 SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
 BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
 # Each motion's parity about y = 0 and about z = 0.

@@ -272,10 +272,8 @@ class EngineTable(
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
         """Return the absolute peak pressure, MPa, and where it comes from if it is computed."""
         if self.peak_pressure_bar is not None or self.fuel is None:
-            remedy = 'Give it, or fuel = "petrol" or "diesel".'
-            return self.needed(
-                "peak_pressure_bar", f'is missing: gas = "{self.gas}" needs it', remedy
-            ) * BAR, ""
+            rule, remedy = 'is missing: gas = "otto" needs it', 'Give it, or fuel = "petrol" or "diesel".'
+            return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
         rod_ratio = engine.crank_radius / engine.rod_length
         since = -self.port if self.strokes == 2 else -180.0
         low, high = peak_interval(self.fuel, ratio, self.intake, rod_ratio, since)
