@@ -225,8 +225,7 @@ def _drilled(rod: Dimensions) -> None:
 class Rod(Dimensions):
     """A connecting rod whose dimensions obey every rule; `proportioned` derives missing ones.
 
-    Raises `InvalidValue`: a dimension breaks a rule; the message names it by its key in a study
-    (``rod.web_thickness_mm``).
+    Raises `InvalidValue`: a dimension breaks a rule; the message names its key (``rod.web_thickness_mm``).
     """
 
     def __post_init__(self) -> None:

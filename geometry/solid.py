@@ -86,8 +86,7 @@ def _expected_in_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
 def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
     """Find the faces that need small elements; kinds that the rod lacks are absent.
 
-    Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: no face has
-    the shape of a feature.
+    Bosses and bolts are turned by `turn`, rad. Raises `GeometryError`: no face has a feature's shape.
     """
     slack, features = SLACK * rod.length, []
     expected = [(*each, faces) for each in _expected(rod, turn)]

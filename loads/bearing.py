@@ -96,8 +96,7 @@ class BorePressure:
     def parse(cls, name: str) -> "BorePressure":
         """Read a name of the study file: ``<profile>-<arc in degrees>``, or ``webster``.
 
-        The latter is half a cosine in tension, uniform over 120° in compression. Raises `InvalidValue`:
-        unknown, or an arc outside 1…180 degrees.
+        The latter is half a cosine in tension, uniform over 120° in compression. Raises `InvalidValue`.
         """
         if name == "webster":
             return cls(cls.parse("cosine-180").tension, cls.parse("uniform-120").tension)

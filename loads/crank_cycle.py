@@ -98,8 +98,7 @@ class CrankCycle:
     def increments(self) -> Instants:
         """What acts at the ends of the increments in their order; the first one follows the last.
 
-        Half of what divides the cycle into increments, of whole degrees, is the crank angle; the other half
-        is the change of the pins' forces.
+        They are of whole degrees, divided half by the crank angle, half by the change of the pins' forces.
         """
         every = self.at(BEGINNING + self.engine.cycle_angles)
         forces = np.diff(np.concatenate([every.pin, every.crank]), axis=1)

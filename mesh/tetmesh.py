@@ -203,10 +203,9 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
 
 
 def numbered(mesh: TetMesh) -> tuple[TetMesh, Ints]:
-    """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order among themselves.
+    """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order, as elements and facets do.
 
-    Elements and facets keep theirs. The second result (n_nodes,) is the earlier number of each node; nodes
-    that no element has come last.
+    The second result (n_nodes,) is the earlier number of each node; nodes without elements come last.
     """
     order = scikit_fem_order(mesh.tets, len(mesh.points))
     number = np.argsort(order)

@@ -93,8 +93,7 @@ class ErrorEstimator:
     ) -> ErrorEstimate:
         """Compare each part's recovered stress (n_nodes, 6, n_cases) with that of its elements, MPa.
 
-        The displacement is (n_nodes, 3, n_cases), mm; parts with a pressure have it by number, (n_nodes,
-        n_cases), MPa.
+        The displacement is (n_nodes, 3, n_cases), mm; pressures of parts, by number, (n_nodes, n_cases), MPa.
         """
         n_elements, n_cases = len(self._mesh.tets), displacement.shape[2]
         energy, solution = np.zeros((2, n_elements, n_cases))

@@ -49,8 +49,7 @@ def inertia(
 ) -> Inertia:
     """Integrate mass and its moments over a cell; the planes it is cut at complete the properties.
 
-    The density is that of every element, or (n_elements,) of each, t/mm³. Whatever integrates the nodal
-    weights, the quadrature is the same.
+    The density is that of every element, or (n_elements,) of each, t/mm³; the quadrature is always the same.
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))

@@ -45,8 +45,7 @@ def rigid_modes(points: Floats) -> Floats:
 def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
     """Share (n_bodies, 6) of each body's rigid modes in the motions that supports and joints leave free.
 
-    `body` (n_elements,) is from `bodies`; `fixed` (n_nodes, 3) are the supported degrees of freedom. The
-    share is zero for a body that cannot move.
+    `body` (n_elements,) is from `bodies`; `fixed` (n_nodes, 3) are supported. Zero: the body cannot move.
     """
     count = int(body.max()) + 1
     first = np.full(len(mesh.points), -1)  # the first body that has the node; other bodies are joined to it
@@ -85,8 +84,7 @@ _ALONG = 1e-9
 def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SYMMETRIC) -> Mask:
     """Degrees of freedom (n_nodes, 3) that vanish on the mirror planes the mesh is cut at, by both parities.
 
-    For a field symmetric about the plane this is the normal component, for an antisymmetric one the two
-    tangential components.
+    Of a symmetric field this is the normal component, of an antisymmetric one the tangential components.
     """
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     for plane, normal, about_plane in ((Surface.SYMMETRY_Y, 1, parity), (Surface.SYMMETRY_Z, 2, parity_z)):

@@ -247,8 +247,7 @@ def _solved_within(
 ) -> Floats:
     """Solve A u = f with the leading block A (n, n) of the factor of [A F; Fᵀ 0].
 
-    `columns` (n, k) are f; or with `summed` c (m, k) of f = F c: backward substitution for A u + F (−c) = 0
-    alone.
+    `columns` (n, k) are f; or with `summed` c (m, k) of f = F c, by backward substitution alone.
     """
     count = columns.shape[1]
     solution = np.empty((n, count), order="F")

@@ -176,8 +176,7 @@ class MixedSystem:
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures of forces (3 n_nodes, n_cases), N, refined as long as that helps.
 
-        `inverse` solves with A including its supports. Raises `StagnationError`: the mesh does not allow a
-        stable pressure.
+        `inverse` solves with A including its supports. Raises `StagnationError`: no stable pressure.
         """
         held = self.fixed[:, None]
 
@@ -242,8 +241,7 @@ class MixedSystem:
 class MixedModel(Model):
     """A meshed cell of second order, of which the `soft` parts have a pressure field.
 
-    There is one material per part; the rest is as for `Model`. The matrices of the pressure are always
-    batched.
+    There is one material per part; the rest is as for `Model`.
     """
 
     def __init__(
@@ -269,11 +267,7 @@ class MixedModel(Model):
         return super().solved_dofs + sum(int(self._alive(parity).sum()) for parity in self._factorised)
 
     def solve(self, loads: Sequence[ParityPair]) -> StaticSolution:
-        """Displacements and pressures of the cell under each load.
-
-        Raises `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`; `StagnationError`: the mesh
-        does not allow a stable pressure.
-        """
+        """Solve as `Model.solve`, also for pressures; `StagnationError`: the mesh has no stable pressure."""
         pressure = {}
 
         def mixed(parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:

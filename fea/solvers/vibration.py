@@ -39,8 +39,7 @@ def free_modes(
 ) -> VibrationModes:
     """Find the `count` lowest elastic modes of a free body, and its six rigid-body modes.
 
-    The density is that of every element, or (n_elements,) of each, t/mm³. Raises `SingularMatrixError`: the
-    factorisation broke down.
+    The density, t/mm³, is of every element, or (n_elements,) of each. Raises `SingularMatrixError`.
     """
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
     M = mass_matrix(mesh, density)

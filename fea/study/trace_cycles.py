@@ -235,10 +235,7 @@ _SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
 def smoothed(
     angles: Floats, pressures: Floats, step: float, width: float | None, cycle: float = _CYCLE
 ) -> tuple[Floats, float]:
-    """Moving average of one cycle (n,) at `step` degrees, and its width in degrees (0: none).
-
-    The noise decides a `width` of None.
-    """
+    """Moving average of one cycle (n,) at `step` degrees, and its width, degrees; None: the noise decides."""
     if width:
         return _averaged(angles, pressures, width, cycle), width
     second = np.diff(pressures, n=2)

@@ -55,8 +55,7 @@ class CycleKeys(StudyTable, table="engine"):
 def cycle_notes(keys: CycleKeys, gas: str, bore: float, intake: float, atmosphere: float) -> list[Note]:
     """Return what is assumed of the gas of a two-stroke engine, and what rollers leave out.
 
-    `gas`: its model; `bore`: mm; `intake`, `atmosphere`: absolute pressures while the port is open and below
-    the piston, MPa.
+    `bore` in mm; `intake`, `atmosphere`: absolute pressures with an open port, and below the piston, MPa.
     """
     notes = [
         omission(
