@@ -235,9 +235,8 @@ class Rod(Dimensions):
 def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
     """Complete a rod from the distance of its bores and their diameters, mm.
 
-    Any other field of `Rod` may be given; the rest follows from these, in usual proportions of forged
-    automotive rods (ours: no published rule). Raises `InvalidValue`: a given or derived dimension breaks a
-    rule.
+    Other fields of `Rod` may be given; the rest follows in usual proportions of forged automotive rods (ours:
+    no published rule). Raises `InvalidValue`: a given or derived dimension breaks a rule.
     """
     rod: dict[str, Any] = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
     rod |= {"shank_section": ShankSection.I} | given

@@ -61,9 +61,9 @@ def closed_cycle(
 ) -> tuple[Floats, Floats]:
     """Integrate the pressure of a closed cycle from `pressure`, MPa, at BDC.
 
-    Returned are crank angles (n,), degrees from TDC, and absolute pressures (n,), MPa. `ratio`: compression
-    ratio; `rod_ratio`: crank radius over rod length; `since`: degrees from TDC at which it is closed, if not
-    at BDC: as by the port of a two-stroke engine.
+    Returned are crank angles (n,), degrees from TDC, and absolute pressures (n,), MPa. `ratio`: of
+    compression; `rod_ratio`: crank radius over rod length; `since`: degrees from TDC at which a port closes,
+    if not at BDC.
     """
     angles = _CLOSED[since <= _CLOSED]
     sizes = volume(angles, ratio, rod_ratio)

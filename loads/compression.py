@@ -69,10 +69,9 @@ def compression(
 ) -> Compression | None:
     """Fit p + c = k V⁻ⁿ to a trace before ignition; None where it shows no compression.
 
-    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio` is
-    the crank radius over the rod's length; the intake, or the exhaust port of a two-stroke engine, shuts at
-    about `shut`, degrees from firing TDC. A compression `ratio` of None is not known: those of nearly all
-    engines are then weighed by how well they fit.
+    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio`:
+    crank radius over rod length; intake or exhaust port shut at about `shut`, degrees from firing TDC. Of an
+    unknown compression `ratio`, those of nearly all engines are weighed by how well they fit.
     """
     inside = (angles >= max(FROM, shut + _SETTLED)) & (angles <= TO)
     theta, p = angles[inside], pressures[inside]

@@ -134,9 +134,8 @@ class Kinematics:
 def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike) -> Kinematics:
     """Exact motion at given crank angles and constant speeds.
 
-    `crank_angle`: rad, any shape; `speed`: of the crank, rad/s, zero or positive, broadcast against
-    `crank_angle`: ``speeds[:, None]`` gives arrays of (speeds, angles). Raises `InvalidValue`: an angle is
-    not finite or a speed is negative or not finite.
+    `crank_angle`: rad; `speed`: rad/s, broadcast against it: ``speeds[:, None]`` gives (speeds, angles).
+    Raises `InvalidValue`: an angle or a speed is not finite, or a speed is negative.
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
     if not np.isfinite(theta).all():

@@ -78,9 +78,9 @@ class Boyle(GasModel):
 class Compressor(GasModel):
     """Ideal cycle of a reciprocating compressor with clearance, every revolution.
 
-    The gas that the clearance holds expands to the pressure of the intake, and what is drawn in is compressed
-    to the delivery pressure, both by p V^γ = const; valves open at once. Per revolution it takes the work
-    γ/(γ − 1) p₁ V₁ [(p₂/p₁)^((γ−1)/γ) − 1], with the volume V₁ that is drawn in.
+    The gas in the clearance expands to the pressure of the intake, and what is drawn in is compressed to the
+    delivery pressure, by p V^γ = const; valves open at once. Per revolution it takes the work γ/(γ − 1) p₁ V₁
+    [(p₂/p₁)^((γ−1)/γ) − 1], with the volume V₁ that is drawn in.
     """
 
     engine: Engine  #: gives the volume over the crank angle
@@ -171,9 +171,8 @@ class Otto(GasModel):
 class TwoStrokeOtto(Otto):
     """Ideal two-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.3 and §6.6).
 
-    Heat at constant volume at TDC, isentropic expansion until the piston uncovers the exhaust port, blow-down
-    to the pressure of scavenging (`intake`), which lasts until the piston has covered the port again, and
-    isentropic compression of what is trapped then. Pulses in the ports are left out.
+    Heat at constant volume at TDC, isentropic expansion until the exhaust port opens, the pressure of
+    scavenging (`intake`) until it shuts, and isentropic compression. Pulses in the ports are left out.
     """
 
     port: float = math.radians(95)  #: crank angle after TDC at which the exhaust port opens, rad

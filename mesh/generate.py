@@ -161,11 +161,10 @@ def tetrahedralise(
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model, and measure the quality of the mesh.
 
-    `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
-    several. At every point the smallest size `wanted` by earlier solutions applies. Edges of elements that
-    raising the order had inverted are straightened, with `keep_bow` as in `mesh.quality.with_straight_edges`;
-    nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh failed, or inverted elements could
-    not be repaired; an `UnsoundMeshError` if other settings may help.
+    `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each of several parts. At
+    every point the smallest size `wanted` by earlier solutions applies. Edges of inverted elements are
+    straightened, with `keep_bow` as in `mesh.quality.with_straight_edges`. Raises `MeshError`: gmsh failed,
+    or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.balls)
@@ -265,11 +264,10 @@ def repaired(
 ) -> Meshed:
     """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    `attempt` meshes it with the changed settings that it is given as ``repair=``; `repair` is what an earlier
-    mesh of the model needed, to begin with. `flaws` returns the changes; None for a sound mesh. If every
-    attempt has flaws, the first mesh is returned, and the checks of the run will fail on it. `tell` is called
-    with the cause of each new attempt. Raises `MeshError`: no attempt produced a mesh; this is the first
-    failure.
+    `attempt` meshes it with the settings ``repair=``, at first those of an earlier mesh. `flaws` returns the
+    changes; None for a sound mesh. If every attempt has flaws, the first mesh is returned, whose checks will
+    fail. `tell` is called with the cause of each new attempt. Raises `MeshError`: the first failure, where no
+    attempt produced a mesh.
     """
     first, failure = None, None
     for rounds in count():

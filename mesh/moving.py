@@ -96,9 +96,9 @@ _WORSE = 0.3
 class MovableMesh:
     """A mesh that can follow its solid.
 
-    Nodes on vertices and curves keep their share of the way, those on faces follow smoothly and are put on
-    the face again, and those inside follow smoothly: they solve Laplace's equation on the graph of edges,
-    weighted by the inverse square of the length, so that small elements keep their shape.
+    Nodes on vertices and curves keep their share of the way; those on faces, which are put on the face again,
+    and inside solve Laplace's equation on the graph of edges, weighted by the inverse square of the length,
+    so that small elements keep their shape.
     """
 
     mesh: TetMesh  #: on the solid from which it was made

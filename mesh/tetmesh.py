@@ -154,10 +154,9 @@ Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
 def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     """Double the nodes between parts that only touch.
 
-    Parts that share facets and are not named in `interfaces` stay joined. The second result (n_nodes,) is the
-    earlier number of each node. Row k of the second side is the facet of row k of the first, turned over:
-    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: the mesh has
-    only one part.
+    Parts that share facets and are not in `interfaces` stay joined. The second result (n_nodes,) is the
+    earlier number of each node. Row k of the second side is that of the first, turned over: ``second[:,
+    FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: a single part.
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")

@@ -111,8 +111,7 @@ _OUT_OF_PLANE = (2, 3, 4)
 class Tilt:
     """The inertia of a body without a mirror plane that keeps it in its plane of motion.
 
-    If a body is not symmetric about z = 0, its centre of gravity or the middle of a bore may lie off that
-    plane, or it has a product of inertia. Pressures that are constant along the pins then leave a small force
+    If a body is not symmetric about z = 0, pressures that are constant along the pins leave a small force
     along z and small moments about x and y, which the restraints would react as point forces. As in any
     inertia relief, the rigid accelerations that they cause balance them instead.
     """

@@ -248,9 +248,8 @@ class BucklingMode:
 class Buckling:
     """A cell under inertia relief, constrained at its ends, factorised once for all reference loads.
 
-    If an end may rotate about z, a pressure on it is that of a pin: its direction stays fixed when the bore
-    rotates. Raises `UnderconstrainedError`: the ends leave a rigid motion free; `SingularMatrixError`: the
-    factorisation broke down.
+    A pressure on an end that may rotate about z is that of a pin: its direction stays fixed. Raises
+    `UnderconstrainedError`: the ends leave a rigid motion free; `SingularMatrixError`: a breakdown.
     """
 
     def __init__(self, model: Model, ends: tuple[ConstrainedSurface, ...]) -> None:

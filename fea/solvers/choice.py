@@ -47,11 +47,10 @@ SHARE = 0.8
 def direct_bytes(n_dofs: int, slots: int) -> float:
     """Predicted bytes of direct factors.
 
-    The entries of the factor grow like n^1.5 for rods of second-order tetrahedra with 40 000 to 280 000
-    degrees of freedom (nested dissection in three dimensions tends to n^(4/3), so that the prediction is too
-    high for larger ones). Pardiso's factor that condenses forces has 5 % more entries for the bores of a rod
-    in one piece, 20 % more for all interfaces of one in parts, and its analysis takes 1.4 kB per degree of
-    freedom: the prediction holds for it to 15 %, which `SHARE` leaves free.
+    Their entries grow like n^1.5 for rods of second-order tetrahedra with 40 000 to 280 000 degrees of
+    freedom, and more slowly beyond (nested dissection: n^(4/3)). Pardiso's factor that condenses forces has 5
+    % more for the bores of a rod in one piece, 20 % more for one in parts, and its analysis takes 1.4 kB per
+    degree of freedom: the prediction holds to 15 %, which `SHARE` leaves free.
     """
     return float(slots * 8 * 1.2 * n_dofs**1.5)
 

@@ -193,8 +193,7 @@ class Pardiso(LinearSolver):
         """Put a factor into a slot that leaves the columns of sparse forces to the end: see `LinearSolver`.
 
         It gives the Schur complement of [A F; Fᵀ 0] at a fraction of the cost of solutions for all columns,
-        because it exploits what each of them does not reach; and it solves with A as a Cholesky factor does.
-        Raises the same errors as `factorise`.
+        and solves with A as a Cholesky factor does. Raises the same errors as `factorise`.
         """
         n, size = forces.shape
         parts = _bordered(matrix, forces)

@@ -297,9 +297,8 @@ def displacement(
 ) -> Floats:
     """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
 
-    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default. Raises
-    `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the factorisation
-    broke down.
+    Where `fixed` (n_nodes, 3), it is that of `moved` (n_nodes, 3), mm; zero by default. Raises
+    `UnderconstrainedError`: a rigid motion is free; `SingularMatrixError`: the factorisation broke down.
     """
     require_restrained(mesh, fixed)
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))

@@ -178,11 +178,10 @@ class RodTable:
     def draw(
         self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
     ) -> "Solid":
-        """Draw the smallest symmetry cell in the open gmsh session.
+        """Draw the smallest symmetry cell in the open gmsh session; `tell` is called with long stages.
 
-        `tell` is told what is being done, where that takes long; a rod in one piece has no `assembly`. Raises
-        `InvalidValue`: only mass properties are given, the file cannot be read, or the parts do not go
-        together; `GeometryError`: no solid could be made, or its bores cannot be identified.
+        Raises `InvalidValue`: only mass properties, an unreadable file, or parts that do not go together;
+        `GeometryError`: no solid could be made, or its bores cannot be identified.
         """
         if self.cad is not None:
             from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh

@@ -41,9 +41,9 @@ def recorded(
 ) -> Recording:
     """Fold recorded samples into one `cycle`, degrees, or one revolution where there are no more.
 
-    Angles (n,) are in degrees in the order of the file, and may begin again with every revolution or cycle;
-    pressures (n, m) have a column per cycle. Messages name the file and the `lines` of the samples. Raises
-    `InvalidValue`: the angles are not sorted, or do not cover a revolution.
+    Angles (n,), degrees in the order of the file, may begin again with every revolution or cycle; pressures
+    (n, m) have a column per cycle; `lines` are for messages. Raises `InvalidValue`: the angles are not
+    sorted, or do not cover a revolution.
     """
     turned = _unwrapped(angles, source, lines)
     steps = np.diff(turned)
@@ -150,10 +150,9 @@ def completed(
 ) -> tuple[Floats, Floats, float]:
     """Return a whole cycle: angles from firing TDC, pressures, and the pressure that was assumed (else NaN).
 
-    A lone revolution of a four-stroke engine must contain compression and expansion; the other revolution is
-    held at the pressure with which compression begins. Firing TDC is at the angle `firing` of the file,
-    degrees. Raises `InvalidValue`: the pressure jumps inside the revolution: compression or expansion is
-    missing.
+    A lone revolution of a four-stroke engine must contain compression and expansion; the other one is held at
+    the pressure with which compression begins. Firing TDC is at the angle `firing` of the file, degrees.
+    Raises `InvalidValue`: the pressure jumps inside the revolution.
     """
     angles = _about(recording.angles, firing, recording.period)
     order = np.argsort(angles, kind="stable")
@@ -190,9 +189,8 @@ _REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each othe
 def firing_offset(recording: Recording, source: str) -> float:
     """Find what must be added to the angles of the file so that firing TDC is at 360°.
 
-    TDC is taken to be at a multiple of 180° in the file, where the encoder was set; the peak must lie from
-    20° before to 60° after it. Raises `InvalidValue`: the peak is elsewhere, or both revolutions have a peak
-    and differ.
+    TDC is taken to be at a multiple of 180° in the file, from 20° before to 60° after the peak. Raises
+    `InvalidValue`: it is not, or both revolutions have a peak and differ.
     """
     peak = recording.peak
     tdc = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN

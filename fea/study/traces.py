@@ -91,9 +91,8 @@ def parse_trace(
 ) -> ImportedTrace:
     """Turn the text of a file into a trace; `source` is its name in messages.
 
-    A file in the documented format, with angles of 0 to 720°, counts them from gas-exchange TDC, with 0 to
-    360° of a two-stroke engine from firing TDC, and is not smoothed, unless keys say otherwise; with a column
-    per speed all of them are read.
+    The documented format counts angles from gas-exchange TDC, 0 to 720°, or of a two-stroke engine from
+    firing TDC, and is not smoothed, unless keys say otherwise; of a column per speed all are read.
     """
     table = find_table(text, source)
     angles = table.values[:, 0]
@@ -303,10 +302,9 @@ def _pressure_scale(
 ) -> _Scale:
     """Decide how pressures (n,) over angles (n,), degrees from firing TDC, are read.
 
-    A unit that nothing names is that which alone puts the absolute pressure at which the intake shuts within
-    0.2 to 4 bar. The zero is that of the reference if the compression agrees, and else that of the
-    compression, or of the intake where its pressure is given (Randolph, SAE 900170). Raises `InvalidValue`:
-    the unit or the reference cannot be decided, or pressures are those of no engine.
+    An unknown unit is the only one in which the intake shuts at 0.2 to 4 bar. The zero is that of the
+    reference if the compression agrees, else that of the compression, or of a given intake pressure
+    (Randolph, SAE 900170). Raises `InvalidValue`: neither unit nor reference, or no engine.
     """
     offset, atmosphere = keys.pressure_offset_bar, around.atmosphere / BAR
     unit = keys.pressure_unit or _unit(pressures, fit, source)

@@ -70,9 +70,8 @@ def bolts_in(
 ) -> tuple[tuple[BoltAxis, ...], tuple[str, ...]]:
     """Return the bolts in holes through the joint, and what was assumed about them.
 
-    The fasteners of one hole stand for all. Of what the user gives, a length of 0 says nothing. Raises
-    `GeometryError`: no hole runs through the joint, or one has no plane seat for the head; `InvalidValue`:
-    what is given does not fit the holes.
+    The fasteners of one hole stand for all; a given length of 0 says nothing. Raises `GeometryError`: no hole
+    through the joint, or no seat for a head; `InvalidValue`: what is given does not fit the holes.
     """
     if not holes:
         raise GeometryError(

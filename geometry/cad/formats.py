@@ -207,9 +207,8 @@ def _right_way_round(solid: NamedSolid) -> NamedSolid:
 def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[None]:
     """Let the kernel convert the numbers of a file from a unit, whatever the file declares.
 
-    Its STEP reader multiplies every number by the declared unit over another, chosen so that the factor is
-    right: scaling afterwards would round once more, and files that differ in the declared unit alone give the
-    same bits.
+    The factor is part of the declared unit over another one: scaling afterwards would round once more, and
+    files that differ in the declared unit alone give the same bits.
     """
     declared = declared_unit(path)
     factor = DECLARED[unit or declared]

@@ -152,12 +152,10 @@ def import_cad(
 ) -> Solid:
     """Read the rod of a file into a new model of the open session and place it in the rod's frame.
 
-    Each solid that is kept is a part, under its name in the file or, in an assembly, under those of
-    `geometry.parts`; touching parts share their faces. Without an assembly they are bonded to each other;
-    else the file's own cap, shells, bushing and bolts are taken where it has them. The
-    smallest symmetry cell is kept. Raises `GeometryError`: no rod in the file, bores that cannot be
-    identified, a mirror plane that the solid lacks, or solids that do not make an assembly; `InvalidValue`:
-    what the assembly says does not fit the file; `OSError`: the file cannot be read.
+    Solids that are kept are parts, by their names in the file or, in an assembly, of `geometry.parts`;
+    touching parts share their faces, and without an assembly are bonded. The smallest symmetry cell is kept.
+    Raises `GeometryError`: no rod, no bores, a mirror plane that the solid lacks, or no assembly;
+    `InvalidValue`: the assembly does not fit the file; `OSError`: the file cannot be read.
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared

@@ -84,9 +84,8 @@ def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
 def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> SurfaceMesh:
     """Join the surface of a rod and that of its cap, which lie as they are assembled.
 
-    `gap`, of `GAPS`: where the outlines of their joint faces have different vertices, a band of this width
-    stands between them. Raises `MeshError`: one of them has no half bore with two joint faces, or these do
-    not lie on each other.
+    Where the outlines of their joint faces have different vertices, a band of width `gap`, of `GAPS`, stands
+    between them. Raises `MeshError`: one has no half bore with two joint faces, or these lie apart.
     """
     wall = open_wall(rod)
     if wall is None:

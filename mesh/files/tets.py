@@ -38,11 +38,9 @@ class TetFile:
 
 
 def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
-    """Take the tetrahedra out of blocks of elements of one kind each.
+    """Take the tetrahedra out of blocks of elements: meshio's name of the kind, rows of `points`, numbers.
 
-    A block is meshio's name of the kind (``"tetra10"``), rows of `points` (n, 3), and numbers of the
-    elements. Raises `MeshError`: there are no tetrahedra, solid elements of other kinds, or both four-node
-    and ten-node ones.
+    Raises `MeshError`: no tetrahedra, solid elements of other kinds, or four- and ten-node ones.
     """
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError("its nodes do not have three coordinates: a mesh of solid elements is needed")
