@@ -44,7 +44,7 @@ def free_modes(
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
     M = mass_matrix(mesh, density)
     shift = _SHARE * _bending_estimate(mesh, K, M)
-    inverse = factorise(_sum(K, M, shift))
+    inverse = factorise(SymmetricMatrix(sparse.bsr_array(K.upper + shift * M.upper)))
     n = K.size
 
     def solve(right: Floats) -> Floats:
@@ -67,13 +67,6 @@ def free_modes(
     scale = (K.norm() + np.abs(values) * M.norm()) * np.abs(vectors).max(axis=0)
     frequencies = np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
     return VibrationModes(frequencies, vectors.reshape(-1, 3, len(values)), float((residual / scale).max()))
-
-
-def _sum(K: SymmetricMatrix, M: SymmetricMatrix, factor: float) -> SymmetricMatrix:
-    """K + factor M, which have the same sparsity."""
-    upper = K.upper
-    data = upper.data + factor * M.upper.data
-    return SymmetricMatrix(sparse.bsr_array((data, upper.indices, upper.indptr), shape=upper.shape))
 
 
 def _bending_estimate(mesh: TetMesh, K: SymmetricMatrix, M: SymmetricMatrix) -> float:

@@ -271,11 +271,14 @@ def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -
                     "clear whether both belong to the rod. Join them in the CAD program (Boolean union), "
                     "or name those to keep in rod.solids"
                 )
-        touching += [left.text()] if near else []
+        touching += [left] if near else []
     if touching:
-        more = f" and {len(touching) - _LISTED} more" if len(touching) > _LISTED else ""
-        listed = ", ".join(touching[:_LISTED])
-        yield f"{listed}{more}: left out, though touching the rod; what belongs to it goes in rod.solids"
+        yield f"{_listed(touching)}: left out, though touching the rod; what belongs to it goes in rod.solids"
+
+
+def _listed(solids: Sequence[CadSolid]) -> str:
+    more = f" and {len(solids) - _LISTED} more solids" if len(solids) > _LISTED else ""
+    return ", ".join(solid.text() for solid in solids[:_LISTED]) + more
 
 
 def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bool) -> list[str]:
@@ -306,9 +309,7 @@ def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bo
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
     left = [each for each in read.solids if not each.kept and (bonded or each.role is not Role.BOLT)]
     if left and not file.solids:
-        listed = ", ".join(solid.text() for solid in left[:_LISTED])
-        more = f" and {len(left) - _LISTED} more solids" if len(left) > _LISTED else ""
-        notes.append(f"left out of {file.path.name}: {listed}{more} (rod.solids)")
+        notes.append(f"left out of {file.path.name}: {_listed(left)} (rod.solids)")
     return notes
 
 
