@@ -6,11 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.base.choices import MatrixAssembly
 from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
 from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
 from fea.solid.parity import ParityPair
-from fea.solid.scikit_fem import moment, volume_moments
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, vector
 from geometry.mass import MassProperties, tensor
@@ -44,24 +42,18 @@ class Inertia:
         return ParityPair.of(symmetric, antisymmetric, cut=self.cut_y)
 
 
-def inertia(
-    mesh: TetMesh, density: float | Floats, assembly: MatrixAssembly = MatrixAssembly.BATCHED
-) -> Inertia:
+def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
     """Integrate mass and its moments over a cell; the planes it is cut at complete the properties.
 
-    The density is that of every element, or (n_elements,) of each, t/mm³; the quadrature is always the same.
+    The density is that of every element, or (n_elements,) of each, t/mm³.
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
-    if assembly is MatrixAssembly.SCIKIT_FEM:
-        fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
-        weight, *moments = volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
-    else:
-        values, nodes = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values, mesh.tets.ravel()
-        weight, *moments = (
-            np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
-            for field in (mass, *(mass * places[..., axis] for axis in range(3)))
-        )
+    values, nodes = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values, mesh.tets.ravel()
+    weight, *moments = (
+        np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
+        for field in (mass, *(mass * places[..., axis] for axis in range(3)))
+    )
     properties = _properties(mesh, places.reshape(-1, 3), mass.ravel())
     return Inertia(weight, np.stack(moments, axis=1), properties, Surface.SYMMETRY_Y in mesh.facets)
 
