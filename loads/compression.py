@@ -44,7 +44,6 @@ class Compression:
     zero: float  #: c, added to the pressures of the trace it makes them absolute
     zero_error: float  #: its standard deviation; of both with that of a compression ratio that is not known
     closing: float  #: absolute pressure at which the intake shuts
-    dead_centre: float  #: absolute pressure at TDC by compression alone
 
     @property
     def is_usual(self) -> bool:
@@ -93,17 +92,13 @@ def compression(
     weight = np.exp(log - log.max())
     weight /= weight.sum()
     exponent, mean = float((weight * _EXPONENTS).sum()), float((weight * zero).sum())
-    closing, dead_centre = (
-        float((weight * slope * volume(np.full(1, angle), ratios[:, None], rod_ratio) ** -_EXPONENTS).sum())
-        for angle in (shut, 0.0)
-    )
+    at_closing = volume(np.full(1, shut), ratios[:, None], rod_ratio) ** -_EXPONENTS
     return Compression(
         exponent=exponent,
         exponent_error=math.sqrt(max(float((weight * (_EXPONENTS - exponent) ** 2).sum()), 1e-12)),
         zero=mean,
         zero_error=math.sqrt(float((weight * ((zero - mean) ** 2 + variance * given)).sum())),
-        closing=closing,
-        dead_centre=dead_centre,
+        closing=float((weight * slope * at_closing).sum()),
     )
 
 

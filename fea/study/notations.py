@@ -170,7 +170,7 @@ def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, 
 
 def _name(word: str, *, any_case: bool, alone: bool) -> str:
     if found := _TEMPERATURES.get(word.upper() if any_case else word):
-        return found[0 if alone else 1]
+        return str(found[0 if alone else 1])
     known = _NAMES.get(word)
     if known or not any_case:
         return known or word
@@ -182,7 +182,7 @@ def _expression(factors: Factors) -> str:
     return "*".join(f"({name})**{power}" if power != 1 else f"({name})" for name, power in factors)
 
 
-_NAMES: Mapping[str, str] = {word: name for name, words in _DATA["names"].items() for word in words.split()}
+_NAMES: dict[str, str] = {word: name for name, words in _DATA["names"].items() for word in words.split()}
 _ANY_CASE = {word.lower(): name for word, name in reversed(_NAMES.items())}
 
 
