@@ -15,6 +15,7 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.bodies import Body, draw
+from geometry.holes import place_text
 from geometry.session import GmshLog, session
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
@@ -96,7 +97,7 @@ def of_crossing(message: str) -> MeshError:
             faces.update(map(int, gmsh.model.getAdjacencies(_CURVE, tag)[0]))
     if not faces:
         return MeshError(message)
-    where = f" near {_place(np.mean(places, axis=0))}" if places else ""
+    where = f" near {place_text(np.mean(places, axis=0))} mm" if places else ""
     return UnsoundMeshError(
         message, Repair(frozenset(faces), (), (f"triangles of the surface mesh crossed each other{where}",))
     )
@@ -118,7 +119,7 @@ def of_elements(corners: Floats, what: str) -> Repair:
         distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
         if ((distance < _SAME * longest.min()).sum(axis=1) >= _ENDS).any():
             faces.add(tag)
-    return Repair(frozenset(faces), balls, (f"{what} near {_place(centers[0])}",))
+    return Repair(frozenset(faces), balls, (f"{what} near {place_text(centers[0])} mm",))
 
 
 def of_folds() -> Repair | None:
@@ -137,11 +138,6 @@ def of_folds() -> Repair | None:
                 folded.add(face)
     cause = "triangles of the surface mesh were folded over each other"
     return Repair(causes=(cause,), folded=frozenset(folded)) if folded else None
-
-
-def _place(point: Floats) -> str:
-    x, y, z = point
-    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
 
 
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
