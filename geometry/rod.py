@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
-from geometry.errors import InvalidValue, require, require_number, require_numbers, require_positive
+from geometry.errors import InvalidValue, require, require_number, require_positive
 from geometry.outline import Bosses, Outline, Pocket, web_pocket
 from geometry.steps import LEAST, highest, rib, ring_steps
 
@@ -16,8 +16,8 @@ _ENDS = ("big_end", "small_end")
 def _check(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
     optional, rule = options(), f"must lie between {_LEAST:g} and {_MOST:g} mm"
-    given = require_numbers({f"rod.{name}_mm": getattr(rod, name) for name in dimensions()})
-    for name, value in zip(dimensions(), given, strict=True):
+    given = {name: require_number(f"rod.{name}_mm", getattr(rod, name)) for name in dimensions()}
+    for name, value in given.items():
         object.__setattr__(rod, name, value)
         allowed = _LEAST <= value <= _MOST or (value == 0 and name in optional)
         require_of(rod, name, allowed, rule, "Lengths are in millimetres.")

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
+from fea.solid.assembly import SymmetricMatrix, pattern
 from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
 from fea.solid.parity import ParityPair
 from fea.solid.traction import traction_forces
@@ -83,7 +83,7 @@ def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
     volumes = np.concatenate([block.volumes for _, block in gauss_blocks(mesh, VOLUME_DEGREE)])
     masses = (volumes * np.reshape(density, (-1, 1))) @ products
     masses = masses.reshape(-1, n_nodes, n_nodes)
-    first, second = local_pairs(n_nodes)
+    first, second = np.triu_indices(n_nodes)
     element = np.arange(len(masses))[:, None]
     ordered = masses[element, layout.node_order[:, first], layout.node_order[:, second]]
     return layout.matrix(ordered[..., None, None] * np.eye(3))

@@ -115,9 +115,8 @@ def readings(unit: str) -> Iterator[str]:
     parts = _parts(re.sub(r"^\((.*)\)$", r"\1", unit))
     for sticky, joined, any_case in product((False, True), repeat=3):
         words = _factors(parts, sticky=sticky, joined=joined, any_case=any_case)
-        yield _expression(words)
-        if len(words) > 1:
-            yield _expression([(_FORCES.get(name, name), power) for name, power in words])
+        for forces in ({}, _FORCES) if len(words) > 1 else ({},):
+            yield "*".join(f"({forces.get(name, name)})**{power}" for name, power in words)
 
 
 Factors = list[tuple[str, int]]
@@ -176,10 +175,6 @@ def _name(word: str, *, any_case: bool, alone: bool) -> str:
         return known or word
     # Short words in another case are other units: NM is no nanometre.
     return _ANY_CASE.get(word.lower(), word.lower() if len(word) > _SHORT else word)
-
-
-def _expression(factors: Factors) -> str:
-    return "*".join(f"({name})**{power}" if power != 1 else f"({name})" for name, power in factors)
 
 
 _NAMES: dict[str, str] = {word: name for name, words in _DATA["names"].items() for word in words.split()}

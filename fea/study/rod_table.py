@@ -216,8 +216,7 @@ class RodTable:
         given = read_keys(RodKeys, "rod", changes)
         rod = dataclasses.replace(self.solid(), **_dimensions(given))
         written = (self.written - given.keys()) | _written(given)
-        table = dataclasses.replace(self, dimensions=rod, length=rod.length, written=written)
-        return _between_bores(table)
+        return _between_bores(RodTable(rod, None, self.mass, rod.length, written))
 
     def with_keys(self, changes: object, folder: Path) -> "RodTable":
         """Return the table with keys changed, None taking one away; a preset or a file is another rod.
