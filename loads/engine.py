@@ -119,8 +119,7 @@ class Kinematics:
     #: crank_angle, speed: rad; rad/s
     crank_angle: Floats
     speed: Floats
-    #: piston_position, piston_velocity, piston_acceleration: of the piston pin along engine +x from the crank
-    #: axis: mm, mm/s, mm/s²
+    #: piston_position, piston_velocity, piston_acceleration: of its pin, along engine +x: mm, mm/s, mm/s²
     piston_position: Floats
     piston_velocity: Floats
     piston_acceleration: Floats

@@ -20,8 +20,7 @@ class Quality:
     #: Smallest Jacobian determinant of any element over its mean, after the order was raised; a lower bound
     #: over the whole element, 1 for straight-sided ones
     least_scaled_jacobian: float
-    #: least_shape, median_shape: mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular
-    #: tetrahedron
+    #: least_shape, median_shape: mean ratio of straight-sided elements (Liu & Joe 1994); regular ones have 1
     least_shape: float
     median_shape: float
     worst_at: tuple[float, float, float]  #: (x, y, z) mm, the centre of the element with the least shape

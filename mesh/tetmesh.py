@@ -18,8 +18,7 @@ FACE_NODES = {4: FACES, 10: np.hstack([FACES, [[6, 5, 4], [4, 8, 7], [7, 9, 6], 
 # Vertex pairs of a facet's mid-edge nodes, and the nodes of a facet, by their number, that is turned over.
 FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
-# Nodes of a tetrahedron, by their number, that is turned inside out: two vertices and the middles beside them
-# change places.
+# Nodes of a tetrahedron turned inside out: two vertices and the middles beside them change places.
 TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
 # From gmsh's order of nodes to ours, by the order of the elements: the last two middles are swapped.
 FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}

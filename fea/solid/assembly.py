@@ -104,8 +104,7 @@ class SymmetricMatrix:
 class Pattern:
     """Positions of each element's node pairs in the upper triangle of 3×3 blocks."""
 
-    #: (n_elements, n_nodes) local nodes sorted by global number, so that every local pair a ≤ b is a pair of
-    #: the upper triangle
+    #: (n_elements, n_nodes) local nodes by global number: local pairs a ≤ b are of the upper triangle
     node_order: Ints
     #: CSR (n_blocks, n_elements·n_pairs) of ones: sums element blocks into matrix blocks
     scatter: sparse.csr_array

@@ -247,8 +247,7 @@ def _split(fields: list[Floats]) -> ParityPair:
     return ParityPair((here + image) / 2, (here - image) / 2)
 
 
-# Even harmonics of the radial displacement; odd ones move a bore without changing any diameter, or cancel on
-# opposite sides.
+# Even harmonics of the radial displacement; odd ones change no diameter, or cancel on opposite sides.
 _ORDERS = np.arange(13)
 _DIRECTIONS = np.linspace(0.0, np.pi, 181)
 

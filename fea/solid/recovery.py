@@ -29,9 +29,8 @@ from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh, submesh
 
-# At an edge the tractions of both sides have this weight relative to the strain, which is fitted from one
-# side there. A much larger weight would force the stress across a blunt edge to zero, which is right only
-# at the very edge.
+# Weight of the tractions of both sides of an edge relative to the strain, which is fitted from one side. With
+# a much larger one the stress across a blunt edge would be zero, which is right only at the very edge.
 TRACTION_WEIGHT = 3.0
 # Smallest accepted ratio of the eigenvalues of a fit's normal matrix.
 RANK_TOLERANCE = 1e-9

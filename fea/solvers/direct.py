@@ -80,8 +80,7 @@ _POSITIVE_DEFINITE = 2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 # MKL's options by place: these in place of the defaults, nested dissection in parallel, indices from zero.
 _OPTIONS = {0: 1, 1: 3, 34: 1}
-# The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on nodes: a
-# ninth of the graph.
+# Entries are counted; scheduling is on two levels; analysis works on nodes: a ninth of the graph.
 _BY_NODES = {17: -1, 23: 1, 36: _BLOCK}
 # The Schur complement, which need not be positive definite, is returned but not factorised.
 _WITH_SCHUR = {35: 1}

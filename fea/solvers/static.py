@@ -40,8 +40,7 @@ class StaticSolution:
     #: Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent if no load has one
     displacement: dict[Parity, Floats]
     residuals: dict[Parity, Residuals]  #: per parity
-    #: Per parity, by the number of each part that has one (`fea.solvers.mixed`): (n_nodes, n_cases), MPa,
-    #: positive in tension
+    #: Per parity and number of a part (`fea.solvers.mixed`): (n_nodes, n_cases), MPa, positive in tension
     pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
     #: Condition number of the stiffness, per parity (`fea.solvers.residuals`), if it was estimated
     condition: dict[Parity, float] = field(default_factory=dict)

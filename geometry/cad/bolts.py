@@ -18,8 +18,7 @@ from geometry.holes import place_text
 _WHOLE = 0.9
 # Length of an engaged thread over the hole's diameter, where nothing shows it.
 _ENGAGED = 1.5
-# The hole in the rod is that of a nut's bolt, rather than a thread's, if it is not narrower than this part of
-# the cap's.
+# The rod's hole is that of a nut's bolt, not of a thread, if it has at least this part of the cap's width.
 _ALIKE = 0.97
 # Ratio of the sizes of bolts that count as alike.
 _SAME_SIZE = 1.01

@@ -105,8 +105,7 @@ _SHOWN = 5
 class Mended:
     """A sound mesh and what was done for it."""
 
-    #: Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
-    #: element uses are gone
+    #: Positively oriented tetrahedra in one piece that share whole faces; unused nodes are gone
     mesh: TetMesh
     notes: tuple[str, ...]  #: what was changed, for the user
 
