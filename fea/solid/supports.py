@@ -176,14 +176,8 @@ def _in_words(share: Floats) -> str:
 SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
 BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
 # Each motion's parity about y = 0 and about z = 0.
-_MOTION_PARITY = (
-    (Parity.SYMMETRIC, Parity.SYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
-    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
-)
+_EVEN, _ODD = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
+_MOTION_PARITY = (_EVEN, _EVEN), (_ODD, _EVEN), (_EVEN, _ODD), (_ODD, _ODD), (_EVEN, _ODD), (_ODD, _EVEN)
 
 
 @dataclass(frozen=True)

@@ -30,17 +30,8 @@ from geometry.surfaces import Mirror
 MOST_DESCRIPTION = 64 * 2**20
 MOST_SHAPES = 512 * 2**20
 # What the libraries raise where an archive is damaged.
-_DAMAGES = (
-    zipfile.BadZipFile,
-    zlib.error,
-    ET.ParseError,
-    KeyError,
-    EOFError,
-    NotImplementedError,
-    RuntimeError,
-    ValueError,
-    OSError,
-)
+_OF_ZIP = zipfile.BadZipFile, zlib.error, EOFError, KeyError, OSError, RuntimeError
+_DAMAGES = (*_OF_ZIP, ET.ParseError, ValueError)
 # No placement, mm, is as large.
 _FAR = 1e7
 _BODY = "PartDesign::Body"
