@@ -96,8 +96,7 @@ def bolt_axes(rod: Dimensions, assembly: Assembly) -> tuple[BoltAxis, ...]:
 
 # Least angle between the joint plane and the fillet of the shank, seen from the bore, degrees.
 _CLEAR_OF_SHANK = 2.0
-# A shell has at least this part of the bore's diameter (a fortieth on engines), and at most this part of
-# the ring.
+# Part of the bore's diameter that a shell has at least (a fortieth on engines), and of the ring at most.
 _THINNEST, _THICKEST = 0.005, 0.5
 # Seats reach out to this part of the room that they have, and are at least this much wider than the hole.
 ROOM, WIDER = 0.98, 1.1

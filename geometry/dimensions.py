@@ -28,8 +28,7 @@ class Dimensions:
     """Dimensions of a connecting rod in its own frame, unchecked (`geometry.rod.Rod` checks them).
 
     The crank-pin bore is at the origin, +x leads to the small end, z runs along the pins. The metadata of a
-    field are its unit and its help, and for the commented study an example and what stands above it; `key` is
-    its key in a study.
+    field are its unit and help, and its example and heading in the commented study, where `key` names it.
     """
 
     length: float = _mm("distance between the centres of the bores")

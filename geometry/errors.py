@@ -1,7 +1,6 @@
 """The error for a value that breaks a rule, and the checks that raise it."""
 
 import math
-from collections.abc import Mapping
 from enum import Enum
 from typing import TypeVar
 
@@ -58,11 +57,6 @@ def require_number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not is_finite(value):
         raise InvalidValue(name, value, "must be a finite number")
     return float(value)
-
-
-def require_numbers(values: Mapping[str, object]) -> list[float]:
-    """Return values by their names as finite floats, or raise `InvalidValue` for the first that is none."""
-    return [require_number(name, value) for name, value in values.items()]
 
 
 def is_finite(value: float) -> bool:

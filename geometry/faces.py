@@ -1,7 +1,7 @@
 """The faces of a solid: their shapes, points on them, and the named surfaces that they belong to."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -111,11 +111,6 @@ class Face:
         """Whether it is a plane at ±`level` along a coordinate axis."""
         ends = self.low[axis], self.high[axis]
         return self.shape == "Plane" and max(abs(abs(end) - level) for end in ends) < slack
-
-
-def matching(faces: Iterable[Face], matches: Callable[..., bool], slack: float) -> tuple[int, ...]:
-    """Return the tags of the faces that match, where `slack` is by how much lengths may differ, mm."""
-    return tuple(face.tag for face in faces if matches(face, slack=slack))
 
 
 def faces_of(volumes: Sequence[int]) -> tuple[Face, ...]:

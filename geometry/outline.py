@@ -246,9 +246,7 @@ class Pocket:
     small_end: float
     edge: Edge  #: its upper long side
     corner: float  #: corner radius, mm
-    #: floor, face: z of its floor and of the shank's face (or, of a side, where it is nearest), mm
-    floor: float
-    face: float
+    floor: float  #: z of its floor, mm
     floor_radius: float  #: radius along the edge of the floor, mm
     in_sides: bool = False  #: whether it is cut into the sides (±y), not into the faces (±z)
 
@@ -326,27 +324,19 @@ class Pocket:
 
 def web_pocket(rod: Dimensions, edge: Edge) -> Pocket:
     """Return the pocket of a rod whose shank has the upper edge `edge`."""
-    if rod.has_side_pockets:
-        return Pocket(
-            big_end=rod.big_end_radius + rod.pocket_setback,
-            small_end=rod.length - rod.small_end_radius - rod.pocket_setback,
-            edge=Edge((1.0, 0.0), (0.0, 1.0), rod.shank_width / 2 - rod.flange_thickness),
-            corner=rod.pocket_corner_radius,
-            floor=rod.web_thickness / 2,
-            face=rod.least_depth / 2,
-            floor_radius=rod.pocket_floor_radius,
-            in_sides=True,
-        )
-    big, small = ring_steps(rod)
-    small_foot = small.foot if small.height > 0 else rod.small_end_radius
+    aside, steps = rod.has_side_pockets, ring_steps(rod)
+    radii = rod.big_end_radius, rod.small_end_radius
+    rims = zip(steps, radii, strict=True)
+    big, small = (radius if aside or step.height <= 0 else step.foot for step, radius in rims)
+    side = Edge((1.0, 0.0), (0.0, 1.0), rod.shank_width / 2) if aside else edge
     return Pocket(
-        big_end=(big.foot if big.height > 0 else rod.big_end_radius) + rod.pocket_setback,
-        small_end=rod.length - small_foot - rod.pocket_setback,
-        edge=edge.inset(rod.flange_thickness),
+        big_end=big + rod.pocket_setback,
+        small_end=rod.length - small - rod.pocket_setback,
+        edge=side.inset(rod.flange_thickness),
         corner=rod.pocket_corner_radius,
         floor=rod.web_thickness / 2,
-        face=rod.shank_width / 2,
         floor_radius=rod.pocket_floor_radius,
+        in_sides=aside,
     )
 
 

@@ -41,11 +41,10 @@ def divided(
 ) -> dict[str, int]:
     """Divide bodies at a joint plane through the big end's centre and at the backs of bearing shells.
 
-    Returned are volume tags by the names of the parts, which share the faces where they touch. `bodies` holds
-    those of ``"rod"`` and, if there is one, ``"bushing"``. `normal` (x, y) of the plane leads to the rod,
-    `radius`, mm, is that of the shells' backs, `far` a length beyond the rod. The edges of the faces
-    `borders` become edges of the bodies' faces. Bodies and borders are used up. Raises `GeometryError`: the
-    kernel failed, or a part would fall into pieces.
+    Returned are volume tags by part; parts share the faces where they touch. `normal` (x, y) of the plane
+    leads to the rod, `radius`, mm, is that of the shells' backs, `far` a length beyond the rod. The edges of
+    the faces `borders` become edges of the bodies' faces. Bodies and borders are used up. Raises
+    `GeometryError`: the kernel failed, or a part would fall into pieces.
     """
     if normal is None and radius is None and not borders:
         return bodies

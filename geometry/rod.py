@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from geometry.dimensions import Dimensions, ShankSection, dimensions, key, options
-from geometry.errors import InvalidValue, require, require_number, require_numbers, require_positive
+from geometry.errors import InvalidValue, require, require_number, require_positive
 from geometry.outline import Bosses, Outline, Pocket, web_pocket
 from geometry.steps import LEAST, highest, rib, ring_steps
 
@@ -16,8 +16,8 @@ _ENDS = ("big_end", "small_end")
 def _check(rod: Dimensions) -> None:
     """Raise `InvalidValue` for the first rule that `rod` breaks, from single values to the whole rod."""
     optional, rule = options(), f"must lie between {_LEAST:g} and {_MOST:g} mm"
-    given = require_numbers({f"rod.{name}_mm": getattr(rod, name) for name in dimensions()})
-    for name, value in zip(dimensions(), given, strict=True):
+    given = {name: require_number(f"rod.{name}_mm", getattr(rod, name)) for name in dimensions()}
+    for name, value in given.items():
         object.__setattr__(rod, name, value)
         allowed = _LEAST <= value <= _MOST or (value == 0 and name in optional)
         require_of(rod, name, allowed, rule, "Lengths are in millimetres.")
@@ -147,9 +147,7 @@ def _bosses(rod: Dimensions, bosses: Bosses) -> None:
     what = ", the small end's width, if the rod has cap bolts"
     _at_least(rod, "big_end_width", rod.small_end_width, what)
     reach, most = bosses.half_length + bosses.fillet, 0.95 * bosses.ring
-    rule = (
-        f"half of it plus the fillet is {reach:.4g} mm; it must be at most {most:.4g} mm to end on the ring"
-    )
+    rule = f"half of it plus the fillet is {reach:.4g} mm; at most {most:.4g} mm end on the ring"
     remedy = "Shorten the bosses or reduce cap_boss_fillet_mm."
     require_of(rod, "cap_boss_length", reach <= most, rule, remedy)
     gap = Outline(rod).fillets[0].start[0] - bosses.fillets()[1].end[0]
@@ -207,9 +205,7 @@ def _drilled(rod: Dimensions) -> None:
     remedy += f' shank_section = "{ShankSection.RECTANGULAR if tubular else ShankSection.TUBULAR}".'
     require_of(rod, "shank_bore", (rod.shank_bore > 0) == tubular, rule, remedy)
     begins = rod.shank_bore_end - rod.shank_bore_round
-    rule = (
-        f"leaves no straight bore beyond the big end's ring: its end is rounded from x = {begins:.4g} mm on"
-    )
+    rule = f"leaves no straight bore beyond the big end's ring: its end is round from x = {begins:.4g} mm on"
     deep = not tubular or begins > rod.big_end_radius
     require_of(rod, "shank_bore", deep, rule, "Reduce it, or pocket_setback_mm.")
     what, name = ("web", "web_thickness_mm") if rod.has_pockets else ("shank", "the shank")
@@ -229,8 +225,7 @@ def _drilled(rod: Dimensions) -> None:
 class Rod(Dimensions):
     """A connecting rod whose dimensions obey every rule; `proportioned` derives missing ones.
 
-    Raises `InvalidValue`: a dimension breaks a rule; the message names it by its key in a study
-    (``rod.web_thickness_mm``).
+    Raises `InvalidValue`: a dimension breaks a rule; the message names its key (``rod.web_thickness_mm``).
     """
 
     def __post_init__(self) -> None:
@@ -240,9 +235,8 @@ class Rod(Dimensions):
 def proportioned(length: float, big_end_bore: float, small_end_bore: float, **given: Any) -> Rod:
     """Complete a rod from the distance of its bores and their diameters, mm.
 
-    Any other field of `Rod` may be given; the rest follows from these, in usual proportions of forged
-    automotive rods (ours: no published rule). Raises `InvalidValue`: a given or derived dimension breaks a
-    rule.
+    Other fields of `Rod` may be given; the rest follows in usual proportions of forged automotive rods (ours:
+    no published rule). Raises `InvalidValue`: a given or derived dimension breaks a rule.
     """
     rod: dict[str, Any] = {"length": length, "big_end_bore": big_end_bore, "small_end_bore": small_end_bore}
     rod |= {"shank_section": ShankSection.I} | given

@@ -36,8 +36,7 @@ class GmshLog:
 def session() -> Iterator[GmshLog]:
     """Open gmsh, silent and reproducible, and close it whatever happens; other threads wait until then.
 
-    Yields its messages so far. Raises `RuntimeError`: a session is open already: gmsh has one state for the
-    whole process.
+    Yields its messages so far. Raises `RuntimeError`: a session is open already in this process.
     """
     with _one_thread:
         if gmsh.isInitialized():

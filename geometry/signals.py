@@ -16,9 +16,8 @@ ENDS = tuple(getattr(signal, name) for name in _ENDS if hasattr(signal, name))
 def held_back() -> Iterator[None]:
     """Defer `ENDS` here, and in processes started meanwhile until those call `through`.
 
-    The first signal that arrived is raised afterwards. Signals that are ignored stay ignored, and signals
-    whose handlers Python did not set (and could not restore) are left alone. Has no effect in threads other
-    than the main one, which receive no signals.
+    The first signal that arrived is raised afterwards. Ignored signals stay ignored, and those whose handlers
+    Python did not set are left alone. Has no effect in other threads than the main one.
     """
     if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
         yield

@@ -16,7 +16,7 @@ from geometry import kernel
 from geometry.arrays import Floats
 from geometry.assembly import Assembly, BoltAxis, bolt_axes, check
 from geometry.errors import GeometryError, require
-from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, matching, surfaces
+from geometry.faces import SLACK, Bore, Face, Feature, FeatureKind, faces_of, surfaces
 from geometry.imports import ImportReport
 from geometry.mass import MassProperties, joined
 from geometry.outline import Outline, Pocket, space_beside, web_pocket
@@ -86,8 +86,7 @@ def _expected_in_pocket(pocket: Pocket, web: float) -> Iterator[_Expected]:
 def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[Feature, ...]:
     """Find the faces that need small elements; kinds that the rod lacks are absent.
 
-    Bosses and bolts are turned about the big end's axis by `turn`, rad. Raises `GeometryError`: no face has
-    the shape of a feature.
+    Bosses and bolts are turned by `turn`, rad. Raises `GeometryError`: no face has a feature's shape.
     """
     slack, features = SLACK * rod.length, []
     expected = [(*each, faces) for each in _expected(rod, turn)]
@@ -96,7 +95,7 @@ def drawn_features(rod: Rod, faces: Sequence[Face], turn: float = 0.0) -> tuple[
         seen = [face.from_side() for face in faces] if pocket.in_sides else faces
         expected += [(*each, seen) for each in _expected_in_pocket(pocket, rod.web_thickness)]
     for feature, matches, among in expected:
-        tags = matching(among, matches, slack)
+        tags = tuple(face.tag for face in among if matches(face, slack=slack))
         if not tags:
             raise GeometryError(
                 f"the CAD kernel drew no {feature.kind.replace('_', ' ')} faces, but the dimensions give "

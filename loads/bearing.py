@@ -33,13 +33,9 @@ class PressureProfile:
         return float(self.relative(np.array(1.0))) > 1e-9
 
 
-def _half_cosine(t: Floats) -> Floats:
-    return np.asarray(np.cos(math.pi / 2 * t))
-
-
 # By their names in a study, which an arc in degrees follows (``cosine-180``). A further profile is a line.
 PROFILES = {
-    "cosine": PressureProfile("half a cosine of pressure", _half_cosine),
+    "cosine": PressureProfile("half a cosine of pressure", lambda t: np.cos(math.pi / 2 * t)),
     "uniform": PressureProfile("a uniform pressure", np.ones_like),
 }
 # The names that a study may give, in a sentence.
@@ -100,8 +96,7 @@ class BorePressure:
     def parse(cls, name: str) -> "BorePressure":
         """Read a name of the study file: ``<profile>-<arc in degrees>``, or ``webster``.
 
-        The latter is half a cosine in tension, uniform over 120° in compression. Raises `InvalidValue`:
-        unknown, or an arc outside 1…180 degrees.
+        The latter is half a cosine in tension, uniform over 120° in compression. Raises `InvalidValue`.
         """
         if name == "webster":
             return cls(cls.parse("cosine-180").tension, cls.parse("uniform-120").tension)

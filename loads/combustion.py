@@ -1,4 +1,4 @@
-"""CyclePeak pressure of a burning charge, from the intake, the compression ratio, and when the charge burns.
+"""Peak pressure of a burning charge, from the intake, the compression ratio, and when the charge burns.
 
 The closed cycle of one zone of gas, with heat by a Wiebe function (Heywood 1988, section 9.2):
 
@@ -56,20 +56,14 @@ FUELS = {
 }
 
 
-class CyclePeak(NamedTuple):
-    """The largest pressure of a closed cycle."""
-
-    pressure: float  #: absolute, MPa
-    angle: float  #: degrees after TDC
-
-
 def closed_cycle(
     ratio: float, pressure: float, fuel: Fuel, timing: Timing, rod_ratio: float, *, since: float = -180.0
-) -> Floats:
-    """Integrate the absolute pressure (n,), MPa, of a closed cycle from `pressure`, MPa, at BDC.
+) -> tuple[Floats, Floats]:
+    """Integrate the pressure of a closed cycle from `pressure`, MPa, at BDC.
 
-    `ratio`: compression ratio; `rod_ratio`: crank radius over rod length; `since`: degrees from TDC at which
-    it is closed, if not at BDC: as by the port of a two-stroke engine.
+    Returned are crank angles (n,), degrees from TDC, and absolute pressures (n,), MPa. `ratio`: of
+    compression; `rod_ratio`: crank radius over rod length; `since`: degrees from TDC at which a port closes,
+    if not at BDC.
     """
     angles = _CLOSED[since <= _CLOSED]
     sizes = volume(angles, ratio, rod_ratio)
@@ -86,22 +80,7 @@ def closed_cycle(
         gamma = _HEAT_RATIO - _PER_KELVIN * now * sizes[number] / (mass * _GAS_CONSTANT)
         heated = (gamma - 1) * float(heat[number] / middle[number])
         pressures.append(now * float(compressed[number] ** gamma) + heated)
-    return np.array(pressures)
-
-
-def peak(
-    ratio: float,
-    pressure: float,
-    fuel: Fuel,
-    timing: Timing,
-    rod_ratio: float = ROD_RATIO,
-    *,
-    since: float = -180.0,
-) -> CyclePeak:
-    """Find the largest pressure of a closed cycle; parameters as of `closed_cycle`."""
-    pressures = closed_cycle(ratio, pressure, fuel, timing, rod_ratio, since=since)
-    largest = int(pressures.argmax())
-    return CyclePeak(float(pressures[largest]), float(_CLOSED[largest - len(pressures)]))
+    return angles, np.array(pressures)
 
 
 def peak_interval(
@@ -116,7 +95,7 @@ def peak_interval(
         raise InvalidValue("engine.fuel", name, f"must be one of {', '.join(FUELS)}")
     fuel = FUELS[name]
     low, high = (
-        peak(ratio, timing.filling * intake, fuel, timing, rod_ratio, since=since).pressure
+        float(closed_cycle(ratio, timing.filling * intake, fuel, timing, rod_ratio, since=since)[1].max())
         for timing in (fuel.late, fuel.early)
     )
     return low, high

@@ -44,7 +44,6 @@ class Compression:
     zero: float  #: c, added to the pressures of the trace it makes them absolute
     zero_error: float  #: its standard deviation; of both with that of a compression ratio that is not known
     closing: float  #: absolute pressure at which the intake shuts
-    dead_centre: float  #: absolute pressure at TDC by compression alone
 
     @property
     def is_usual(self) -> bool:
@@ -69,10 +68,9 @@ def compression(
 ) -> Compression | None:
     """Fit p + c = k V⁻ⁿ to a trace before ignition; None where it shows no compression.
 
-    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio` is
-    the crank radius over the rod's length; the intake, or the exhaust port of a two-stroke engine, shuts at
-    about `shut`, degrees from firing TDC. A compression `ratio` of None is not known: those of nearly all
-    engines are then weighed by how well they fit.
+    `angles` (n,) are degrees from firing TDC, `pressures` (n,) in any unit and of any zero; `rod_ratio`:
+    crank radius over rod length; intake or exhaust port shut at about `shut`, degrees from firing TDC. Of an
+    unknown compression `ratio`, those of nearly all engines are weighed by how well they fit.
     """
     inside = (angles >= max(FROM, shut + _SETTLED)) & (angles <= TO)
     theta, p = angles[inside], pressures[inside]
@@ -94,17 +92,13 @@ def compression(
     weight = np.exp(log - log.max())
     weight /= weight.sum()
     exponent, mean = float((weight * _EXPONENTS).sum()), float((weight * zero).sum())
-    closing, dead_centre = (
-        float((weight * slope * volume(np.full(1, angle), ratios[:, None], rod_ratio) ** -_EXPONENTS).sum())
-        for angle in (shut, 0.0)
-    )
+    at_closing = volume(np.full(1, shut), ratios[:, None], rod_ratio) ** -_EXPONENTS
     return Compression(
         exponent=exponent,
         exponent_error=math.sqrt(max(float((weight * (_EXPONENTS - exponent) ** 2).sum()), 1e-12)),
         zero=mean,
         zero_error=math.sqrt(float((weight * ((zero - mean) ** 2 + variance * given)).sum())),
-        closing=closing,
-        dead_centre=dead_centre,
+        closing=float((weight * slope * at_closing).sum()),
     )
 
 
@@ -140,10 +134,10 @@ _LIKE_BEFORE = 1.06
 _BESIDE = (20.0, 60.0)  # degrees from TDC at which both sides are compared
 
 
-def is_motored(angles: Floats, absolute: Floats, tdc: float = 0.0) -> bool:
-    """Whether a cycle (n,) has no combustion: expansion does not exceed compression about `tdc`, degrees."""
+def is_motored(angles: Floats, absolute: Floats) -> bool:
+    """Whether a cycle (n,) has no combustion: expansion does not exceed compression about TDC."""
     beside = np.linspace(*_BESIDE, 41)
-    before, after = (np.interp(tdc + side * beside, angles, absolute, period=720.0) for side in (-1, 1))
+    before, after = (np.interp(side * beside, angles, absolute, period=720.0) for side in (-1, 1))
     return bool(np.median(after / np.maximum(before, 1e-12)) <= _LIKE_BEFORE)
 
 

@@ -72,10 +72,9 @@ class CrankCycle:
         """The peak cases of the cycle.
 
         ``tension`` and ``compression`` have the largest axial force at either end of the rod, ``side`` the
-        largest wall force, ``bending`` the largest transverse force at the crank end; each contains
-        everything that acts at its crank angle, which is located to 0.005°. ``gas`` is the peak gas force
-        alone, on a rod at rest along the cylinder: the condition of low speed, where inertia does not relieve
-        the gas force (Shenoy & Fatemi, SAE 2005-01-0987).
+        largest wall force, ``bending`` the largest transverse force at the crank end, each located to 0.005°.
+        ``gas`` is the peak gas force alone, on a rod at rest along the cylinder, as at low speed, where
+        inertia does not relieve it (Shenoy & Fatemi, SAE 2005-01-0987).
         """
         cycle = self.engine.cycle
         whole = self.at(np.union1d(np.arange(0, cycle - _COARSE / 2, _COARSE), self.gas.samples))
@@ -98,8 +97,7 @@ class CrankCycle:
     def increments(self) -> Instants:
         """What acts at the ends of the increments in their order; the first one follows the last.
 
-        Half of what divides the cycle into increments, of whole degrees, is the crank angle; the other half
-        is the change of the pins' forces.
+        They are of whole degrees, divided half by the crank angle, half by the change of the pins' forces.
         """
         every = self.at(BEGINNING + self.engine.cycle_angles)
         forces = np.diff(np.concatenate([every.pin, every.crank]), axis=1)

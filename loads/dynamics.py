@@ -52,9 +52,8 @@ def cycle(
 ) -> EngineInstants:
     """Compute the forces at given crank angles and constant speeds.
 
-    `rod`: mass, centre of gravity (both in-plane components count) and I_z; `speed`: rad/s, broadcast against
-    `crank_angle` (rad): ``speeds[:, None]`` gives arrays of (speeds, angles). Raises `InvalidValue`: an angle
-    or a speed is not finite or a speed is negative.
+    `rod`: mass, centre of gravity (x and y) and I_z; `speed`: rad/s, broadcast against `crank_angle` (rad):
+    ``speeds[:, None]`` gives (speeds, angles). Raises `InvalidValue`: not finite, or a negative speed.
     """
     motion = kinematics(engine, crank_angle, speed)
     beta, theta = motion.rod_angle, motion.crank_angle
@@ -132,10 +131,8 @@ def whole_engine(
 ) -> WholeEngine:
     """Compute every cylinder of an engine; each is at θ less its firing angle from its own axis.
 
-    Its force on the frame is turned from its axis to that of the first.
-
-    `speed`: rad/s, broadcast against `crank_angle` (rad, of the first cylinder). Raises `InvalidValue`: an
-    angle or a speed is not finite or a speed is negative.
+    Forces on the frame are turned to the axis of the first cylinder, whose `crank_angle` (rad) is given. The
+    `speed`, rad/s, is broadcast against it. Raises `InvalidValue` as `cycle`.
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
     cycles = tuple(cycle(engine, rod, gas, speed, theta - after) for after in engine.firing_angles)

@@ -119,8 +119,7 @@ class Kinematics:
     #: crank_angle, speed: rad; rad/s
     crank_angle: Floats
     speed: Floats
-    #: piston_position, piston_velocity, piston_acceleration: of the piston pin along engine +x from the crank
-    #: axis: mm, mm/s, mm/s²
+    #: piston_position, piston_velocity, piston_acceleration: of its pin, along engine +x: mm, mm/s, mm/s²
     piston_position: Floats
     piston_velocity: Floats
     piston_acceleration: Floats
@@ -134,9 +133,8 @@ class Kinematics:
 def kinematics(engine: Engine, crank_angle: npt.ArrayLike, speed: npt.ArrayLike) -> Kinematics:
     """Exact motion at given crank angles and constant speeds.
 
-    `crank_angle`: rad, any shape; `speed`: of the crank, rad/s, zero or positive, broadcast against
-    `crank_angle`: ``speeds[:, None]`` gives arrays of (speeds, angles). Raises `InvalidValue`: an angle is
-    not finite or a speed is negative or not finite.
+    `crank_angle`: rad; `speed`: rad/s, broadcast against it: ``speeds[:, None]`` gives (speeds, angles).
+    Raises `InvalidValue`: an angle or a speed is not finite, or a speed is negative.
     """
     theta = np.asarray(crank_angle, dtype=np.float64)
     if not np.isfinite(theta).all():

@@ -78,9 +78,9 @@ class Boyle(GasModel):
 class Compressor(GasModel):
     """Ideal cycle of a reciprocating compressor with clearance, every revolution.
 
-    The gas that the clearance holds expands to the pressure of the intake, and what is drawn in is compressed
-    to the delivery pressure, both by p V^γ = const; valves open at once. Per revolution it takes the work
-    γ/(γ − 1) p₁ V₁ [(p₂/p₁)^((γ−1)/γ) − 1], with the volume V₁ that is drawn in.
+    The gas in the clearance expands to the pressure of the intake, and what is drawn in is compressed to the
+    delivery pressure, by p V^γ = const; valves open at once. Per revolution it takes the work γ/(γ − 1) p₁ V₁
+    [(p₂/p₁)^((γ−1)/γ) − 1], with the volume V₁ that is drawn in.
     """
 
     engine: Engine  #: gives the volume over the crank angle
@@ -103,11 +103,10 @@ class Compressor(GasModel):
     def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
         """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
         top, bottom = dead_centres(self.engine)
-        shrunk = relative_volume(self.engine, self.compression_ratio, crank_angle) ** -self.heat_ratio
-        expanding = np.maximum(self.delivery * shrunk, self.intake)
-        compressing = np.minimum(
-            self.intake * self.compression_ratio**self.heat_ratio * shrunk, self.delivery
-        )
+        volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
+        expanding = np.maximum(self.delivery * volume**-self.heat_ratio, self.intake)
+        compressed = self.intake * (self.compression_ratio / volume) ** self.heat_ratio
+        compressing = np.minimum(compressed, self.delivery)
         outwards = np.mod(crank_angle - top, 2 * math.pi) < bottom - top
         return at_every(speed, np.where(outwards, expanding, compressing) - self.atmosphere)
 
@@ -166,6 +165,45 @@ class Otto(GasModel):
         intake, exhaust = np.full_like(shrunk, self.intake), np.full_like(shrunk, self.atmosphere)
         strokes = intake, self.compressed * shrunk, peak * shrunk, exhaust
         return at_every(speed, np.choose(stroke, strokes) - self.atmosphere)
+
+
+@dataclass(frozen=True)
+class TwoStrokeOtto(Otto):
+    """Ideal two-stroke constant-volume cycle of a perfect gas (Heywood 1988, §5.3 and §6.6).
+
+    Heat at constant volume at TDC, isentropic expansion until the exhaust port opens, the pressure of
+    scavenging (`intake`) until it shuts, and isentropic compression. Pulses in the ports are left out.
+    """
+
+    port: float = math.radians(95)  #: crank angle after TDC at which the exhaust port opens, rad
+
+    def __post_init__(self) -> None:
+        top, bottom = dead_centres(self.engine)
+        degrees = math.degrees(require_number("engine.exhaust_port_deg", self.port))
+        rule = f"must lie between TDC and BDC, {math.degrees(bottom - top):.4g}° after it"
+        require(0 < self.port < bottom - top, "engine.exhaust_port_deg", degrees, rule)
+        super().__post_init__()
+
+    @property
+    def trapped_ratio(self) -> float:
+        """Volume at which the exhaust port closes over the clearance volume."""
+        top, _ = dead_centres(self.engine)
+        return float(relative_volume(self.engine, self.compression_ratio, np.asarray(top + self.port)))
+
+    @property
+    def compressed(self) -> float:
+        """Absolute pressure at the end of compression, MPa: p₁ r^γ with the trapped compression ratio."""
+        return float(self.intake * self.trapped_ratio**self.heat_ratio)
+
+    def pressure(self, crank_angle: Floats, speed: Floats) -> Floats:
+        """Gauge pressure, MPa, in the broadcast shape of `crank_angle` (rad) and `speed` (rad/s)."""
+        top, bottom = dead_centres(self.engine)
+        turn = np.mod(crank_angle - top, 2 * math.pi)
+        volume = relative_volume(self.engine, self.compression_ratio, crank_angle)
+        peak = self.compressed if self.peak is None else self.peak
+        after = np.where(turn < bottom - top, peak, self.compressed)  # at TDC
+        shut = after * volume**-self.heat_ratio
+        return at_every(speed, np.where(volume < self.trapped_ratio, shut, self.intake) - self.atmosphere)
 
 
 @dataclass(frozen=True)

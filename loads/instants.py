@@ -20,8 +20,7 @@ _NO_NAME = cast("Names", np.str_(""))
 class Instants:
     """What acts on the rod at instants; indexing and iteration give single ones, without the last axis.
 
-    Forces and motion are in rod axes (+x from the crank pin to the piston pin). A scalar stands for every
-    instant.
+    Forces and motion are in rod axes (+x from crank to piston pin). A scalar stands for every instant.
     """
 
     #: pin, crank: (2, n) forces on the rod along x and y, N

@@ -40,9 +40,8 @@ class TraceReading:
 class Trace:
     """Measured pressure, periodic over one cycle and linear between its samples.
 
-    Raises `InvalidValue`: the samples are too few or unsorted, do not cover the cycle, differ too much
-    between its start and end, or contain a pressure that no engine reaches (the message then suggests the
-    unit).
+    Raises `InvalidValue`: the samples are too few or unsorted, do not cover the cycle, differ between its
+    start and end, or no engine reaches them (the message then suggests the unit).
     """
 
     crank_angles: Floats  #: (n,) rad, increasing, within one cycle, 0 to `cycle`

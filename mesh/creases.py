@@ -12,7 +12,7 @@ import gmsh
 import numpy as np
 
 from geometry.arrays import Floats, Ints
-from geometry.surfaces import PLANE_AXIS, Surface
+from geometry.surfaces import INTERFACES, PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh
 
 # The surface is folded at a crease by more than this; at a smaller angle stress hardly rises (as r^-0.25
@@ -158,13 +158,9 @@ def _level(axis: int, value: float, cut: set[int]) -> str:
 
 _JOINT = (Surface.JOINT, Surface.JOINT_CAP)
 # In words, by the surface that ends there.
+_OF_INTERFACES = "outline of the joint", "rim of the bushing's seat", "rim of the shells' seat"
 _NAMES = {
-    Surface.JOINT: "outline of the joint",
-    Surface.JOINT_CAP: "outline of the joint",
-    Surface.BUSHING_SEAT: "rim of the bushing's seat",
-    Surface.BUSHING_BACK: "rim of the bushing's seat",
-    Surface.SHELL_SEAT: "rim of the shells' seat",
-    Surface.SHELL_BACK: "rim of the shells' seat",
+    **{side: name for sides, name in zip(INTERFACES, _OF_INTERFACES, strict=True) for side in sides},
     Surface.BOLT_HEAD: "rim of the bolt head's seat",
     Surface.BOLT_THREAD: "rim of the nut's seat or run-out of the thread",
 }

@@ -15,6 +15,7 @@ import numpy as np
 
 from geometry.arrays import Floats, Ints, vector
 from geometry.bodies import Body, draw
+from geometry.holes import place_text
 from geometry.session import GmshLog, session
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
@@ -96,7 +97,7 @@ def of_crossing(message: str) -> MeshError:
             faces.update(map(int, gmsh.model.getAdjacencies(_CURVE, tag)[0]))
     if not faces:
         return MeshError(message)
-    where = f" near {_place(np.mean(places, axis=0))}" if places else ""
+    where = f" near {place_text(np.mean(places, axis=0))} mm" if places else ""
     return UnsoundMeshError(
         message, Repair(frozenset(faces), (), (f"triangles of the surface mesh crossed each other{where}",))
     )
@@ -118,7 +119,7 @@ def of_elements(corners: Floats, what: str) -> Repair:
         distance, _ = KDTree(places.reshape(-1, 3)).query(corners)
         if ((distance < _SAME * longest.min()).sum(axis=1) >= _ENDS).any():
             faces.add(tag)
-    return Repair(frozenset(faces), balls, (f"{what} near {_place(centers[0])}",))
+    return Repair(frozenset(faces), balls, (f"{what} near {place_text(centers[0])} mm",))
 
 
 def of_folds() -> Repair | None:
@@ -139,11 +140,6 @@ def of_folds() -> Repair | None:
     return Repair(causes=(cause,), folded=frozenset(folded)) if folded else None
 
 
-def _place(point: Floats) -> str:
-    x, y, z = point
-    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"
-
-
 _ON_ERROR, _STOP = "General.AbortOnError", 1  # stop meshing without throwing
 _TET = {1: 4, 2: 11}  # gmsh's element types
 _TRIANGLE = {1: 2, 2: 9}
@@ -161,11 +157,10 @@ def tetrahedralise(
 ) -> tuple[TetMesh, Quality]:
     """Mesh every volume of the open model, and measure the quality of the mesh.
 
-    `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each part, if there are
-    several. At every point the smallest size `wanted` by earlier solutions applies. Edges of elements that
-    raising the order had inverted are straightened, with `keep_bow` as in `mesh.quality.with_straight_edges`;
-    nodes stand in the order of `mesh.tetmesh`. Raises `MeshError`: gmsh failed, or inverted elements could
-    not be repaired; an `UnsoundMeshError` if other settings may help.
+    `surfaces` are gmsh's face tags per named surface, `parts` the volume tags of each of several parts. At
+    every point the smallest size `wanted` by earlier solutions applies. Edges of inverted elements are
+    straightened, with `keep_bow` as in `mesh.quality.with_straight_edges`. Raises `MeshError`: gmsh failed,
+    or inverted elements could not be repaired; an `UnsoundMeshError` if other settings may help.
     """
     repair.prepare()
     apply(sizing, refinements, wanted, repair.balls)
@@ -265,11 +260,10 @@ def repaired(
 ) -> Meshed:
     """Mesh the open model; after a failure or with flaws, mesh it again with the changes they call for.
 
-    `attempt` meshes it with the changed settings that it is given as ``repair=``; `repair` is what an earlier
-    mesh of the model needed, to begin with. `flaws` returns the changes; None for a sound mesh. If every
-    attempt has flaws, the first mesh is returned, and the checks of the run will fail on it. `tell` is called
-    with the cause of each new attempt. Raises `MeshError`: no attempt produced a mesh; this is the first
-    failure.
+    `attempt` meshes it with the settings ``repair=``, at first those of an earlier mesh. `flaws` returns the
+    changes; None for a sound mesh. If every attempt has flaws, the first mesh is returned, whose checks will
+    fail. `tell` is called with the cause of each new attempt. Raises `MeshError`: the first failure, where no
+    attempt produced a mesh.
     """
     first, failure = None, None
     for rounds in count():

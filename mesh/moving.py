@@ -96,9 +96,9 @@ _WORSE = 0.3
 class MovableMesh:
     """A mesh that can follow its solid.
 
-    Nodes on vertices and curves keep their share of the way, those on faces follow smoothly and are put on
-    the face again, and those inside follow smoothly: they solve Laplace's equation on the graph of edges,
-    weighted by the inverse square of the length, so that small elements keep their shape.
+    Nodes on vertices and curves keep their share of the way; those on faces, which are put on the face again,
+    and inside solve Laplace's equation on the graph of edges, weighted by the inverse square of the length,
+    so that small elements keep their shape.
     """
 
     mesh: TetMesh  #: on the solid from which it was made
@@ -119,9 +119,9 @@ class MovableMesh:
         self._on_vertices_and_curves(new)
         vertex = self._vertices
         surface, inside = vertex & (dim == 2), vertex & (dim == 3)
-        new[surface] += self._follow(self._surface, new - old, surface, vertex & (dim < 2))
+        new[surface] += self._surface.follow(new - old, surface, vertex & (dim < 2))
         self._on_faces(new, surface)
-        new[inside] += self._follow(self._volume, new - old, inside, vertex & (dim < 3))
+        new[inside] += self._volume.follow(new - old, inside, vertex & (dim < 3))
         middles = ~vertex & (dim >= 2)
         new[middles] = self._between(new)[middles] + (old - self._between(old))[middles]
         self._on_faces(new, middles & (dim == 2))
@@ -143,11 +143,6 @@ class MovableMesh:
             nodes = np.flatnonzero(some & (self.classification.tag == face))
             places, _ = gmsh.model.getClosestPoint(2, face, new[nodes].ravel())
             new[nodes] = np.reshape(places, (-1, 3))
-
-    @staticmethod
-    def _follow(graph: "_Graph", shift: Floats, free: Mask, fixed: Mask) -> Floats:
-        """Displacement (n_free, 3) of free nodes that follow those whose shift is known."""
-        return np.asarray(graph.solver.solve(graph.weights[free][:, fixed] @ shift[fixed]))
 
     @cached_property
     def _least_shape(self) -> float:
@@ -203,3 +198,7 @@ class MovableMesh:
 class _Graph:
     weights: sparse.csr_array
     solver: SuperLU
+
+    def follow(self, shift: Floats, free: Mask, fixed: Mask) -> Floats:
+        """Displacement (n_free, 3) of free nodes that follow those whose shift is known."""
+        return np.asarray(self.solver.solve(self.weights[free][:, fixed] @ shift[fixed]))

@@ -20,8 +20,7 @@ class Quality:
     #: Smallest Jacobian determinant of any element over its mean, after the order was raised; a lower bound
     #: over the whole element, 1 for straight-sided ones
     least_scaled_jacobian: float
-    #: least_shape, median_shape: mean ratio of the straight-sided elements (Liu & Joe 1994), 1 for a regular
-    #: tetrahedron
+    #: least_shape, median_shape: mean ratio of straight-sided elements (Liu & Joe 1994); regular ones have 1
     least_shape: float
     median_shape: float
     worst_at: tuple[float, float, float]  #: (x, y, z) mm, the centre of the element with the least shape
@@ -49,9 +48,8 @@ _LATTICE = np.array([each for each in np.ndindex(4, 4, 4, 4) if sum(each) == 3])
 def scaled_jacobian(mesh: TetMesh) -> Floats:
     """Lower bound of det J over each element, relative to the mean over the element: (n_elements,).
 
-    The determinant of a ten-node tetrahedron is a cubic polynomial; it nowhere falls below its
-    smallest Bernstein coefficient (Johnen, Remacle & Geuzaine 2013). A first-order element gives its
-    sign.
+    That of a ten-node tetrahedron is a cubic, nowhere below its smallest Bernstein coefficient (Johnen,
+    Remacle & Geuzaine 2013). A first-order element gives its sign.
     """
     if mesh.order == 1:
         return np.sign(shape(mesh))
@@ -92,9 +90,8 @@ def measure(mesh: TetMesh, straightened: tuple[int, ...] = ()) -> Quality:
 def with_straight_edges(mesh: TetMesh, *, keep_bow: bool = False) -> tuple[TetMesh, tuple[int, ...]]:
     """Straighten the edges of elements that are inverted or too distorted, until none is left.
 
-    The second result are the numbers of these elements. Straight-sided inverted ones stay as they are; the
-    caller must reject them. With `keep_bow`, edges are only less bent where straight ones would miss too much
-    of the volume.
+    The second result are the numbers of these elements; straight-sided inverted ones stay as they are. With
+    `keep_bow`, edges are only less bent where straight ones would miss too much of the volume.
     """
     straight, changed = _straightened(mesh, 0)
     if changed and keep_bow:

@@ -18,8 +18,7 @@ FACE_NODES = {4: FACES, 10: np.hstack([FACES, [[6, 5, 4], [4, 8, 7], [7, 9, 6], 
 # Vertex pairs of a facet's mid-edge nodes, and the nodes of a facet, by their number, that is turned over.
 FACET_EDGES = np.array([[0, 1], [1, 2], [2, 0]])
 FACET_TURN = {3: [0, 2, 1], 6: [0, 2, 1, 5, 4, 3]}
-# Nodes of a tetrahedron, by their number, that is turned inside out: two vertices and the middles beside them
-# change places.
+# Nodes of a tetrahedron turned inside out: two vertices and the middles beside them change places.
 TET_TURN = {4: [0, 2, 1, 3], 10: [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]}
 # From gmsh's order of nodes to ours, by the order of the elements: the last two middles are swapped.
 FROM_GMSH = {1: [0, 1, 2, 3], 2: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]}
@@ -154,10 +153,9 @@ Interfaces = Mapping[tuple[int, int], tuple[Surface, Surface]]
 def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
     """Double the nodes between parts that only touch.
 
-    Parts that share facets and are not named in `interfaces` stay joined. The second result (n_nodes,) is the
-    earlier number of each node. Row k of the second side is the facet of row k of the first, turned over:
-    ``second[:, FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: the mesh has
-    only one part.
+    Parts that share facets and are not in `interfaces` stay joined. The second result (n_nodes,) is the
+    earlier number of each node. Row k of the second side is that of the first, turned over: ``second[:,
+    FACET_TURN[n]]`` has the nodes at the places of ``first``. Raises `ValueError`: a single part.
     """
     if mesh.part is None:
         raise ValueError("the mesh has only one part")
@@ -203,10 +201,9 @@ def separated(mesh: TetMesh, interfaces: Interfaces) -> tuple[TetMesh, Ints]:
 
 
 def numbered(mesh: TetMesh) -> tuple[TetMesh, Ints]:
-    """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order among themselves.
+    """Renumber the nodes of a mesh as scikit-fem does; vertices keep their order, as elements and facets do.
 
-    Elements and facets keep theirs. The second result (n_nodes,) is the earlier number of each node; nodes
-    that no element has come last.
+    The second result (n_nodes,) is the earlier number of each node; nodes without elements come last.
     """
     order = scikit_fem_order(mesh.tets, len(mesh.points))
     number = np.argsort(order)

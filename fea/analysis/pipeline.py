@@ -192,7 +192,7 @@ def _structure(
         rule = f"must not exceed {most} for --buckling, which supports displacement elements only"
         raise InvalidValue("material.nu", nu, rule, "Leave out --buckling: the column formulas remain.")
     with clock("loads"):
-        body = inertia(cell, elastic.density, assembly)
+        body = inertia(cell, elastic.density)
     if soft:
         model: Model = MixedModel(
             cell, materials, soft, support, solver=solver, clock=clock, assembly=assembly

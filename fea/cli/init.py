@@ -3,12 +3,10 @@
 import sys
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-
 from fea.cli.options import Json, print_json, print_written
 from fea.output.json_file import json_text
 from fea.output.target import require_target
+from fea.output.terminal.prose import plain_table, terminal
 from fea.output.text import write_text
 from fea.study.documents import SCHEMA_FILE, is_schema, study_schema, template
 from fea.study.tables import number_of, unit_of
@@ -147,18 +145,11 @@ def doctor(*, json: Json = False) -> int:
     if json:
         print_json([vars(finding) for finding in findings])
     else:
-        console = Console(highlight=False)
-        table = Table(box=None, pad_edge=False)
-        headings = ["", "what", "found"]
-        if not all(finding.good for finding in findings):
-            headings.append("remedy")
-        for heading in headings:
-            table.add_column(heading, overflow="fold")
-        for finding in findings:
-            mark = "ok" if finding.good else "missing" if finding.needed else "no"
-            cells = (mark, finding.what, finding.found, "" if finding.good else finding.remedy)
-            table.add_row(*cells[: len(table.columns)])
-        console.print(table)
-        missing = "Something that fea needs is missing: see the remedies above."
+        headings = ["", "what", "found", *(["remedy"] if not all(each.good for each in findings) else [])]
+        marks = ["ok" if each.good else "missing" if each.needed else "no" for each in findings]
+        cells = [(each.what, each.found, "" if each.good else each.remedy) for each in findings]
+        rows = ((mark, *texts)[: len(headings)] for mark, texts in zip(marks, cells, strict=True))
+        console, missing = terminal(), "Something that fea needs is missing: see the remedies above."
+        console.print(plain_table(headings, rows, left=headings))
         console.print("Everything that fea needs is installed." if ready else missing)
     return 0 if ready else 7

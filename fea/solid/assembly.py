@@ -99,20 +99,12 @@ class SymmetricMatrix:
         entries = scalar.data[above], scalar.indices[above], indptr.astype(np.int32)
         return sparse.csr_array(entries, shape=scalar.shape)
 
-    def full(self) -> sparse.bsr_array:
-        """Both triangles, in blocks."""
-        strictly = self.upper.data.copy()
-        strictly[self.upper.indptr[:-1]] = 0.0
-        above = sparse.bsr_array((strictly, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
-        return sparse.bsr_array(self.upper + above.T)
-
 
 @dataclass(frozen=True)
 class Pattern:
     """Positions of each element's node pairs in the upper triangle of 3×3 blocks."""
 
-    #: (n_elements, n_nodes) local nodes sorted by global number, so that every local pair a ≤ b is a pair of
-    #: the upper triangle
+    #: (n_elements, n_nodes) local nodes by global number: local pairs a ≤ b are of the upper triangle
     node_order: Ints
     #: CSR (n_blocks, n_elements·n_pairs) of ones: sums element blocks into matrix blocks
     scatter: sparse.csr_array
@@ -127,17 +119,11 @@ class Pattern:
         return SymmetricMatrix(sparse.bsr_array((summed, self.indices, self.indptr), shape=(size, size)))
 
 
-def local_pairs(n_nodes: int) -> tuple[Ints, Ints]:
-    """Local node pairs a ≤ b."""
-    a, b = np.triu_indices(n_nodes)
-    return a, b
-
-
 def pattern(tets: Ints, n_points: int) -> Pattern:
     """Compute the sparsity of the stiffness of a mesh with `n_points` nodes (every node in an element)."""
     node_order = np.argsort(tets, axis=1)
     ordered = np.take_along_axis(tets, node_order, axis=1)
-    a, b = local_pairs(tets.shape[1])
+    a, b = np.triu_indices(tets.shape[1])
     return Pattern(node_order, *_scatter((ordered[:, a] * n_points + ordered[:, b]).ravel(), n_points))
 
 
@@ -162,7 +148,7 @@ def stiffness(
 
     The functions are those of the elements, or have the values `nodal` (n_nodes, n_functions) at their nodes.
     """
-    pairs = local_pairs(layout.node_order.shape[1])
+    pairs = np.triu_indices(layout.node_order.shape[1])
     values = np.empty((len(mesh.tets), pairs[0].size, 3, 3))
     for part, gauss in gauss_blocks(mesh, stiffness_degree(mesh.tets.shape[1])):
         gradients = gauss.gradients if nodal is None else nodal.T @ gauss.gradients

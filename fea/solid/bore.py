@@ -17,9 +17,8 @@ _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 def parts_within(values: Floats, bound: float) -> tuple[Ints, Floats]:
     """Cut triangles where −`bound` ≤ value ≤ `bound`, by the values (n_triangles, 3) at their corners.
 
-    Polygons are clipped by one half-plane after the other (Sutherland and Hodgman, 1974). Returned are the
-    number of the triangle (n_parts,) that each part belongs to, and the corners (n_parts, 3, 2) of the parts,
-    which are triangles again, in its reference coordinates. They vary continuously with the values.
+    Polygons are clipped by half-planes (Sutherland and Hodgman, 1974). Returned are the triangle (n_parts,)
+    of each part, and its corners (n_parts, 3, 2) in reference coordinates; they vary continuously.
     """
     owner, parts = [], []
     for number, corner_values in enumerate(values):
@@ -121,9 +120,8 @@ def facet_areas(corners: Floats, gradients: Floats) -> Floats:
 def facets_within(bore: BoreFacets, direction: float, half_arc: float) -> Iterator[FacetPoints]:
     """Quadrature points of the surface within `half_arc` (rad) of a direction: whole facets, then parts.
 
-    Within a facet the arc ends on a line that is straight in reference coordinates: where the angle
-    interpolated between the facet's corners equals the end of the arc. Points near the end are therefore not
-    switched by rounding, and the forces vary continuously with the direction.
+    Within a facet the arc ends where the angle interpolated between the corners equals its end, a straight
+    line: rounding switches no points, and the forces vary continuously with the direction.
     """
     corner = bore.node_angle[:, :3]
     psi = wrapped(corner[:, :1] - direction) + wrapped(corner - corner[:, :1])
@@ -249,8 +247,7 @@ def _split(fields: list[Floats]) -> ParityPair:
     return ParityPair((here + image) / 2, (here - image) / 2)
 
 
-# Even harmonics of the radial displacement; odd ones move a bore without changing any diameter, or cancel on
-# opposite sides.
+# Even harmonics of the radial displacement; odd ones change no diameter, or cancel on opposite sides.
 _ORDERS = np.arange(13)
 _DIRECTIONS = np.linspace(0.0, np.pi, 181)
 

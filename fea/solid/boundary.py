@@ -12,8 +12,7 @@ from geometry.arrays import Floats, Ints, Mask, linked_groups, twins
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, FACET_TURN, TetMesh
 
-# Facets meet smoothly below this angle. The quadratic shapes of curved facets of 60° that meet tangentially
-# differ by 4°.
+# Facets meet smoothly below this angle; curved ones of 60° that meet tangentially differ by 4°.
 SMOOTH_DEGREES = 20.0
 # Places of a facet's nodes in the reference triangle, and the vertices of its edges.
 _FACET_NODES = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
@@ -120,7 +119,6 @@ class Edges:
     facet: Ints
     place: Ints
     cosine: Floats  #: (n_edges,) of the angle between the outward normals of the facets, amid the edge
-    #: smooth, convex: (n_edges,) whether the facets join smoothly; whether they join smoothly or at an outer
-    #: (convex) edge
+    #: smooth, convex: (n_edges,) whether facets join smoothly; whether smoothly or at an outer edge
     smooth: Mask
     convex: Mask

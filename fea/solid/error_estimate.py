@@ -93,8 +93,7 @@ class ErrorEstimator:
     ) -> ErrorEstimate:
         """Compare each part's recovered stress (n_nodes, 6, n_cases) with that of its elements, MPa.
 
-        The displacement is (n_nodes, 3, n_cases), mm; parts with a pressure have it by number, (n_nodes,
-        n_cases), MPa.
+        The displacement is (n_nodes, 3, n_cases), mm; pressures of parts, by number, (n_nodes, n_cases), MPa.
         """
         n_elements, n_cases = len(self._mesh.tets), displacement.shape[2]
         energy, solution = np.zeros((2, n_elements, n_cases))
@@ -154,9 +153,8 @@ def _energy(stress: Floats, weights: Floats, material: Material) -> Floats:
 def sagitta(tets: Ints, stress: Floats) -> Floats:
     """Deviation of the nodal stress from linear along the edges, in the von Mises norm: (n_nodes, n_cases).
 
-    At each node it is the largest value over its edges; 0 at nodes without elements. First-order elements
-    have no mid-edge nodes, so that half the difference between the ends is used. The stress is (n_nodes, 6,
-    n_cases).
+    At each node the largest value over its edges; of first-order elements half the difference between the
+    ends is used. The stress is (n_nodes, 6, n_cases).
     """
     ends = np.sort(tets[:, EDGES].reshape(-1, 2), axis=1)
     key, first = np.unique(ends[:, 0] * len(stress) + ends[:, 1], return_index=True)

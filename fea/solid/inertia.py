@@ -6,11 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fea.base.choices import MatrixAssembly
-from fea.solid.assembly import SymmetricMatrix, local_pairs, pattern
+from fea.solid.assembly import SymmetricMatrix, pattern
 from fea.solid.element import VOLUME_DEGREE, gauss_blocks, tabulate, volume_points
 from fea.solid.parity import ParityPair
-from fea.solid.scikit_fem import moment, volume_moments
 from fea.solid.traction import traction_forces
 from geometry.arrays import Floats, vector
 from geometry.mass import MassProperties, tensor
@@ -44,25 +42,18 @@ class Inertia:
         return ParityPair.of(symmetric, antisymmetric, cut=self.cut_y)
 
 
-def inertia(
-    mesh: TetMesh, density: float | Floats, assembly: MatrixAssembly = MatrixAssembly.BATCHED
-) -> Inertia:
+def inertia(mesh: TetMesh, density: float | Floats) -> Inertia:
     """Integrate mass and its moments over a cell; the planes it is cut at complete the properties.
 
-    The density is that of every element, or (n_elements,) of each, t/mm³. Whatever integrates the nodal
-    weights, the quadrature is the same.
+    The density is that of every element, or (n_elements,) of each, t/mm³.
     """
     places, volumes = volume_points(mesh)
     mass = volumes * np.reshape(density, (-1, 1))
-    if assembly is MatrixAssembly.SCIKIT_FEM:
-        fields = [lambda x: np.ones_like(x[0]), *((lambda x, axis=axis: x[axis]) for axis in range(3))]
-        weight, *moments = volume_moments(mesh, [moment(density, field) for field in fields], VOLUME_DEGREE)
-    else:
-        values, nodes = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values, mesh.tets.ravel()
-        weight, *moments = (
-            np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
-            for field in (mass, *(mass * places[..., axis] for axis in range(3)))
-        )
+    values, nodes = tabulate(mesh.tets.shape[1], VOLUME_DEGREE).values, mesh.tets.ravel()
+    weight, *moments = (
+        np.asarray(np.bincount(nodes, (field @ values).ravel(), minlength=len(mesh.points)), dtype=float)
+        for field in (mass, *(mass * places[..., axis] for axis in range(3)))
+    )
     properties = _properties(mesh, places.reshape(-1, 3), mass.ravel())
     return Inertia(weight, np.stack(moments, axis=1), properties, Surface.SYMMETRY_Y in mesh.facets)
 
@@ -92,7 +83,7 @@ def mass_matrix(mesh: TetMesh, density: float | Floats) -> SymmetricMatrix:
     volumes = np.concatenate([block.volumes for _, block in gauss_blocks(mesh, VOLUME_DEGREE)])
     masses = (volumes * np.reshape(density, (-1, 1))) @ products
     masses = masses.reshape(-1, n_nodes, n_nodes)
-    first, second = local_pairs(n_nodes)
+    first, second = np.triu_indices(n_nodes)
     element = np.arange(len(masses))[:, None]
     ordered = masses[element, layout.node_order[:, first], layout.node_order[:, second]]
     return layout.matrix(ordered[..., None, None] * np.eye(3))
@@ -112,8 +103,7 @@ _OUT_OF_PLANE = (2, 3, 4)
 class Tilt:
     """The inertia of a body without a mirror plane that keeps it in its plane of motion.
 
-    If a body is not symmetric about z = 0, its centre of gravity or the middle of a bore may lie off that
-    plane, or it has a product of inertia. Pressures that are constant along the pins then leave a small force
+    If a body is not symmetric about z = 0, pressures that are constant along the pins leave a small force
     along z and small moments about x and y, which the restraints would react as point forces. As in any
     inertia relief, the rigid accelerations that they cause balance them instead.
     """

@@ -121,8 +121,7 @@ class MirrorUnfolding:
     def compliance(self, of_cell: Mapping[Parity, Floats]) -> Floats:
         """Moments (n, n) of unit unknowns from those (n_cell, n_cell) on the cell of each parity.
 
-        It is `moments` of these times `parts` of the unit matrix, of which only the entries that are not zero
-        are multiplied.
+        It is `moments` of these times `parts` of the unit matrix, without its zeros.
         """
         if not self.both_sides:
             return self.images * of_cell[Parity.SYMMETRIC]

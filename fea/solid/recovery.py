@@ -29,9 +29,8 @@ from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import PLANE_AXIS, Surface
 from mesh.tetmesh import FACET_EDGES, TetMesh, submesh
 
-# At an edge the tractions of both sides have this weight relative to the strain, which is fitted from one
-# side there. A much larger weight would force the stress across a blunt edge to zero, which is right only
-# at the very edge.
+# Weight of the tractions of both sides of an edge relative to the strain, which is fitted from one side. With
+# a much larger one the stress across a blunt edge would be zero, which is right only at the very edge.
 TRACTION_WEIGHT = 3.0
 # Smallest accepted ratio of the eigenvalues of a fit's normal matrix.
 RANK_TOLERANCE = 1e-9
@@ -189,8 +188,7 @@ class SurfaceStress:
     def _operators(self, E: float, nu: float) -> tuple[Floats, Floats]:
         """Share of each fan in the stress of a node, from slopes (n, 6, 6) and traction (n, 6, 3).
 
-        It is the least-squares solution of σ n = t and the plane stress-strain relations of all fans at a
-        node.
+        The least-squares solution of σ n = t and the plane stress-strain relations of all fans at a node.
         """
         if (E, nu) not in self._operators_of:
             first, second, normal = self._axes[:, 0], self._axes[:, 1], self.normal
@@ -250,8 +248,7 @@ class ElementStress:
     def __call__(self, displacement: Floats, material: Material, pressure: Floats | None = None) -> Floats:
         """Stress (n_elements, n_places, 6, n_cases), MPa, of displacements (n_points, 3, n_cases), mm.
 
-        A pressure (n_points, n_cases), MPa, takes the place of λ ∇·u if the solution has one
-        (`fea.solvers.mixed`).
+        A pressure (n_points, n_cases), MPa, of `fea.solvers.mixed` takes the place of λ ∇·u.
         """
         gradient = self.gradient(displacement).transpose(0, 1, 4, 3, 2)
         if pressure is None:
@@ -350,8 +347,8 @@ class PartRecovery:
     ) -> list[Floats]:
         """Recover the stress of each part, (n_points, 6, n_cases), MPa; NaN at nodes outside the part.
 
-        There is one material per part, and pressures are given by the number of each part that has one; the
-        rest is as for `Recovery.nodal_stress`.
+        There is one material per part; pressures are given by number; the rest as for
+        `Recovery.nodal_stress`.
         """
         stresses = list(self.part_stress(displacement, materials, parity, traction, pressure))
         for number, (nodes, stress) in enumerate(zip(self.nodes, stresses, strict=True)):

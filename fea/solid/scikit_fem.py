@@ -3,7 +3,7 @@
 In the forms u is the displacement, v its variation, x places (3, n_elements, n_points) and n unit outward
 normals; mm, N, MPa, t, s, K. Most of what a computation runs are batched kernels of the same integrals
 (`fea.solid.assembly` and its neighbours): the tests hold them to these forms, and
-``assembly = "scikit-fem"`` runs these in their place.
+``matrix_assembly = "scikit-fem"`` solves with that of elasticity.
 
 What scikit-fem assembles adds to what is assembled here:
 
@@ -203,15 +203,6 @@ def assembled_stiffness(mesh: TetMesh, material: Material | Materials) -> Symmet
         dofs = (_AXES * np.argsort(bridged.nodes)[:, None] + np.arange(_AXES)).ravel()
         K = K[dofs][:, dofs]
     return SymmetricMatrix.of_full(K)
-
-
-def volume_moments(mesh: TetMesh, forms: Sequence[LinearForm], intorder: int) -> Floats:
-    """Assemble forms on scalar functions of the same order over all elements: (n_forms, n_nodes)."""
-    bridged = to_skfem(mesh)
-    scalars = CellBasis(bridged.mesh, bridged.mesh.elem(), intorder=intorder)
-    moments = np.zeros((len(forms), len(mesh.points)))
-    moments[:, bridged.nodes] = [form.assemble(scalars) for form in forms]
-    return moments
 
 
 class _Isoparametric(MappingIsoparametric):  # type: ignore[misc]

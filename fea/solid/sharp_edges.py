@@ -165,8 +165,7 @@ class SharpEdges:
     nodes: Ints  #: (n, 2) the vertices at the ends of that mesh edge
     opening: Floats  #: (n,) angle of the notch, outside the material, rad
     facet: Ints  #: (n, 2) of `surface` on either side
-    #: normal, away: (n, 2, 3) outward normal of either flank there, and its tangent that leads away from the
-    #: edge
+    #: normal, away: (n, 2, 3) outward normal of either flank there, and its tangent away from the edge
     normal: Floats
     away: Floats
     place: Ints  #: (n,) number of the place: one edge of the rod, with its mirror images

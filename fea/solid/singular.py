@@ -61,9 +61,8 @@ def rim_masks(mesh: TetMesh, largest: float) -> tuple[RimMask, ...]:
     return tuple(masks.values())
 
 
-# Where the creases of the solid are not known, a re-entrant edge is sharp if the facets turn there by more
-# than this angle. Curved facets follow a fillet smoothly; flat ones turn at each edge, by up to 54° at the
-# coarsest size allowed.
+# Without known creases, a re-entrant edge is sharp if the facets turn there by more than this. Curved facets
+# follow a fillet smoothly; flat ones turn at each edge, by up to 54° at the coarsest size allowed.
 CURVED_DEGREES, FLAT_DEGREES = 30.0, 60.0
 # Largest distance of a mid-side node from the middle of a straight side, over its length.
 _STRAIGHT = 1e-4

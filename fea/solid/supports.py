@@ -45,8 +45,7 @@ def rigid_modes(points: Floats) -> Floats:
 def free_shares(mesh: TetMesh, body: Ints, fixed: Mask) -> Floats:
     """Share (n_bodies, 6) of each body's rigid modes in the motions that supports and joints leave free.
 
-    `body` (n_elements,) is from `bodies`; `fixed` (n_nodes, 3) are the supported degrees of freedom. The
-    share is zero for a body that cannot move.
+    `body` (n_elements,) is from `bodies`; `fixed` (n_nodes, 3) are supported. Zero: the body cannot move.
     """
     count = int(body.max()) + 1
     first = np.full(len(mesh.points), -1)  # the first body that has the node; other bodies are joined to it
@@ -85,8 +84,7 @@ _ALONG = 1e-9
 def plane_conditions(mesh: TetMesh, parity: Parity, parity_z: Parity = Parity.SYMMETRIC) -> Mask:
     """Degrees of freedom (n_nodes, 3) that vanish on the mirror planes the mesh is cut at, by both parities.
 
-    For a field symmetric about the plane this is the normal component, for an antisymmetric one the two
-    tangential components.
+    Of a symmetric field this is the normal component, of an antisymmetric one the tangential components.
     """
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     for plane, normal, about_plane in ((Surface.SYMMETRY_Y, 1, parity), (Surface.SYMMETRY_Z, 2, parity_z)):
@@ -149,57 +147,37 @@ def components(mesh: TetMesh) -> Ints:
 def require_restrained(mesh: TetMesh, fixed: Mask) -> None:
     """Refuse an under-constrained model, in which a connected piece can still move as a rigid body.
 
-    This is found before factorising, from the rank of the six rigid modes of each piece on its fixed degrees
-    of freedom; if pieces meet without a common facet, from the modes of all pieces with their joints. Raises
-    `UnderconstrainedError`: naming the piece, if there are several, and its free motions.
+    This is found before factorising, from the rank of the six rigid modes of all pieces on their fixed
+    degrees of freedom, and where they meet without a common facet. Raises `UnderconstrainedError`: naming the
+    piece, if there are several, and its free motions.
     """
-    labels = components(mesh)
-    count = int(labels.max()) + 1
-    for piece in range(count):
-        nodes = labels == piece
-        motions = free_motions(mesh.points[nodes], fixed[nodes])
-        if motions:
-            who, remedy = "the model", "Add a support"
-            if count > 1:
-                place = f"{nodes.sum()} nodes around {place_text(mesh.points[nodes].mean(axis=0))} mm"
-                who, remedy = f"one of {count} disconnected pieces ({place})", f"{remedy} or join the pieces"
-            raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
-    body = bodies(mesh)
-    if body.max() > labels.max():
-        shares = free_shares(mesh, body, fixed)
-        number = int(np.linalg.norm(shares, axis=1).argmax())
-        motions = _in_words(shares[number])
-        if motions:
-            members = np.unique(mesh.tets[body == number])
-            place = place_text(mesh.points[members].mean(axis=0))
-            raise UnderconstrainedError(
-                f"a piece of {len(members)} nodes around {place} mm is connected to the rest only along an "
-                f"edge or at a point and is under-constrained: nothing prevents {motions}. Join the pieces "
-                "over a face"
-            )
+    body, label = bodies(mesh), components(mesh)
+    shares = free_shares(mesh, body, fixed)
+    number = int(np.linalg.norm(shares, axis=1).argmax())
+    motions = _in_words(shares[number])
+    if not motions:
+        return
+    nodes, count = np.unique(mesh.tets[body == number]), int(label.max()) + 1
+    who, remedy = "the model", "Add a support"
+    if body.max() or count > 1:
+        who = f"{len(nodes)} nodes around {place_text(mesh.points[nodes].mean(axis=0))} mm"
+    if np.count_nonzero(label == label[nodes[0]]) > len(nodes):
+        who = f"a piece of {who} is connected to the rest only along an edge or at a point and"
+        remedy = "Join the pieces over a face"
+    elif count > 1:
+        who, remedy = f"one of {count} disconnected pieces ({who})", f"{remedy} or join the pieces"
+    raise UnderconstrainedError(f"{who} is under-constrained: nothing prevents {motions}. {remedy}")
 
 
 def _in_words(share: Floats) -> str:
     return ", ".join(name for name, size in zip(_MODES, share, strict=True) if size > 0.1)
 
 
-def free_motions(points: Floats, fixed: Mask) -> str:
-    """Names of the rigid motions of a body that its fixed degrees of freedom (n_nodes, 3) leave free."""
-    modes = rigid_modes(points)[fixed]
-    return _in_words(_null_shares(modes.T @ modes))
-
-
 SLIDE_X, SLIDE_Y, SLIDE_Z, TURN_X, TURN_Y, TURN_Z = range(6)
 BENDING = {SLIDE_Y, SLIDE_Z, TURN_X}  # those of a slender body along x as it bends and twists
 # Each motion's parity about y = 0 and about z = 0.
-_MOTION_PARITY = (
-    (Parity.SYMMETRIC, Parity.SYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
-    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.SYMMETRIC, Parity.ANTISYMMETRIC),
-    (Parity.ANTISYMMETRIC, Parity.SYMMETRIC),
-)
+_EVEN, _ODD = Parity.SYMMETRIC, Parity.ANTISYMMETRIC
+_MOTION_PARITY = (_EVEN, _EVEN), (_ODD, _EVEN), (_EVEN, _ODD), (_ODD, _ODD), (_EVEN, _ODD), (_ODD, _EVEN)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from fea.solid.supports import (
     rigid_with,
 )
 from fea.solvers.choice import linear_solver
-from fea.solvers.linear_solver import Operator
+from fea.solvers.direct import Operator
 from fea.solvers.static import Model
 from geometry.arrays import Floats, Mask
 from geometry.surfaces import Surface
@@ -194,10 +194,9 @@ def _solved(inverse: Operator, fixed: Mask, forces: Floats) -> Floats:
 
 
 class _ReferenceLoad:
-    """K_σ of a reference load from the `GeometricStiffness` of its parts about y = 0.
+    """K_σ of a reference load from the `GeometricStiffness` of its parts, with constrained ends.
 
-    The mean motions of the ends are constrained. If one may rotate about z, the direction of a pressure on it
-    stays fixed.
+    If an end may rotate about z, the direction of a pressure on it stays fixed.
     """
 
     def __init__(
@@ -249,9 +248,8 @@ class BucklingMode:
 class Buckling:
     """A cell under inertia relief, constrained at its ends, factorised once for all reference loads.
 
-    If an end may rotate about z, a pressure on it is that of a pin: its direction stays fixed when the bore
-    rotates. Raises `UnderconstrainedError`: the ends leave a rigid motion free; `SingularMatrixError`: the
-    factorisation broke down.
+    A pressure on an end that may rotate about z is that of a pin: its direction stays fixed. Raises
+    `UnderconstrainedError`: the ends leave a rigid motion free; `SingularMatrixError`: a breakdown.
     """
 
     def __init__(self, model: Model, ends: tuple[ConstrainedSurface, ...]) -> None:
@@ -269,10 +267,9 @@ class Buckling:
         self._spaces = {parity_z: self._first(parity_z) for parity_z in self._bodies}
 
     def modes(self, displacement: Mapping[Parity, Floats], count: int) -> list[list[BucklingMode]]:
-        """Find the `count` lowest positive factors of each reference load, in increasing order.
+        """Find the `count` lowest positive factors of each reference load, in increasing order, or fewer.
 
-        The displacement under the loads is given per parity about y = 0, (n_nodes, 3, n_loads), mm. There are
-        fewer modes if tension prevents the others.
+        The displacement under the loads is given per parity about y = 0, (n_nodes, 3, n_loads), mm.
         """
         parts = {side: self._geometric(u) for side, u in displacement.items()}
         of_loads = []

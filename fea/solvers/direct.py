@@ -1,6 +1,7 @@
-"""Direct solvers: MKL Pardiso through pypardiso, and CHOLMOD through cvxopt on a METIS order of the nodes.
+"""The interface of linear solvers, and direct ones.
 
-Schenk & Gärtner 2004; Chen, Davis, Hager & Rajamanickam 2008; Karypis & Kumar 1998.
+MKL Pardiso through pypardiso, and CHOLMOD through cvxopt on a METIS order of the nodes (Schenk & Gärtner
+2004; Chen, Davis, Hager & Rajamanickam 2008; Karypis & Kumar 1998).
 """
 
 import ctypes
@@ -8,6 +9,8 @@ import importlib.metadata
 import importlib.util
 import os
 import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,8 +22,54 @@ from scipy import sparse
 from fea.base.choices import SolverName
 from fea.solid.assembly import SymmetricMatrix
 from fea.solid.errors import SingularMatrixError, SolverUnavailableError
-from fea.solvers.linear_solver import NOT_POSITIVE_DEFINITE, LinearSolver, Operator
 from geometry.arrays import Floats, Ints
+
+# From right-hand sides (n, k) to solutions.
+Operator = Callable[[Floats], Floats]
+
+NOT_POSITIVE_DEFINITE = (
+    "the stiffness matrix is not positive definite: the model is under-constrained or has faulty elements. "
+    "Check the supports and the mesh"
+)
+# Columns of forces that are solved for at once.
+_COLUMNS = 128
+
+
+class LinearSolver(ABC):
+    """Solves with symmetric positive definite matrices A of one sparsity, each kept in a slot."""
+
+    name: str
+
+    @abstractmethod
+    def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
+        """Prepare to solve with `matrix`; raises `SingularMatrixError`."""
+
+    @abstractmethod
+    def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
+        """Solve for (n, k) right-hand sides with the matrix in a slot."""
+
+    def condense(self, slot: int, matrix: SymmetricMatrix, forces: sparse.csc_array) -> Floats:
+        """Prepare to solve with `matrix`, and return FᵀA⁻¹F (k, k) of sparse forces F (n, k).
+
+        Raises `SingularMatrixError`. Here, all columns are solved for; a factorisation may give it for less.
+        """
+        self.factorise(slot, matrix)
+        return work(forces, partial(self.solve, slot))
+
+    def solve_sums(self, slot: int, forces: sparse.csc_array, columns: Floats) -> Floats:
+        """Solve for sums F c of the sparse forces that were condensed, with columns c (k, m)."""
+        return self.solve(slot, forces @ columns)
+
+    def work(self, slot: int, forces: Floats) -> Floats:
+        """Work FᵀA⁻¹F (k, k) of forces F (n, k) with the matrix in a slot."""
+        return np.asarray(forces.T @ self.solve(slot, forces))
+
+
+def work(forces: sparse.csc_array, solve: Operator) -> Floats:
+    """Work FᵀA⁻¹F (k, k) of sparse forces F (n, k) with a solver of A u = f, some columns at a time."""
+    blocks = [forces[:, start : start + _COLUMNS].toarray() for start in range(0, forces.shape[1], _COLUMNS)]
+    return np.hstack([forces.T @ solve(block) for block in blocks])
+
 
 _BLOCK = 3
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
@@ -31,8 +80,7 @@ _POSITIVE_DEFINITE = 2  # mtype: real, symmetric, upper triangle only
 _NOT_POSITIVE_DEFINITE, _NO_MEMORY = -4, (-2, -9)
 # MKL's options by place: these in place of the defaults, nested dissection in parallel, indices from zero.
 _OPTIONS = {0: 1, 1: 3, 34: 1}
-# The entries of the factor are counted; scheduling is on two levels; ordering and analysis work on nodes: a
-# ninth of the graph.
+# Entries are counted; scheduling is on two levels; analysis works on nodes: a ninth of the graph.
 _BY_NODES = {17: -1, 23: 1, 36: _BLOCK}
 # The Schur complement, which need not be positive definite, is returned but not factorised.
 _WITH_SCHUR = {35: 1}
@@ -144,8 +192,7 @@ class Pardiso(LinearSolver):
         """Put a factor into a slot that leaves the columns of sparse forces to the end: see `LinearSolver`.
 
         It gives the Schur complement of [A F; Fᵀ 0] at a fraction of the cost of solutions for all columns,
-        because it exploits what each of them does not reach; and it solves with A as a Cholesky factor does.
-        Raises the same errors as `factorise`.
+        and solves with A as a Cholesky factor does. Raises the same errors as `factorise`.
         """
         n, size = forces.shape
         parts = _bordered(matrix, forces)
@@ -198,8 +245,7 @@ def _solved_within(
 ) -> Floats:
     """Solve A u = f with the leading block A (n, n) of the factor of [A F; Fᵀ 0].
 
-    `columns` (n, k) are f; or with `summed` c (m, k) of f = F c: backward substitution for A u + F (−c) = 0
-    alone.
+    `columns` (n, k) are f; or with `summed` c (m, k) of f = F c, by backward substitution alone.
     """
     count = columns.shape[1]
     solution = np.empty((n, count), order="F")
@@ -308,11 +354,7 @@ def node_order(matrix: SymmetricMatrix) -> Ints:
     return (3 * np.asarray(order)[:, None] + np.arange(3)).ravel().astype(np.int64)
 
 
-_PACKAGES = {
-    SolverName.PARDISO: ("pypardiso",),
-    SolverName.CHOLMOD: ("cvxopt", "pymetis"),
-    SolverName.AMG: ("pyamg",),
-}
+_PACKAGES = {SolverName.PARDISO: ("pypardiso",), SolverName.CHOLMOD: ("cvxopt", "pymetis")}
 
 
 def direct() -> SolverName:
@@ -322,8 +364,14 @@ def direct() -> SolverName:
 
 def direct_solver(slots: int, choice: SolverName = SolverName.AUTO) -> LinearSolver:
     """Return the named direct solver, or this machine's. Raises `SolverUnavailableError`: not installed."""
-    choice = choice if choice in {SolverName.PARDISO, SolverName.CHOLMOD} else direct()
-    require_packages(choice)
+    choice = choice if choice in _PACKAGES else direct()
+    for package in _PACKAGES[choice]:
+        if importlib.util.find_spec(package) is None:
+            message = (
+                f"solver {choice} is not available, because the package {package} is not installed. "
+                f"Install it (pip install {package}) or choose another --solver"
+            )
+            raise SolverUnavailableError(message)
     return Pardiso(slots) if choice is SolverName.PARDISO else Cholmod()
 
 
@@ -332,14 +380,3 @@ def factorise(matrix: SymmetricMatrix, choice: SolverName = SolverName.AUTO) -> 
     solver = direct_solver(1, choice)
     solver.factorise(0, matrix)
     return partial(solver.solve, 0)
-
-
-def require_packages(choice: SolverName) -> None:
-    """Raise `SolverUnavailableError` if a package of a solver is not installed."""
-    for package in _PACKAGES[choice]:
-        if importlib.util.find_spec(package) is None:
-            message = (
-                f"solver {choice} is not available, because the package {package} is not installed. "
-                f"Install it (pip install {package}) or choose another --solver"
-            )
-            raise SolverUnavailableError(message)

@@ -1,30 +1,24 @@
 """Conjugate gradients preconditioned by multigrid, for models whose factor does not fit into memory.
 
-On second-order meshes: two-level p-multigrid. The coarse level consists of the linear functions on the same
+Two-level p-multigrid on second-order meshes. The coarse level consists of the linear functions on the same
 curved cells, which the quadratic functions contain: its Galerkin matrix has an eighth of the degrees of
 freedom and is factorised. Chebyshev polynomials smooth the error that linear functions cannot represent
 (p-multigrid: Helenbrook, Mavriplis & Atkins 2003; smoother: Adams, Brezina, Hu & Tuminaro 2003). The number
 of iterations does not grow with the mesh.
-
-On first-order meshes, which have no such coarse level: smoothed aggregation (Vaněk, Mandel & Brezina 1996) by
-pyamg, on 3×3 node blocks with the six rigid modes as near-null space. On second-order meshes of 93 000 and
-166 000 degrees of freedom it took four and seven times as long as p-multigrid and three times the memory.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, cg
+from scipy.sparse.linalg import LinearOperator, cg, eigsh
 
 from fea.base.material import Material, Materials
 from fea.solid.assembly import SymmetricMatrix, linear_stiffness
 from fea.solid.element import linear_interpolation
 from fea.solid.errors import StagnationError
-from fea.solid.supports import rigid_modes
-from fea.solvers.direct import factorise
-from fea.solvers.linear_solver import LinearSolver, Operator
-from geometry.arrays import Floats, Mask
+from fea.solvers.direct import LinearSolver, Operator, factorise
+from geometry.arrays import Floats
 from mesh.tetmesh import TetMesh
 
 # Of stiffness matrices: far below any discretisation error.
@@ -32,33 +26,26 @@ TOLERANCE = 1e-8
 MOST_ITERATIONS = 300
 
 
-def stacked(operator: Operator, shape: tuple[int, ...]) -> LinearOperator:
-    """Return an operator on blocks of vectors (n, k) as one on their n k entries.
-
-    Its spectrum is that of the operator, so that a Krylov method takes about as many steps, each of which
-    serves all columns at once.
-    """
-    size = int(np.prod(shape))
-    return LinearOperator((size, size), lambda v: operator(v.reshape(shape)).ravel(), dtype=np.float64)
-
-
 def conjugate_gradients(
     operator: Operator, precondition: Operator, right_hand_sides: Floats, *, tolerance: float, remedy: str
 ) -> Floats:
     """Solve A x = b for (n, k) right-hand sides, each scaled to unit length (Hestenes & Stiefel 1952).
 
-    The operator and its approximate inverse are symmetric and positive definite. The tolerance is that of the
-    residual relative to b. Raises `StagnationError`: a residual did not reach the tolerance; the message ends
-    with the remedy.
+    The operator and its approximate inverse are symmetric and positive definite. All columns are one system
+    of n k unknowns, which has the spectrum of the operator: it takes about as many steps, each of which
+    serves all columns. The tolerance is that of the residual relative to b. Raises `StagnationError`: a
+    residual did not reach the tolerance; the message ends with the remedy.
     """
     sizes = np.linalg.norm(right_hand_sides, axis=0)
     loaded = sizes > 0
     scaled, solution = right_hand_sides[:, loaded] / sizes[loaded], np.zeros_like(right_hand_sides)
     if not scaled.size:
         return solution
-    preconditioner = stacked(precondition, scaled.shape)
-    limits = {"rtol": tolerance, "maxiter": MOST_ITERATIONS}
-    x, failed = cg(stacked(operator, scaled.shape), scaled.ravel(), M=preconditioner, **limits)
+    A, M = (
+        LinearOperator((scaled.size,) * 2, lambda v, of=of: of(v.reshape(scaled.shape)).ravel(), dtype=float)
+        for of in (operator, precondition)
+    )
+    x, failed = cg(A, scaled.ravel(), M=M, rtol=tolerance, maxiter=MOST_ITERATIONS)
     x = x.reshape(scaled.shape)
     if failed:
         residual = np.linalg.norm(scaled - operator(x)) / np.linalg.norm(scaled)
@@ -74,74 +61,37 @@ class Multigrid(LinearSolver):
     name = "amg"
 
     def __init__(self, mesh: TetMesh, material: Material | Materials) -> None:
-        self._mesh = mesh
-        self._preconditioners: dict[int, tuple[SymmetricMatrix, Operator]] = {}
-        if mesh.order == 2:
-            self._vertices, self._interpolation = linear_interpolation(mesh.tets, len(mesh.points))
-            self._coarse = linear_stiffness(mesh, material)
+        self._vertices, self._interpolation = linear_interpolation(mesh.tets, len(mesh.points))
+        self._coarse = linear_stiffness(mesh, material)
+        self._levels: dict[int, _TwoLevels] = {}
 
     def factorise(self, slot: int, matrix: SymmetricMatrix) -> None:
         """Prepare to solve. Raises `SingularMatrixError`: the coarse matrix is not positive definite."""
         free = matrix.row_sums != matrix.diagonal()  # other rows have only their diagonal entry
-        levels = self._two_levels(matrix, free).precondition if self._mesh.order == 2 else None
-        self._preconditioners[slot] = matrix, levels or _aggregation(self._mesh.points, matrix, free)
-
-    def _two_levels(self, matrix: SymmetricMatrix, free: Mask) -> "_TwoLevels":
         coarse_free = free.reshape(-1, 3)[self._vertices].ravel()
         solve = factorise(self._coarse.constrained(~coarse_free))
         # Constrained degrees of freedom stay zero.
         kept, coarse = (sparse.diags_array(mask.astype(float)) for mask in (free, coarse_free))
         prolong = sparse.csr_array(kept @ sparse.kron(self._interpolation, np.eye(3)) @ coarse)
-        return _TwoLevels(matrix, prolong, matrix.diagonal(), solve, _largest_eigenvalue(matrix))
+        self._levels[slot] = _TwoLevels(matrix, prolong, solve, _largest_eigenvalue(matrix))
 
     def solve(self, slot: int, right_hand_sides: Floats) -> Floats:
         """Solve for (n, k) right-hand sides. Raises `StagnationError`: the residual exceeds `TOLERANCE`."""
-        matrix, precondition = self._preconditioners[slot]
-        return conjugate_gradients(
-            matrix.__matmul__,
-            precondition,
-            right_hand_sides,
-            tolerance=TOLERANCE,
-            remedy="Choose --solver pardiso, or a mesh with better elements",
-        )
-
-    def precondition(self, slot: int, residual: Floats) -> Floats:
-        """Apply the approximate inverse of the matrix in a slot to (n, k) residuals."""
-        return self._preconditioners[slot][1](residual)
-
-
-def _aggregation(points: Floats, matrix: SymmetricMatrix, free: Mask) -> Operator:
-    """Return a cycle of smoothed aggregation on the rigid modes of points (n_nodes, 3)."""
-    from pyamg import smoothed_aggregation_solver  # noqa: PLC0415 - only large models need it
-
-    smoother = ("block_gauss_seidel", {"sweep": "symmetric"})
-    hierarchy = smoothed_aggregation_solver(
-        sparse.bsr_matrix(matrix.full()),
-        B=np.where(free[:, None], rigid_modes(points).reshape(-1, 6), 0.0),
-        strength=("symmetric", {"theta": 0.02}),
-        smooth=("jacobi", {"omega": 4.0 / 3.0}),
-        improve_candidates=None,
-        presmoother=smoother,
-        postsmoother=smoother,
-        max_coarse=300,
-        symmetry="symmetric",
-    )
-    cycle: Operator = hierarchy.aspreconditioner().matmat
-    return cycle
+        levels, remedy = self._levels[slot], "Choose --solver pardiso, or a mesh with better elements"
+        K, precondition = levels.matrix.__matmul__, levels.precondition
+        return conjugate_gradients(K, precondition, right_hand_sides, tolerance=TOLERANCE, remedy=remedy)
 
 
 # The Chebyshev polynomial damps the upper part of the spectrum of D⁻¹K; the coarse level handles the rest.
 _STEPS = 2
 _DAMPED_SHARE = 1 / 8
-_POWER_STEPS = 15
-_SAFETY = 1.1  # power iteration approaches the largest eigenvalue from below
+_ACCURACY, _SAFETY = 0.05, 1.1  # Lanczos' method approaches the largest eigenvalue from below
 
 
 @dataclass(frozen=True)
 class _TwoLevels:
     matrix: SymmetricMatrix
     prolong: sparse.csr_array  #: from linear functions to quadratic ones
-    diagonal: Floats  #: of the matrix
     coarse_solve: Operator
     largest: float  #: eigenvalue of the matrix scaled by its diagonal
 
@@ -154,7 +104,7 @@ class _TwoLevels:
 
     def _smoothed(self, residual: Floats) -> Floats:
         bounds = _DAMPED_SHARE * self.largest, _SAFETY * self.largest
-        return chebyshev(self.matrix.__matmul__, self.diagonal, residual, bounds, _STEPS)
+        return chebyshev(self.matrix.__matmul__, self.matrix.diagonal(), residual, bounds, _STEPS)
 
 
 def chebyshev(
@@ -183,12 +133,8 @@ def chebyshev(
 
 
 def _largest_eigenvalue(matrix: SymmetricMatrix) -> float:
-    """Largest eigenvalue of D⁻¹K, by power iteration on its symmetric form."""
+    """Largest eigenvalue of D⁻¹K, of its symmetric form."""
     root = np.sqrt(matrix.diagonal())
-    vector = np.random.default_rng(0).standard_normal(matrix.size)
-    value = 1.0
-    for _ in range(_POWER_STEPS):
-        image = (matrix @ (vector / root)) / root
-        value = float(np.linalg.norm(image) / np.linalg.norm(vector))
-        vector = image / value
-    return value
+    scaled = LinearOperator((matrix.size,) * 2, lambda v: (matrix @ (v / root)) / root, dtype=float)
+    start = np.random.default_rng(0).standard_normal(matrix.size)
+    return float(eigsh(scaled, 1, which="LA", v0=start, tol=_ACCURACY, return_eigenvectors=False)[0])

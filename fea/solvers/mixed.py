@@ -9,18 +9,16 @@ the elements of a vertex.
 The equations A u + Dᵀ p = f, D u − C p = g are symmetric but indefinite. Their Schur complement
 S = D A⁻¹ Dᵀ + C is positive definite. As A does not contain λ, and if the elements are stable, a mass matrix
 over the shear modulus is spectrally equivalent to S for every mesh size and Poisson's ratio. Conjugate
-gradients need about twenty steps, each with one solution by the factor of A (Verfürth 1984; Benzi, Golub &
-Liesen 2005, sections 5 and 10.1). Without a factor they would be nested iterations; instead, MINRES on the
-whole system with a block preconditioner takes about sixty steps (Silvester & Wathen 1994).
+gradients need about twenty steps, each with one solution with A, by its factor or by multigrid (Verfürth
+1984; Benzi, Golub & Liesen 2005, sections 5 and 10.1).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import minres
 
 from fea.base.choices import MatrixAssembly, SolverName, Support
 from fea.base.material import Material, of_parts
@@ -33,10 +31,9 @@ from fea.solid.element import (
     shape_functions,
     stiffness_degree,
 )
-from fea.solid.errors import StagnationError
 from fea.solid.parity import Parity, ParityPair
-from fea.solvers.iterative import Multigrid, chebyshev, conjugate_gradients, stacked
-from fea.solvers.linear_solver import Operator
+from fea.solvers.direct import Operator
+from fea.solvers.iterative import chebyshev, conjugate_gradients
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, worst_ratio
 from fea.solvers.static import Model, StaticSolution, right_hand_sides
 from geometry.arrays import Floats, Ints, Mask
@@ -45,7 +42,6 @@ from mesh.tetmesh import TetMesh
 
 # Of the residual, in the norm of the preconditioner. Iterative refinement then improves the solution.
 TOLERANCE = 1e-7
-MOST_ITERATIONS = 600
 _REMEDY = (
     "Use a smaller --size, so that the nearly incompressible part has at least two elements through its "
     "thickness"
@@ -93,43 +89,6 @@ def solve_saddle(solve: Operator, constraint: Constraint, f: Floats, g: Floats) 
     right = D @ solve(f) - g
     p = conjugate_gradients(schur, constraint.precondition, right, tolerance=TOLERANCE, remedy=_REMEDY)
     return solve(f - D.T @ p), p
-
-
-def iterate_saddle(
-    stiffness: Operator, precondition: Operator, constraint: Constraint, f: Floats, g: Floats
-) -> tuple[Floats, Floats]:
-    """As `solve_saddle`, with A and an approximate A⁻¹ as operators; they ignore constrained unknowns."""
-    D, n, right = constraint.divergence, len(f), np.concatenate([f, g])
-
-    def whole(both: Floats) -> Floats:
-        u, p = both[:n], both[n:]
-        return np.concatenate([stiffness(u) + D.T @ p, D @ u - constraint.compressed(p)])
-
-    def blocks(both: Floats) -> Floats:
-        return np.concatenate([precondition(both[:n]), constraint.precondition(both[n:])])
-
-    both = _minimal_residuals(whole, blocks, right)
-    return both[:n], both[n:]
-
-
-def _minimal_residuals(operator: Operator, precondition: Operator, right: Floats) -> Floats:
-    """Solve for (n, k) right-hand sides (Paige & Saunders 1975) as one system of n k unknowns."""
-    first = precondition(right)
-    sizes = np.sqrt((right * first).sum(axis=0))
-    loaded = sizes > 0
-    scaled, solution = right[:, loaded] / sizes[loaded], np.zeros_like(right)
-    if not scaled.size:
-        return solution
-    # SciPy compares the residual's norm, that of the preconditioner, with the plain one of the solution,
-    # whose size follows from the first step: so the tolerance is that of the residual in any units.
-    tolerance = TOLERANCE * np.sqrt(scaled.shape[1]) / np.linalg.norm(first[:, loaded] / sizes[loaded])
-    preconditioner = stacked(precondition, scaled.shape)
-    limits = {"rtol": tolerance, "maxiter": MOST_ITERATIONS}
-    x, failed = minres(stacked(operator, scaled.shape), scaled.ravel(), M=preconditioner, **limits)
-    if failed:
-        raise StagnationError(f"minimal residuals stagnated after {MOST_ITERATIONS} steps. {_REMEDY}")
-    solution[:, loaded] = x.reshape(scaled.shape) * sizes[loaded]
-    return solution
 
 
 _VERTICES = 4
@@ -217,26 +176,17 @@ class MixedSystem:
     def solve(self, inverse: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
         """Displacements and pressures of forces (3 n_nodes, n_cases), N, refined as long as that helps.
 
-        `inverse` solves with A including its supports. Raises `StagnationError`: the mesh does not allow a
-        stable pressure.
+        `inverse` solves with A including its supports. Raises `StagnationError`: no stable pressure.
         """
-        return self._corrected(partial(solve_saddle, self._free(inverse), self._constraint), f)
+        held = self.fixed[:, None]
 
-    def iterate(self, precondition: Operator, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """Solve as in `solve`, with an approximation of A⁻¹ including its supports."""
-        stiffness, precondition = self._free(self.stiffness.__matmul__), self._free(precondition)
-        return self._corrected(partial(iterate_saddle, stiffness, precondition, self._constraint), f)
+        def free(forces: Floats) -> Floats:
+            return np.where(held, 0.0, inverse(np.where(held, 0.0, forces)))
 
-    def _free(self, operator: Operator) -> Operator:
-        cut = self.fixed[:, None]
-        return lambda field: np.where(cut, 0.0, operator(np.where(cut, 0.0, field)))
-
-    def _corrected(
-        self, solve: Callable[[Floats, Floats], tuple[Floats, Floats]], f: Floats
-    ) -> tuple[Floats, Floats, Residuals]:
         def corrected(both: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
             first, second = self.imbalance(*both, f)
-            du, dp = solve(np.where(self.fixed[:, None], 0.0, -first), -second[self.alive])
+            right = np.where(held, 0.0, -first), -second[self.alive]
+            du, dp = solve_saddle(free, self._constraint, *right)
             u, p = both[0] + du, both[1].copy()
             p[self.alive] += dp
             return u, p
@@ -291,8 +241,7 @@ class MixedSystem:
 class MixedModel(Model):
     """A meshed cell of second order, of which the `soft` parts have a pressure field.
 
-    There is one material per part; the rest is as for `Model`. The matrices of the pressure are always
-    batched.
+    There is one material per part; the rest is as for `Model`.
     """
 
     def __init__(
@@ -318,11 +267,7 @@ class MixedModel(Model):
         return super().solved_dofs + sum(int(self._alive(parity).sum()) for parity in self._factorised)
 
     def solve(self, loads: Sequence[ParityPair]) -> StaticSolution:
-        """Displacements and pressures of the cell under each load.
-
-        Raises `UnderconstrainedError` and `SingularMatrixError` as `Model.solve`; `StagnationError`: the mesh
-        does not allow a stable pressure.
-        """
+        """Solve as `Model.solve`, also for pressures; `StagnationError`: the mesh has no stable pressure."""
         pressure = {}
 
         def mixed(parity: Parity, slot: int, f: Floats) -> tuple[Floats, Residuals]:
@@ -331,22 +276,13 @@ class MixedModel(Model):
                 softest = np.where(fixed[:, None], 0.0, probe(self._K))
                 self._condition[parity] = condition_of(self._K, self._solved(slot, softest), softest)
             system = MixedSystem(self._K, self._space, fixed, self._alive(parity))
-            u, p, checked = self._settled(system, slot, f)
+            u, p, checked = system.solve(partial(self._solved, slot), f)
             pressure[parity] = self._space.nodal(p)
             restraints = self._restraints_off_planes(parity)
             reaction = float(np.abs(system.imbalance(u, p, f)[0][restraints]).max(initial=0.0))
             return u, replace(checked, reaction=reaction)
 
         return replace(self._solution(right_hand_sides(loads), mixed), pressure=pressure)
-
-    def _settled(self, system: MixedSystem, slot: int, f: Floats) -> tuple[Floats, Floats, Residuals]:
-        """Displacements and pressures; if the iterative solver stagnates, by the direct one if it fits."""
-        if isinstance(self._solver, Multigrid):
-            try:
-                return system.iterate(partial(self._solver.precondition, slot), f)
-            except StagnationError as error:
-                self._fall_back(error)
-        return system.solve(partial(self._solved, slot), f)
 
     def _alive(self, parity: Parity) -> Mask:
         """Pressures that are not zero by symmetry; an antisymmetric pressure is zero on y = 0."""

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from fea.solid.assembly import SymmetricMatrix
-from fea.solvers.linear_solver import Operator
+from fea.solvers.direct import Operator
 from geometry.arrays import Floats, Mask
 
 # The error of a direct solver is a few units in the last place, that of the iterative one some thousand. A
@@ -29,8 +29,7 @@ Fields = TypeVar("Fields")
 class Residuals:
     """Residuals of the equations of one parity: the worst over its right-hand sides.
 
-    If there are many right-hand sides of a direct solver, random sums of them are checked instead, with each
-    column divided by ‖K‖ ‖u‖ + ‖f‖.
+    Of many sides of a direct solver, random sums are checked, each column divided by ‖K‖ ‖u‖ + ‖f‖.
     """
 
     backward_error: float  #: ‖Ku − f‖ / (‖K‖ ‖u‖ + ‖f‖), maximum norms (Rigal & Gaches 1967)
@@ -111,8 +110,7 @@ def worst_ratio(error: Floats, scale: Floats) -> float:
 def probe(matrix: SymmetricMatrix) -> Floats:
     """Right-hand side (n, 1) that excites every mode: a uniform translation plus noise.
 
-    Solved together with the loads it costs little; without it, loads that do not excite the softest modes
-    would hide them.
+    Solved with the loads it costs little; loads alone might hide the softest modes.
     """
     random = np.random.default_rng(0)
     shift = np.tile(random.standard_normal(3), matrix.size // 3)

@@ -24,8 +24,7 @@ from fea.solid.supports import (
 )
 from fea.solvers import choice as memory
 from fea.solvers.choice import linear_solver
-from fea.solvers.direct import direct, factorise
-from fea.solvers.linear_solver import LinearSolver
+from fea.solvers.direct import LinearSolver, direct, factorise
 from fea.solvers.residuals import Residuals, condition_of, probe, refined, residuals
 from geometry.arrays import Floats, Ints, Mask
 from geometry.surfaces import Surface
@@ -41,8 +40,7 @@ class StaticSolution:
     #: Per parity (n_nodes, 3, n_cases), mm; the antisymmetric part is absent if no load has one
     displacement: dict[Parity, Floats]
     residuals: dict[Parity, Residuals]  #: per parity
-    #: Per parity, by the number of each part that has one (`fea.solvers.mixed`): (n_nodes, n_cases), MPa,
-    #: positive in tension
+    #: Per parity and number of a part (`fea.solvers.mixed`): (n_nodes, n_cases), MPa, positive in tension
     pressure: dict[Parity, dict[int, Floats]] = field(default_factory=dict)
     #: Condition number of the stiffness, per parity (`fea.solvers.residuals`), if it was estimated
     condition: dict[Parity, float] = field(default_factory=dict)
@@ -298,9 +296,8 @@ def displacement(
 ) -> Floats:
     """Solve K u = f (n_nodes, 3, 1), mm, for forces (n_nodes, 3), N, with some displacements prescribed.
 
-    Where `fixed` (n_nodes, 3), the displacement is that of `moved` (n_nodes, 3), mm; zero by default. Raises
-    `UnderconstrainedError`: the supports leave a rigid motion free; `SingularMatrixError`: the factorisation
-    broke down.
+    Where `fixed` (n_nodes, 3), it is that of `moved` (n_nodes, 3), mm; zero by default. Raises
+    `UnderconstrainedError`: a rigid motion is free; `SingularMatrixError`: the factorisation broke down.
     """
     require_restrained(mesh, fixed)
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))

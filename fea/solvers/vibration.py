@@ -39,13 +39,12 @@ def free_modes(
 ) -> VibrationModes:
     """Find the `count` lowest elastic modes of a free body, and its six rigid-body modes.
 
-    The density is that of every element, or (n_elements,) of each, t/mm³. Raises `SingularMatrixError`: the
-    factorisation broke down.
+    The density, t/mm³, is of every element, or (n_elements,) of each. Raises `SingularMatrixError`.
     """
     K = stiffness(mesh, material, pattern(mesh.tets, len(mesh.points)))
     M = mass_matrix(mesh, density)
     shift = _SHARE * _bending_estimate(mesh, K, M)
-    inverse = factorise(_sum(K, M, shift))
+    inverse = factorise(SymmetricMatrix(sparse.bsr_array(K.upper + shift * M.upper)))
     n = K.size
 
     def solve(right: Floats) -> Floats:
@@ -68,13 +67,6 @@ def free_modes(
     scale = (K.norm() + np.abs(values) * M.norm()) * np.abs(vectors).max(axis=0)
     frequencies = np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
     return VibrationModes(frequencies, vectors.reshape(-1, 3, len(values)), float((residual / scale).max()))
-
-
-def _sum(K: SymmetricMatrix, M: SymmetricMatrix, factor: float) -> SymmetricMatrix:
-    """K + factor M, which have the same sparsity."""
-    upper = K.upper
-    data = upper.data + factor * M.upper.data
-    return SymmetricMatrix(sparse.bsr_array((data, upper.indices, upper.indptr), shape=upper.shape))
 
 
 def _bending_estimate(mesh: TetMesh, K: SymmetricMatrix, M: SymmetricMatrix) -> float:

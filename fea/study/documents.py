@@ -110,7 +110,7 @@ def study_schema() -> Schema:
     tables["material"]["properties"]["preset"]["examples"] = sorted(materials)
     tables["rod"] |= {"anyOf": [_needs(names) for names in sufficient()]}
     tables["part_material"] = tables["material"]
-    tables["material"] = tables["material"] | {"additionalProperties": _reference("part_material")}
+    tables["material"] = tables["material"] | {"additionalProperties": {"$ref": "#/$defs/part_material"}}
     tables["engine"].pop("allOf")
     tables["engine"] |= {
         "type": ["string", "object"],
@@ -122,7 +122,7 @@ def study_schema() -> Schema:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": _TITLE,
         "type": "object",
-        "properties": {name: _reference(name) for name in TABLES},
+        "properties": {name: {"$ref": f"#/$defs/{name}"} for name in TABLES},
         "required": ["rod"],
         "not": {"required": ["engine", "forces"]},
         "additionalProperties": False,
@@ -162,22 +162,17 @@ def _needs(names: Iterable[str]) -> Schema:
     return {"allOf": [{"anyOf": [{"required": [key]} for key in keys]} for keys in ways]}
 
 
-def _reference(name: str) -> Schema:
-    return {"$ref": f"#/$defs/{name}"}
-
-
 def _choices(names: Iterable[str]) -> Schema:
     return {"type": "string", "enum": list(names)}
 
 
 def _in_any_case(names: Iterable[str]) -> Schema:
     """Return the choices of names that are read in any case, with or without blanks and hyphens."""
-    spelt = ["[ _-]*".join(map(_in_both_cases, name.replace("-", ""))) for name in names]
+    spelt = (
+        "[ _-]*".join(f"[{one.upper()}{one}]" if one.isalpha() else re.escape(one) for one in name)
+        for name in (each.replace("-", "") for each in names)
+    )
     return {"type": "string", "anyOf": [{"enum": list(names)}, {"pattern": f"^({'|'.join(spelt)})$"}]}
-
-
-def _in_both_cases(character: str) -> str:
-    return f"[{character.upper()}{character}]" if character.isalpha() else re.escape(character)
 
 
 def _type(hint: Any, number: Schema) -> Schema:

@@ -22,8 +22,17 @@ from geometry.errors import InvalidValue, require, require_positive
 from loads.combustion import FUELS, peak_interval
 from loads.compression import ROD_RATIO
 from loads.engine import Engine
-from loads.gas import ATMOSPHERE, HEAT_RATIO_AIR, Boyle, Compressor, GasModel, NoGas, Otto, scaled
-from loads.two_stroke import TwoStrokeOtto
+from loads.gas import (
+    ATMOSPHERE,
+    HEAT_RATIO_AIR,
+    Boyle,
+    Compressor,
+    GasModel,
+    NoGas,
+    Otto,
+    TwoStrokeOtto,
+    scaled,
+)
 
 
 def with_preset(raw: object) -> object:
@@ -263,10 +272,7 @@ class EngineTable(
     def _peak(self, ratio: float, engine: Engine) -> tuple[float, str]:
         """Return the absolute peak pressure, MPa, and where it comes from if it is computed."""
         if self.peak_pressure_bar is not None or self.fuel is None:
-            rule, remedy = (
-                f'is missing: gas = "{self.gas}" needs it',
-                'Give it, or fuel = "petrol" or "diesel".',
-            )
+            rule, remedy = 'is missing: gas = "otto" needs it', 'Give it, or fuel = "petrol" or "diesel".'
             return self.needed("peak_pressure_bar", rule, remedy) * BAR, ""
         rod_ratio = engine.crank_radius / engine.rod_length
         since = -self.port if self.strokes == 2 else -180.0
@@ -354,10 +360,8 @@ _NEEDED_BY = {
 
 def engine_notes(table: EngineTable, rod_length: float, rpm: float) -> list[Note]:
     """Return notes on an engine of the library; none on other engines. `rod_length` is in mm."""
-    preset, notes = (
-        table.library(),
-        cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere),
-    )
+    preset = table.library()
+    notes = cycle_notes(table, table.gas, table.bore_mm, table.intake, table.atmosphere)
     if preset is None:
         return notes
     estimates = [

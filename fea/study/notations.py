@@ -3,7 +3,7 @@
 import difflib
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.resources import files
@@ -16,18 +16,8 @@ from fea.base.shipped import shipped_toml
 from fea.base.units import OTHER_UNITS, WRITTEN
 from geometry.errors import InvalidValue
 
-_CHARACTERS = str.maketrans(
-    {
-        **dict.fromkeys("−–‐‑‒﹣", "-"),
-        **dict.fromkeys("×⋅∙•・‧✕*", "·"),
-        **dict.fromkeys("″”“„", '"'),
-        **dict.fromkeys("′’‘´", "'"),
-        **dict.fromkeys("º˚", "°"),
-        **dict.fromkeys("⁄∕", "/"),
-        **dict.fromkeys("µμ", "u"),
-        **dict.fromkeys("\u200b\u2060\ufeff\u00ad"),
-    }
-)
+_DATA = shipped_toml("study/notations.toml")
+_CHARACTERS = str.maketrans({one: meant for meant, several in _DATA["characters"].items() for one in several})
 _POWER = re.compile("[⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 _FRACTION = re.compile("[¼-¾⅐-⅞]")
 _DIGITS = r"\d{1,3}(?:'\d{3})+|\d{1,3}(?:[ ]\d{3})+|\d{1,3}(?:_\d{3})+|\d+"
@@ -46,31 +36,7 @@ _NUMBER = re.compile(
 _GROUPING = dict.fromkeys(map(ord, "' _"))
 _COMMA = re.compile(r"[+-]?(\d[\d' .]*|),\d[\d,.' ]*")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?")
-# What is rewritten before words are told apart.
-_REWRITTEN = [
-    (re.compile(pattern, re.IGNORECASE), new)
-    for pattern, new in (
-        (r"··", "^"),
-        (r" x ", "·"),
-        (r"''", '"'),
-        (r"\bper\b", "/"),
-        (r"H2O", "HHO"),
-        (r"\b(mm|cm|m|in)\.? ?(Hg|HHO|WS|WC|WG|Aq)\b", r"\1\2"),
-        (r"(?:\b(?:deg(?:rees?)?\.?|Grad)|°) *(?:([CFKR])(?:elsius|ahrenheit)?)\b", r"°\1"),
-        (r"(?:\bdeg(?:rees?)?\.?|°) *(CA|KW)\b", r"°CA"),
-        (r"\b(?:square|sq)\.? *([a-z]+)", r"\1^2"),
-        (r"\b(?:cubic|cu)\.? *([a-z]+)", r"\1^3"),
-        (r"\bq(mm|cm)\b", r"\1^2"),
-        (r"\b(pound|kilogram|ounce|gram)s?[- ·]force\b", r"force_\1"),
-        (r"\b(kg|lb)[-_(]f\b\)?", r"\1f"),
-        (r"\bmetric tons?\b", "t"),
-        (r"\b(?-i:mpa|mPA|MPA|Mpa)[·. -]?s(?:ec)?\b", "mPa·s"),  # MPa·s is as it stands
-        (r"(?<=[a-z])-?m[eè]t(?:er|re)s?\b", "·meter"),  # Newtonmeter
-        (r"\b(milli|centi|micro|kilo)·meter\b", r"\1meter"),
-        (r"\b(?:r\.?p\.?m|u\.?p\.?m)\b\.?", "rpm"),
-        (r"\bp\.s\.i\b\.?", "psi"),
-    )
-]
+_REWRITTEN = [(re.compile(pattern, re.IGNORECASE), new) for pattern, new in _DATA["rewritten"]]
 _GROUP = re.compile(r"/\s*\(([^()/]*)\)")
 _FACTOR = re.compile(
     r"""([a-z_°%‰"'#äöü]+?)(?:\^\(?([+-]?\d)\)?(?!\d)|(-?\d)(?!\d))?(?=[^a-z_°%‰"'#äöü\d]|$)|([·/]|[. -]+)""",
@@ -89,13 +55,8 @@ _REFERENCE = re.compile(
     re.IGNORECASE,
 )
 _SHORT = 2  # letters
-# What single letters mean beside the unit of a key, alone and in a product.
-_TEMPERATURES = {
-    **dict.fromkeys(("C", "°C", "C°", "degC", "Celsius", "CELSIUS"), ("degC", "kelvin")),
-    **dict.fromkeys(("F", "°F", "F°", "degF", "Fahrenheit", "FAHRENHEIT"), ("degF", "degR")),
-    **dict.fromkeys(("K", "°K", "Kelvin", "KELVIN"), ("kelvin", "kelvin")),
-    **dict.fromkeys(("R", "°R", "degR"), ("degR", "degR")),
-}
+# What signs of temperatures mean, alone and in a product.
+_TEMPERATURES = {word: (at, by) for at, by, words in _DATA["temperatures"] for word in words.split()}
 
 
 def normal(text: str) -> str:
@@ -154,9 +115,8 @@ def readings(unit: str) -> Iterator[str]:
     parts = _parts(re.sub(r"^\((.*)\)$", r"\1", unit))
     for sticky, joined, any_case in product((False, True), repeat=3):
         words = _factors(parts, sticky=sticky, joined=joined, any_case=any_case)
-        yield _expression(words)
-        if len(words) > 1:
-            yield _expression([(_FORCES.get(name, name), power) for name, power in words])
+        for forces in ({}, _FORCES) if len(words) > 1 else ({},):
+            yield "*".join(f"({forces.get(name, name)})**{power}" for name, power in words)
 
 
 Factors = list[tuple[str, int]]
@@ -186,10 +146,9 @@ def _parts(unit: str) -> list[tuple[str, int, bool]]:
 
 
 def _require_clear(word: str, *, alone: bool) -> None:
-    words = _words()
     for kind in ("ambiguous", "doubtful_alone") if alone else ("ambiguous",):
-        known = word if word in words["names"] or kind != "ambiguous" else word.lower()
-        if why := words[kind].get(word, words[kind].get(known)):
+        known = word if word in _NAMES or kind != "ambiguous" else word.lower()
+        if why := _DATA[kind].get(word, _DATA[kind].get(known)):
             raise _AmbiguousUnitError(f"{word} {why}")
 
 
@@ -210,28 +169,16 @@ def _factors(parts: list[tuple[str, int, bool]], *, sticky: bool, joined: bool, 
 
 def _name(word: str, *, any_case: bool, alone: bool) -> str:
     if found := _TEMPERATURES.get(word.upper() if any_case else word):
-        return found[0 if alone else 1]
-    known = _words()["names"].get(word)
+        return str(found[0 if alone else 1])
+    known = _NAMES.get(word)
     if known or not any_case:
         return known or word
     # Short words in another case are other units: NM is no nanometre.
-    return _words()["any_case"].get(word.lower(), word.lower() if len(word) > _SHORT else word)
+    return _ANY_CASE.get(word.lower(), word.lower() if len(word) > _SHORT else word)
 
 
-def _expression(factors: Factors) -> str:
-    return "*".join(f"({name})**{power}" if power != 1 else f"({name})" for name, power in factors)
-
-
-@cache
-def _words() -> Mapping[str, Mapping[str, str]]:
-    data = shipped_toml("study/notations.toml")
-    names = {word: name for name, words in data["names"].items() for word in words.split()}
-    return {
-        "names": names,
-        "any_case": {word.lower(): name for word, name in reversed(names.items())},
-        "ambiguous": data["ambiguous"],
-        "doubtful_alone": data["doubtful_alone"],
-    }
+_NAMES: dict[str, str] = {word: name for name, words in _DATA["names"].items() for word in words.split()}
+_ANY_CASE = {word.lower(): name for word, name in reversed(_NAMES.items())}
 
 
 class _AmbiguousUnitError(ValueError):

@@ -70,10 +70,7 @@ PARTS = tuple(entry.pattern for entry in PIN_MODELS if entry.in_parts)
 
 
 def pin_model(pressure: str, *, in_parts: bool = False) -> PinModelEntry:
-    """Return the model that a value of `pressure` asks for, for rods in parts their own if there is one.
-
-    Raises `InvalidValue`: there is none.
-    """
+    """Return the model of a value of `pressure`, of rods in parts their own. Raises `InvalidValue`: none."""
     for entry in sorted(PIN_MODELS, key=lambda entry: entry.in_parts != in_parts):
         if re.fullmatch(entry.pattern, pressure):
             if entry.arcs is not None:

@@ -138,11 +138,10 @@ class RodTable:
     """The rod of a study: dimensions, a CAD file, a mesh, or its mass properties alone."""
 
     dimensions: Rod | None  #: of a parametric rod
-    cad: RodFile | None  #: the CAD file that it comes from
+    file: RodFile | None  #: the file of a solid or a mesh that is read
     mass: MassProperties | None  #: given mass properties, used for the dynamics of `fea loads`
     #: Distance of the bores' centres, mm; None for a CAD file or a mesh, which must be measured
     length: float | None
-    mesh: RodFile | None = None  #: the mesh that it comes from
     written: frozenset[str] = frozenset()  #: keys whose values had a unit beside them
 
     def with_file_keys(self, changes: Mapping[str, Any]) -> "RodTable":
@@ -154,9 +153,14 @@ class RodTable:
         return read_rod({**self.as_dict(), **changes}, Path.cwd())
 
     @property
-    def file(self) -> RodFile | None:
-        """The file of a solid or a mesh that is read."""
-        return self.cad or self.mesh
+    def mesh(self) -> RodFile | None:
+        """The mesh that it comes from."""
+        return None if self.file is None or not is_mesh(self.file.path) else self.file
+
+    @property
+    def cad(self) -> RodFile | None:
+        """The CAD file that it comes from."""
+        return None if self.mesh is not None else self.file
 
     @property
     def from_file(self) -> bool:
@@ -168,18 +172,16 @@ class RodTable:
         """The key that names the file: step, cad or mesh."""
         if self.cad is None:
             return "mesh"
-        return (
-            "step" if FORMATS.get(self.cad.path.suffix.lower(), CadFormat.STEP) is CadFormat.STEP else "cad"
-        )
+        kind = FORMATS.get(self.cad.path.suffix.lower(), CadFormat.STEP)
+        return "step" if kind is CadFormat.STEP else "cad"
 
     def draw(
         self, tell: Callable[[str], None] = lambda _stage: None, assembly: Assembly | None = None
     ) -> "Solid":
-        """Draw the smallest symmetry cell in the open gmsh session.
+        """Draw the smallest symmetry cell in the open gmsh session; `tell` is called with long stages.
 
-        `tell` is told what is being done, where that takes long; a rod in one piece has no `assembly`. Raises
-        `InvalidValue`: only mass properties are given, the file cannot be read, or the parts do not go
-        together; `GeometryError`: no solid could be made, or its bores cannot be identified.
+        Raises `InvalidValue`: only mass properties, an unreadable file, or parts that do not go together;
+        `GeometryError`: no solid could be made, or its bores cannot be identified.
         """
         if self.cad is not None:
             from geometry.cad.imported import import_cad  # noqa: PLC0415 - dynamics alone need no gmsh
@@ -214,8 +216,7 @@ class RodTable:
         given = read_keys(RodKeys, "rod", changes)
         rod = dataclasses.replace(self.solid(), **_dimensions(given))
         written = (self.written - given.keys()) | _written(given)
-        table = dataclasses.replace(self, dimensions=rod, length=rod.length, written=written)
-        return _between_bores(table)
+        return _between_bores(RodTable(rod, None, self.mass, rod.length, written))
 
     def with_keys(self, changes: object, folder: Path) -> "RodTable":
         """Return the table with keys changed, None taking one away; a preset or a file is another rod.
@@ -313,8 +314,6 @@ def _table(given: Mapping[str, Any], folder: Path) -> RodTable:
 
 def rod_of_file(path: Path) -> RodTable:
     """Return the rod of a CAD or mesh file about which nothing else is said."""
-    if is_mesh(path):
-        return RodTable(None, None, None, None, RodFile(path))
     return RodTable(None, RodFile(path), None, None)
 
 
@@ -345,12 +344,13 @@ def _from_file(key: str, given: Mapping[str, Any], mass: MassProperties | None, 
     require(not mesh or is_mesh(path), name, str(path), rule, remedy)
     require(is_file(path), name, str(path), "is not a file", f"Name a {'mesh' if mesh else 'CAD'} file.")
     rule = f"is not a CAD file that can be read ({', '.join(FORMATS)})"
-    require(key != "cad" or is_cad(path), name, path.name, rule, "Export the rod as STEP.")
+    readable = mesh or is_cad(path) or (key == "step" and not is_mesh(path))
+    require(readable, name, path.name, rule, "Export the rod as STEP.")
     big, small = (require_positive(f"rod.{name}", given[name]) if name in given else None for name in _BORES)
     cap = _cap(given.get("cap", MissingCap.REFUSED), folder, is_mesh if mesh else is_cad)
     solids, swap = given.get("solids", ()), given.get("swap_ends", False)
     file = RodFile(path, big, small, given.get("unit"), solids, cap, swap)
-    return RodTable(None, None if mesh else file, mass, None, file if mesh else None)
+    return RodTable(None, file, mass, None)
 
 
 def _cap(given: str, folder: Path, readable: Callable[[Path], bool]) -> MissingCap | Path:

@@ -22,9 +22,7 @@ def parse_speeds(given: object) -> tuple[float, ...]:
     """
     if not isinstance(given, str):
         entries = given if isinstance(given, list | tuple) else [given]
-        return tuple(
-            _number(entry) if isinstance(entry, str) else require_number("rpm", entry) for entry in entries
-        )
+        return tuple(_number(one) if isinstance(one, str) else require_number("rpm", one) for one in entries)
     rule, remedy = "may be one speed with a comma in its number, or several", "Write 6000 without a comma."
     require(_THOUSANDS.match(given.strip()) is None, "--rpm", given, rule, remedy)
     *others, last = given.split(",")

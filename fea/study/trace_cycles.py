@@ -41,9 +41,9 @@ def recorded(
 ) -> Recording:
     """Fold recorded samples into one `cycle`, degrees, or one revolution where there are no more.
 
-    Angles (n,) are in degrees in the order of the file, and may begin again with every revolution or cycle;
-    pressures (n, m) have a column per cycle. Messages name the file and the `lines` of the samples. Raises
-    `InvalidValue`: the angles are not sorted, or do not cover a revolution.
+    Angles (n,), degrees in the order of the file, may begin again with every revolution or cycle; pressures
+    (n, m) have a column per cycle; `lines` are for messages. Raises `InvalidValue`: the angles are not
+    sorted, or do not cover a revolution.
     """
     turned = _unwrapped(angles, source, lines)
     steps = np.diff(turned)
@@ -150,10 +150,9 @@ def completed(
 ) -> tuple[Floats, Floats, float]:
     """Return a whole cycle: angles from firing TDC, pressures, and the pressure that was assumed (else NaN).
 
-    A lone revolution of a four-stroke engine must contain compression and expansion; the other revolution is
-    held at the pressure with which compression begins. Firing TDC is at the angle `firing` of the file,
-    degrees. Raises `InvalidValue`: the pressure jumps inside the revolution: compression or expansion is
-    missing.
+    A lone revolution of a four-stroke engine must contain compression and expansion; the other one is held at
+    the pressure with which compression begins. Firing TDC is at the angle `firing` of the file, degrees.
+    Raises `InvalidValue`: the pressure jumps inside the revolution.
     """
     angles = _about(recording.angles, firing, recording.period)
     order = np.argsort(angles, kind="stable")
@@ -190,9 +189,8 @@ _REPEATS = 0.05  # of the peak: revolutions that differ by less repeat each othe
 def firing_offset(recording: Recording, source: str) -> float:
     """Find what must be added to the angles of the file so that firing TDC is at 360°.
 
-    TDC is taken to be at a multiple of 180° in the file, where the encoder was set; the peak must lie from
-    20° before to 60° after it. Raises `InvalidValue`: the peak is elsewhere, or both revolutions have a peak
-    and differ.
+    TDC is taken to be at a multiple of 180° in the file, from 20° before to 60° after the peak. Raises
+    `InvalidValue`: it is not, or both revolutions have a peak and differ.
     """
     peak = recording.peak
     tdc = np.floor((peak - _EARLIEST) / _HALF_TURN) * _HALF_TURN
@@ -201,7 +199,7 @@ def firing_offset(recording: Recording, source: str) -> float:
         rule = (
             f"is not near a dead centre at a multiple of 180°: firing TDC may be at {tdc:g}°, "
             f"{peak - tdc:.4g}° before the peak, or at {other:g}°, {other - peak:.4g}° after it "
-            f"(if the engine was motored, at {_axis(recording):.4g}°, about which the pressure is symmetric)"
+            "(if the engine was motored, some tenths of a degree after the peak)"
         )
     elif recording.period > _TURN and _fires_twice(recording, tdc):
         other = tdc + _TURN
@@ -211,17 +209,6 @@ def firing_offset(recording: Recording, source: str) -> float:
     remedy = f"Set engine.angle_offset_deg = {first:g} or {second:g}."
     require(not rule, f"{source}: peak pressure at", f"{peak:g}°", rule, remedy)
     return first
-
-
-def _axis(recording: Recording) -> float:
-    """Middle of the stretch about the peak in which the pressure is above half of it."""
-    i, middle = int(np.argmax(recording.pressures)), recording.pressures.size // 2
-    from_peak = np.roll(recording.pressures, middle - i)
-    low = np.flatnonzero(from_peak < 0.5 * from_peak.max())
-    rises, falls = low[low < middle], low[low > middle]
-    if not (rises.size and falls.size):
-        return float(recording.angles[i])
-    return float(recording.angles[i] + recording.step * ((rises[-1] + falls[0]) / 2 - middle))
 
 
 def _fires_twice(recording: Recording, tdc: float) -> bool:
@@ -246,10 +233,7 @@ _SAME = 1e-3  # degrees: angles that differ by less than encoders tell apart
 def smoothed(
     angles: Floats, pressures: Floats, step: float, width: float | None, cycle: float = _CYCLE
 ) -> tuple[Floats, float]:
-    """Moving average of one cycle (n,) at `step` degrees, and its width in degrees (0: none).
-
-    The noise decides a `width` of None.
-    """
+    """Moving average of one cycle (n,) at `step` degrees, and its width, degrees; None: the noise decides."""
     if width:
         return _averaged(angles, pressures, width, cycle), width
     second = np.diff(pressures, n=2)

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -91,9 +90,8 @@ def parse_trace(
 ) -> ImportedTrace:
     """Turn the text of a file into a trace; `source` is its name in messages.
 
-    A file in the documented format, with angles of 0 to 720°, counts them from gas-exchange TDC, with 0 to
-    360° of a two-stroke engine from firing TDC, and is not smoothed, unless keys say otherwise; with a column
-    per speed all of them are read.
+    The documented format counts angles from gas-exchange TDC, 0 to 720°, or of a two-stroke engine from
+    firing TDC, and is not smoothed, unless keys say otherwise; of a column per speed all are read.
     """
     table = find_table(text, source)
     angles = table.values[:, 0]
@@ -125,17 +123,8 @@ def _checked(angles: Floats, pressures: Floats, speeds: Floats, source: str, aro
         raise InvalidValue(f"{source}: {error.name}", error.value, error.rule, error.remedy) from error
 
 
-class _Assumption(NamedTuple):
-    """The value of a key that neither the study nor the file gives, and why it was chosen."""
-
-    key: str
-    value: str | float
-    why: str
-
-    @property
-    def text(self) -> str:
-        value = f"{self.value:g}" if isinstance(self.value, int | float) else f'"{self.value}"'
-        return f"{self.key} = {value} ({self.why})"
+# Values of keys that neither the study nor the file gives, and why they were chosen.
+_Assumed = dict[str, tuple[str | float, str]]
 
 
 def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, documented: bool) -> ImportedTrace:
@@ -160,28 +149,23 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
     unit, absolute = scale.unit, scale.absolute(pressures, atmosphere)
     gauge = absolute - atmosphere
 
-    assumed = [
-        _Assumption(key, value, f"of {len(table.names)} columns") for key, value in columns.chosen.items()
-    ]
+    assumed: _Assumed = {key: (at, f"of {len(table.names)} columns") for key, at in columns.chosen.items()}
     if columns.unit is None:
-        why = f"which makes the largest {absolute.max():.4g} bar absolute"
-        assumed.append(_Assumption("pressure_unit", unit, why))
+        assumed["pressure_unit"] = unit, f"which makes the largest {absolute.max():.4g} bar absolute"
     if columns.reference is None:
-        why = f"as {scale.shown_by.rstrip(',')} shows"
-        assumed.append(_Assumption("pressure_reference", scale.reference, why))
+        assumed["pressure_reference"] = scale.reference, f"as {scale.shown_by.rstrip(',')} shows"
     if offset is not None and keys.angle_offset_deg is None:
         from_tdc = recording.peak - _TURN + offset
         tdc = _TURN - offset + around.cycle * round(from_tdc / around.cycle)
         why = f"firing TDC at {tdc:g}° in the file, where the peak is at {recording.peak:.4g}°"
-        assumed.append(_Assumption("angle_offset_deg", offset, why))
+        assumed["angle_offset_deg"] = offset, why
     if not np.isnan(held) and around.strokes is None:
         why = f"the gas exchange is held at {held:.4g} {unit}, where compression begins"
-        assumed.append(_Assumption(_STROKES, _FOUR_STROKES, f"one revolution is recorded; {why}"))
+        assumed[_STROKES] = _FOUR_STROKES, f"one revolution is recorded; {why}"
     if width and keys.smoothing_deg is None:
         change = float(np.abs(pressures - unsmoothed).max())
         peaks = f"the peak from {unsmoothed.max():.4g} to {pressures.max():.4g} {unit}"
-        why = f"changes no pressure by more than {change:.2g} {unit}, {peaks}"
-        assumed.append(_Assumption("smoothing_deg", width, why))
+        assumed["smoothing_deg"] = width, f"changes no pressure by more than {change:.2g} {unit}, {peaks}"
 
     order = np.argsort(turned, kind="stable")
     trace = _checked(turned[order] * DEG, gauge[order] * BAR, np.zeros(0), source, around)
@@ -204,12 +188,16 @@ def _imported(table: TraceTable, keys: TraceKeys, around: Surroundings, *, docum
             peak_bar=float(gauge.max()),
         ),
     )
-    decided: TomlTable = {each.key: each.value for each in assumed if each.key != _STROKES}
-    return ImportedTrace(trace, replace(keys, **decided), any(each.key == _STROKES for each in assumed))
+    decided: TomlTable = {key: value for key, (value, _) in assumed.items() if key != _STROKES}
+    return ImportedTrace(trace, replace(keys, **decided), _STROKES in assumed)
+
+
+def _shown(value: str | float) -> str:
+    return f"{value:g}" if isinstance(value, int | float) else f'"{value}"'
 
 
 def _summary(
-    trace: Trace, recording: Recording, scale: "_Scale", atmosphere: float, assumed: list[_Assumption]
+    trace: Trace, recording: Recording, scale: "_Scale", atmosphere: float, assumed: _Assumed
 ) -> str:
     """Say how many cycles were averaged and what was assumed; "" where there is nothing to say."""
     cycles, pressures = "", trace.pressures[0]
@@ -219,7 +207,8 @@ def _summary(
     if not cycles and not assumed:
         return ""
     peak, angle = pressures.max() / BAR, trace.crank_angles[int(pressures.argmax())] / DEG
-    assuming = f", assuming {', '.join(each.text for each in assumed)}" if assumed else ""
+    texts = (f"{key} = {_shown(value)} ({why})" for key, (value, why) in assumed.items())
+    assuming = f", assuming {', '.join(texts)}" if assumed else ""
     return f"{cycles}peak {peak:.4g} bar gauge at {angle:.4g}°{assuming}"
 
 
@@ -303,10 +292,9 @@ def _pressure_scale(
 ) -> _Scale:
     """Decide how pressures (n,) over angles (n,), degrees from firing TDC, are read.
 
-    A unit that nothing names is that which alone puts the absolute pressure at which the intake shuts within
-    0.2 to 4 bar. The zero is that of the reference if the compression agrees, and else that of the
-    compression, or of the intake where its pressure is given (Randolph, SAE 900170). Raises `InvalidValue`:
-    the unit or the reference cannot be decided, or pressures are those of no engine.
+    An unknown unit is the only one in which the intake shuts at 0.2 to 4 bar. The zero is that of the
+    reference if the compression agrees, else that of the compression, or of a given intake pressure
+    (Randolph, SAE 900170). Raises `InvalidValue`: neither unit nor reference, or no engine.
     """
     offset, atmosphere = keys.pressure_offset_bar, around.atmosphere / BAR
     unit = keys.pressure_unit or _unit(pressures, fit, source)
@@ -367,7 +355,7 @@ _BOTH_SIDES = 0.3
 
 
 def _unit(pressures: Floats, fit: Compression | None, source: str) -> PressureUnit:
-    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
+    name, value = _named(pressures, source)
     usual = fit is not None and fit.is_usual
     rule = "fall far below zero, as those of a cylinder with pressure on both sides of its piston"
     both = pressures.min() < -_BOTH_SIDES * pressures.max()
@@ -427,9 +415,8 @@ def _by_level(
         for each in PressureReference
     }
     listed = " or ".join(f"{unit} {each} (peak {peak:.4g} bar gauge)" for each, peak in peaks.items())
-    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
     remedy = "Set engine.pressure_reference, or give engine.compression_ratio."
-    raise InvalidValue(name, value, f"may be {listed}", remedy)
+    raise InvalidValue(*_named(pressures, source), f"may be {listed}", remedy)
 
 
 def _require_an_engine(fit: Compression, unit: PressureUnit, pressures: Floats, source: str) -> None:
@@ -440,5 +427,9 @@ def _require_an_engine(fit: Compression, unit: PressureUnit, pressures: Floats, 
         f"are in {unit} by key or heading, in which the intake shuts at {fit.closing * unit.bar:.3g} bar "
         "absolute, as in no engine"
     )
-    name, value = f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"
-    require(_closes_within(fit, unit, _DOUBTFUL), name, value, rule, f"{likely}et engine.pressure_unit.")
+    valid, remedy = _closes_within(fit, unit, _DOUBTFUL), f"{likely}et engine.pressure_unit."
+    require(valid, *_named(pressures, source), rule, remedy)
+
+
+def _named(pressures: Floats, source: str) -> tuple[str, str]:
+    return f"{source}: pressures", f"{pressures.min():.4g}…{pressures.max():.4g}"

@@ -55,8 +55,7 @@ class CycleKeys(StudyTable, table="engine"):
 def cycle_notes(keys: CycleKeys, gas: str, bore: float, intake: float, atmosphere: float) -> list[Note]:
     """Return what is assumed of the gas of a two-stroke engine, and what rollers leave out.
 
-    `gas`: its model; `bore`: mm; `intake`, `atmosphere`: absolute pressures while the port is open and below
-    the piston, MPa.
+    `bore` in mm; `intake`, `atmosphere`: absolute pressures with an open port, and below the piston, MPa.
     """
     notes = [
         omission(
@@ -69,15 +68,11 @@ def cycle_notes(keys: CycleKeys, gas: str, bore: float, intake: float, atmospher
     if keys.strokes != 2 or gas in _WITHOUT:
         return notes
     if gas in _IDEAL and keys.exhaust_port_deg is None:
-        text = (
-            f"assumed exhaust_port_deg = {EXHAUST_PORT_DEG:g}: expansion ends there, and compression begins"
-        )
-        notes.append(assumption(f"{text} as far before TDC", _TOPIC))
+        text = f"assumed exhaust_port_deg = {EXHAUST_PORT_DEG:g}: expansion ends there, and"
+        notes.append(assumption(f"{text} compression begins as far before TDC", _TOPIC))
     if gas in _IDEAL:
-        text = (
-            f"the cylinder is filled at {intake / BAR:.4g} bar while the exhaust port is open; pulses in the"
-        )
-        notes.append(assumption(f"{text} ports and burned gas that remains are left out", _TOPIC))
+        text = f"the cylinder is filled at {intake / BAR:.4g} bar while the exhaust port is open; pulses"
+        notes.append(assumption(f"{text} in the ports and burned gas that remains are left out", _TOPIC))
     force = 0.1 * BAR * math.pi * bore**2 / 4
     text = (
         f"the pressure below the piston is its mean over the cycle, {atmosphere / BAR:.4g} bar "

@@ -18,8 +18,7 @@ from geometry.holes import place_text
 _WHOLE = 0.9
 # Length of an engaged thread over the hole's diameter, where nothing shows it.
 _ENGAGED = 1.5
-# The hole in the rod is that of a nut's bolt, rather than a thread's, if it is not narrower than this part of
-# the cap's.
+# The rod's hole is that of a nut's bolt, not of a thread, if it has at least this part of the cap's width.
 _ALIKE = 0.97
 # Ratio of the sizes of bolts that count as alike.
 _SAME_SIZE = 1.01
@@ -70,9 +69,8 @@ def bolts_in(
 ) -> tuple[tuple[BoltAxis, ...], tuple[str, ...]]:
     """Return the bolts in holes through the joint, and what was assumed about them.
 
-    The fasteners of one hole stand for all. Of what the user gives, a length of 0 says nothing. Raises
-    `GeometryError`: no hole runs through the joint, or one has no plane seat for the head; `InvalidValue`:
-    what is given does not fit the holes.
+    The fasteners of one hole stand for all; a given length of 0 says nothing. Raises `GeometryError`: no hole
+    through the joint, or no seat for a head; `InvalidValue`: what is given does not fit the holes.
     """
     if not holes:
         raise GeometryError(

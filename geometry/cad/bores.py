@@ -235,19 +235,18 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
     interior = Interior(volumes)
     holes = through_holes(interior, faces)
     odd = _odd_openings(interior, faces, holes)
-    if not odd:
-        splines = sum("spline" in face.shape.lower() for face in faces)
-        if not holes and splines:
-            raise GeometryError(
-                f"no through-hole is a cylinder, and {splines} of {len(faces)} faces are splines. Export the "
-                "solid again with cylindrical bores that are not converted to splines"
-            )
+    splines = sum("spline" in face.shape.lower() for face in faces)
+    if splines and not (odd or holes):
+        raise GeometryError(
+            f"no through-hole is a cylinder, and {splines} of {len(faces)} faces are splines. Export the "
+            "solid again with cylindrical bores that are not converted to splines"
+        )
     if diameters == UNKNOWN:
         walls = [hollow_wall(interior, group) for group in wall_groups(faces, at_most=CLOSED)]
         _require_closed(sorted(filter(None, walls), key=lambda wall: -wall.radius), holes)
     pairs = list(bore_pairs(holes, diameters, SAME_DIAMETER))
     if not pairs:
-        remedy = f"{_not_round(odd)}. {_ROUND}" if odd and len(holes) < 2 else NAME_BORES
+        remedy = f"Not a cylinder: {_list(odd)}. {_ROUND}" if odd and len(holes) < 2 else NAME_BORES
         raise GeometryError(f"no two parallel bores were found. Through-holes: {_list(holes)}. {remedy}")
     best = pairs[0]
     twice = len(pairs) > 1 and all(
@@ -263,8 +262,8 @@ def find_bores(volumes: Sequence[int], faces: Sequence[Face], diameters: Diamete
         larger = [hole for hole in odd if hole.radius > min(bore.radius for bore in ordered)]
         if larger:
             raise GeometryError(
-                f"the bores would be: {_list(ordered)}; but a larger hole is unused. {_not_round(larger)}. "
-                f"{_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
+                f"the bores would be: {_list(ordered)}; but a larger hole is unused. Not a cylinder: "
+                f"{_list(larger)}. {_ROUND}, or give the diameters of the bores as rod.big_end_bore_mm and "
                 "rod.small_end_bore_mm"
             )
         if why := off_the_rod(ordered, middle):
@@ -346,10 +345,6 @@ def _require_closed(open_walls: Sequence[CadHole], holes: Sequence[CadHole]) -> 
 def _list(holes: Sequence[CadHole | _Opening]) -> str:
     more = [f"{len(holes) - _LISTED} smaller ones"] if len(holes) > _LISTED else []
     return "; ".join([*(hole.text() for hole in holes[:_LISTED]), *more]) or "none"
-
-
-def _not_round(odd: Sequence[_Opening]) -> str:
-    return f"Not a cylinder: {_list(odd)}"
 
 
 def _is_amid(bores: Pair, holes: Sequence[CadHole]) -> bool:

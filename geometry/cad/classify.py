@@ -59,10 +59,9 @@ def classified(
 ) -> list[CadSolid]:
     """Classify the solids of a file, which are in the open model.
 
-    `chosen` are the names of those to keep, with their role before them where it cannot be recognised
-    (``"cap: Deckel"``, one of `ROLES`; bolts and nuts are not kept). Without it, the rod and what belongs to
-    it are kept, or all solids if none is a rod. Raises `GeometryError`: several different rods, or a name
-    that the file does not have.
+    `chosen` are the names of those to keep, with a role of `ROLES` before them where it cannot be recognised
+    (``"cap: Deckel"``). Without it, the rod and what belongs to it are kept, or all solids if none is a rod.
+    Raises `GeometryError`: several different rods, or an unknown name.
     """
     if len(solids) == 1:
         return [cad_solid(solids[0].tag, "rod", Role.ROD)]

@@ -9,7 +9,7 @@ import tempfile
 import zipfile
 import zlib
 from codecs import BOM_UTF8
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -30,39 +30,16 @@ from geometry.surfaces import Mirror
 MOST_DESCRIPTION = 64 * 2**20
 MOST_SHAPES = 512 * 2**20
 # What the libraries raise where an archive is damaged.
-_DAMAGES = (
-    zipfile.BadZipFile,
-    zlib.error,
-    ET.ParseError,
-    KeyError,
-    EOFError,
-    NotImplementedError,
-    RuntimeError,
-    ValueError,
-    OSError,
-)
+_OF_ZIP = zipfile.BadZipFile, zlib.error, EOFError, KeyError, OSError, RuntimeError
+_DAMAGES = (*_OF_ZIP, ET.ParseError, ValueError)
 # No placement, mm, is as large.
 _FAR = 1e7
 _BODY = "PartDesign::Body"
 _CONTAINERS = ("App::Part", "App::DocumentObjectGroup", "Assembly::AssemblyObject")
 
 
-class _Placement(NamedTuple):
-    """A turn about an axis through the origin (angle in rad), then a shift in mm."""
-
-    axis: Vector
-    angle: float
-    shift: Vector
-
-
-class _Object(NamedTuple):
-    """An object of a FreeCAD document: kind, label, name of its file, names of its members, placement."""
-
-    kind: str
-    label: str
-    shape: str | None
-    members: tuple[str, ...]
-    placement: _Placement | None
+# A turn about an axis through the origin (angle in rad), then a shift in mm.
+_Placement = tuple[Vector, float, Vector]
 
 
 def linked_files(path: Path) -> list[str]:
@@ -70,9 +47,13 @@ def linked_files(path: Path) -> list[str]:
     if path.suffix.lower() != ".fcstd":
         return []
     with zipfile.ZipFile(path) as archive:
-        root = ET.fromstring(_content(archive, "Document.xml", MOST_DESCRIPTION))  # noqa: S314 - as below
-    files = (link.get("file", "") for link in root.iter("XLink"))
-    return sorted({" ".join(Path(file).name.split()) for file in files if file})
+        files = (link.get("file", "") for link in _description(archive).iter("XLink"))
+        return sorted({" ".join(Path(file).name.split()) for file in files if file})
+
+
+def _description(archive: zipfile.ZipFile) -> ET.Element:
+    text = _content(archive, "Document.xml", MOST_DESCRIPTION)
+    return ET.fromstring(text)  # noqa: S314 - expat limits the expansion of entities
 
 
 def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
@@ -83,48 +64,43 @@ def _content(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     return content
 
 
-def _described(text: bytes) -> tuple[dict[str, _Object], dict[str, set[str]]]:
-    """Objects by name, and the names that each uses."""
-    root = ET.fromstring(text)  # noqa: S314 - expat limits the expansion of entities
+class _Object:
+    """An object of a FreeCAD document."""
+
+    def __init__(self, kind: str, item: ET.Element) -> None:
+        properties = {each.get("name"): each for each in item.iterfind("Properties/Property")}
+        shape, label, placement = (
+            properties[name].find(value) if name in properties else None
+            for name, value in (("Shape", "Part"), ("Label", "String"), ("Placement", "PropertyPlacement"))
+        )
+        name = item.get("name", "")
+        self.kind, self.label = kind, name if label is None else label.get("value", name)
+        self.shape = "" if shape is None else shape.get("file", "")  # name of its file
+        members = properties["Group"].iter("Link") if "Group" in properties else ()
+        self.members = [link.get("value", "") for link in members]
+        self.placement = [] if placement is None else [_placement(placement)]
+
+
+def _placement(value: ET.Element) -> _Placement:
+    x, y, z, w = (float(value.get(f"Q{i}", "0")) for i in range(4))
+    shift = (float(value.get("Px", "0")), float(value.get("Py", "0")), float(value.get("Pz", "0")))
+    if not all(abs(number) < _FAR for number in (x, y, z, w, *shift)):
+        raise ValueError(f"a placement is out of range: {value.attrib}")
+    size = math.hypot(x, y, z)
+    axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
+    return axis, 2 * math.atan2(size, w), shift
+
+
+def _results(archive: zipfile.ZipFile) -> Iterator[tuple[str, bytes, list[_Placement]]]:
+    """Labels of a document's results, BREP content, and placements of their containers, innermost first."""
+    root = _description(archive)
     kinds = {item.get("name", ""): item.get("type", "") for item in root.iterfind("Objects/Object")}
     uses = {
         item.get("Name", ""): {dep.get("Name", "") for dep in item.iterfind("Dep")}
         for item in root.iterfind("Objects/ObjectDeps")
     }
-    objects = {}
-    for item in root.iterfind("ObjectData/Object"):
-        name, values = item.get("name", ""), {}
-        for each in item.iterfind("Properties/Property"):
-            values[each.get("name")] = each
-        part = values["Shape"].find("Part") if "Shape" in values else None
-        label = values["Label"].find("String") if "Label" in values else None
-        members = values["Group"].iter("Link") if "Group" in values else ()
-        objects[name] = _Object(
-            kinds.get(name, ""),
-            name if label is None else label.get("value", name),
-            None if part is None else part.get("file") or None,
-            tuple(link.get("value", "") for link in members),
-            _placement(values.get("Placement")),
-        )
-    return objects, uses
-
-
-def _placement(element: ET.Element | None) -> _Placement | None:
-    value = None if element is None else element.find("PropertyPlacement")
-    if value is None:
-        return None
-    x, y, z, w = (float(value.get(f"Q{i}", "0")) for i in range(4))
-    shift = tuple(float(value.get(f"P{axis}", "0")) for axis in "xyz")
-    if not all(abs(number) < _FAR for number in (x, y, z, w, *shift)):
-        raise ValueError(f"a placement is out of range: {value.attrib}")
-    size = math.hypot(x, y, z)
-    axis = (x / size, y / size, z / size) if size else (0.0, 0.0, 1.0)
-    return _Placement(axis, 2 * math.atan2(size, w), (shift[0], shift[1], shift[2]))
-
-
-def _results(archive: zipfile.ZipFile) -> Iterator[tuple[_Object, bytes, list[_Placement]]]:
-    """Results of a document, their BREP content, and placements of their containers, innermost first."""
-    objects, uses = _described(_content(archive, "Document.xml", MOST_DESCRIPTION))
+    items = {item.get("name", ""): item for item in root.iterfind("ObjectData/Object")}
+    objects = {name: _Object(kinds.get(name, ""), item) for name, item in items.items()}
     shaped = {name for name, each in objects.items() if each.shape}
     bodies = {name for name in shaped if objects[name].kind == _BODY}
     inside = {member for body in bodies for member in objects[body].members}
@@ -132,24 +108,19 @@ def _results(archive: zipfile.ZipFile) -> Iterator[tuple[_Object, bytes, list[_P
     used = {other for name in free | bodies for other in uses.get(name, set()) if name not in inside}
     # The shapes of containers only repeat those of their members.
     containers = {name: each for name, each in objects.items() if each.kind in _CONTAINERS}
-    results = [name for name in objects if name in bodies - used or name in free - used - containers.keys()]
     left = MOST_SHAPES
-    for name in results:
-        content = _content(archive, str(objects[name].shape), left)
+    for name in (
+        each for each in objects if each in bodies - used or each in free - used - containers.keys()
+    ):
+        content, holder, placements, seen = _content(archive, objects[name].shape, left), name, [], {name}
         left -= len(content)
-        placements = [containers[holder].placement for holder in _holders(containers, name)]
-        yield objects[name], content, [each for each in placements if each is not None]
-
-
-def _holders(containers: Mapping[str, _Object], name: str) -> Iterator[str]:
-    """Yield the containers around an object, the innermost first."""
-    seen = {name}
-    while around := [other for other, each in containers.items() if name in each.members]:
-        name = around[0]
-        if name in seen:
-            return
-        seen.add(name)
-        yield name
+        while around := [other for other, each in containers.items() if holder in each.members]:
+            holder = around[0]
+            if holder in seen:
+                break
+            seen.add(holder)
+            placements += containers[holder].placement
+        yield objects[name].label, content, placements
 
 
 @contextmanager
@@ -227,9 +198,8 @@ def _right_way_round(solid: NamedSolid) -> NamedSolid:
 def _in_millimetres(path: Path, kind: CadFormat, unit: str | None) -> Iterator[None]:
     """Let the kernel convert the numbers of a file from a unit, whatever the file declares.
 
-    Its STEP reader multiplies every number by the declared unit over another, chosen so that the factor is
-    right: scaling afterwards would round once more, and files that differ in the declared unit alone give the
-    same bits.
+    The factor is part of the declared unit over another one: scaling afterwards would round once more, and
+    files that differ in the declared unit alone give the same bits.
     """
     declared = declared_unit(path)
     factor = DECLARED[unit or declared]
@@ -377,17 +347,17 @@ def _freecad(path: Path) -> tuple[list[NamedSolid], set[int]]:
     named, kinds = [], set()
     scale = gmsh.option.getNumber("Geometry.OCCScaling")
     with tempfile.TemporaryDirectory() as folder:
-        for number, (shape, content, placements) in enumerate(results):
+        for number, (label, content, placements) in enumerate(results):
             file = Path(folder, f"{number}.brep")
             file.write_bytes(content)
             solids, dimensions = _imported(file, CadFormat.BREP)
             entities = [(kernel.SOLID, solid.tag) for solid in solids]
-            for placement in placements if entities else ():
-                if placement.angle:
-                    gmsh.model.occ.rotate(entities, 0, 0, 0, *placement.axis, placement.angle)
-                gmsh.model.occ.translate(entities, *(scale * value for value in placement.shift))
+            for axis, angle, shift in placements if entities else ():
+                if angle:
+                    gmsh.model.occ.rotate(entities, 0, 0, 0, *axis, angle)
+                gmsh.model.occ.translate(entities, *(scale * value for value in shift))
             kinds |= dimensions
-            named += [NamedSolid(solid.tag, _plain(shape.label)) for solid in solids]
+            named += [NamedSolid(solid.tag, _plain(label)) for solid in solids]
     gmsh.model.occ.synchronize()
     return named, kinds
 

@@ -152,12 +152,10 @@ def import_cad(
 ) -> Solid:
     """Read the rod of a file into a new model of the open session and place it in the rod's frame.
 
-    Each solid that is kept is a part, under its name in the file or, in an assembly, under those of
-    `geometry.parts`; touching parts share their faces. Without an assembly they are bonded to each other;
-    else the file's own cap, shells, bushing and bolts are taken where it has them. The
-    smallest symmetry cell is kept. Raises `GeometryError`: no rod in the file, bores that cannot be
-    identified, a mirror plane that the solid lacks, or solids that do not make an assembly; `InvalidValue`:
-    what the assembly says does not fit the file; `OSError`: the file cannot be read.
+    Solids that are kept are parts, by their names in the file or, in an assembly, of `geometry.parts`;
+    touching parts share their faces, and without an assembly are bonded. The smallest symmetry cell is kept.
+    Raises `GeometryError`: no rod, no bores, a mirror plane that the solid lacks, or no assembly;
+    `InvalidValue`: the assembly does not fit the file; `OSError`: the file cannot be read.
     """
     declared = declared_unit(file.path)
     unit = file.unit or declared
@@ -273,11 +271,14 @@ def _left_touching(solids: Sequence[CadSolid], file: RodFile, *, bonded: bool) -
                     "clear whether both belong to the rod. Join them in the CAD program (Boolean union), "
                     "or name those to keep in rod.solids"
                 )
-        touching += [left.text()] if near else []
+        touching += [left] if near else []
     if touching:
-        more = f" and {len(touching) - _LISTED} more" if len(touching) > _LISTED else ""
-        listed = ", ".join(touching[:_LISTED])
-        yield f"{listed}{more}: left out, though touching the rod; what belongs to it goes in rod.solids"
+        yield f"{_listed(touching)}: left out, though touching the rod; what belongs to it goes in rod.solids"
+
+
+def _listed(solids: Sequence[CadSolid]) -> str:
+    more = f" and {len(solids) - _LISTED} more solids" if len(solids) > _LISTED else ""
+    return ", ".join(solid.text() for solid in solids[:_LISTED]) + more
 
 
 def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bool) -> list[str]:
@@ -308,9 +309,7 @@ def _assumed(file: RodFile, declared: str, unit: str, read: _Read, *, bonded: bo
         notes.append(f"{', '.join(kept)}: bonded to each other where they touch")
     left = [each for each in read.solids if not each.kept and (bonded or each.role is not Role.BOLT)]
     if left and not file.solids:
-        listed = ", ".join(solid.text() for solid in left[:_LISTED])
-        more = f" and {len(left) - _LISTED} more solids" if len(left) > _LISTED else ""
-        notes.append(f"left out of {file.path.name}: {listed}{more} (rod.solids)")
+        notes.append(f"left out of {file.path.name}: {_listed(left)} (rod.solids)")
     return notes
 
 

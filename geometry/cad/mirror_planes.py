@@ -70,10 +70,10 @@ def _within(face: int) -> Floats:
 def _is_mirrored(faces: _Faces, axis: int, length: float) -> bool:
     """Whether every face has an image about the plane normal to `axis`.
 
-    The image must have the same area and centre, which is cheap to test, and contain the images of points on
-    the face and its edges: a non-circular hole may be turned about its own axis, and a wall may bulge above
-    the plane as far as it is hollow below. Faces without such an image may be divided differently on the
-    other side: then their points must lie on each other's images, or on the edges of one that is alike.
+    It has the same area and centre, which is cheap to test, and contains the images of points on the face and
+    its edges: a non-circular hole may be turned about its axis, and a wall bulge instead of being hollow.
+    Faces without such an image may be divided differently on the other side: then their points must lie on
+    each other's images, or on the edges of one that is alike.
     """
     tags, measures, points_of, centre = faces
     scale = np.array([length**2, length, length, length])

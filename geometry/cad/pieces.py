@@ -91,8 +91,7 @@ class Cut:
 def cuts_between(tags: Sequence[int]) -> list[Cut]:
     """Find the cuts between solids of the open model.
 
-    A part that only lies against another one, as a crank's web against a rod, covers no whole face, or is not
-    covered itself.
+    A part that only lies against another one, as a crank's web against a rod, shares no whole face.
     """
     flats = {tag: _PlaneFaces(tag) for tag in tags}
     slack = TOUCHING * max(float(np.ptp(solid_points(tag), axis=0).max()) for tag in tags)

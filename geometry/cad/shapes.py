@@ -117,10 +117,9 @@ def wall_area(face: int, point: Floats, direction: Floats, radius: float) -> tup
 
 
 def triangulated_mass(volume: int) -> MassProperties:
-    """Volume, centre and second moments of a volume of the open model from a mesh of its faces.
+    """Volume, centre and second moments of a volume of the open model, which is not meshed yet.
 
-    By the divergence theorem, from the quadratic triangles of a mesh of its own, which is cleared again: call
-    it before the model is meshed.
+    By the divergence theorem, from the quadratic triangles of a mesh of its faces, which is cleared again.
     """
     points, normals = _quadrature(volume)
     cell = float((points * normals).sum()) / 3

@@ -27,7 +27,7 @@ from geometry.imports import (
     plausible_unit,
 )
 from geometry.surfaces import Surface
-from mesh.files.bore_pair import FittedCylinders, MeshHole, Pair, find_bore_pair, fitted_cylinders, open_wall
+from mesh.files.bore_pair import MeshHole, Pair, find_bore_pair, fitted_cylinders, open_wall
 from mesh.files.reading import crossings, filled, read_tets, require_closed, stl_surface, what_is_wrong
 from mesh.files.tets import Mended, mended
 from mesh.quality import Quality, measure, scaled_jacobian, with_straight_edges
@@ -84,9 +84,8 @@ def with_assumed_cap(rod: SurfaceMesh) -> SurfaceMesh | None:
 def with_cap(rod: SurfaceMesh, cap: SurfaceMesh, gap: float = GAPS[0]) -> SurfaceMesh:
     """Join the surface of a rod and that of its cap, which lie as they are assembled.
 
-    `gap`, of `GAPS`: where the outlines of their joint faces have different vertices, a band of this width
-    stands between them. Raises `MeshError`: one of them has no half bore with two joint faces, or these do
-    not lie on each other.
+    Where the outlines of their joint faces have different vertices, a band of width `gap`, of `GAPS`, stands
+    between them. Raises `MeshError`: one has no half bore with two joint faces, or these lie apart.
     """
     wall = open_wall(rod)
     if wall is None:
@@ -373,7 +372,8 @@ def named_mesh(mesh: TetMesh, diameters: Diameters) -> tuple[TetMesh, tuple[Bore
     return replace(mesh, facets=_named(facets, pair)), bores
 
 
-def _axes(surface: SurfaceMesh, pair: Pair) -> FittedCylinders:
+def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair) -> tuple[TetMesh, tuple[Bore, Bore], float]:
+    """Put a mesh in the rod's frame; also the bores, and the residual of the cylinders fitted to them."""
     clouds = [surface.points[np.unique(surface.facets[bore.facets])] for bore in pair]
     axes = fitted_cylinders(clouds, pair[0].direction)
     if axes.residual > _ROUGHEST:
@@ -382,12 +382,6 @@ def _axes(surface: SurfaceMesh, pair: Pair) -> FittedCylinders:
             f"{100 * axes.residual:.2g} % of the radius (root mean square); at most {100 * _ROUGHEST:g} % "
             "are allowed"
         )
-    return axes
-
-
-def _placed(mesh: TetMesh, surface: SurfaceMesh, pair: Pair) -> tuple[TetMesh, tuple[Bore, Bore], float]:
-    """Put a mesh in the rod's frame; also the bores, and the residual of the cylinders fitted to them."""
-    axes = _axes(surface, pair)
     z = axes.direction
     heights = [surface.corners[bore.facets] @ z for bore in pair]
     middles = [(height.min() + height.max()) / 2 for height in heights]

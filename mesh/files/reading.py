@@ -75,19 +75,17 @@ def require_closed(surface: SurfaceMesh) -> None:
     sides = np.sort(surface.facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     ends, uses = np.unique(sides, axis=0, return_counts=True)
     wrong = ends[uses != 2]
-    if len(wrong) and (uses % 2 == 0).all() and len(crossings(surface)):
+    if not len(wrong):
+        return
+    touching, places = (uses % 2 == 0).all(), _around(surface.points[wrong].mean(axis=1))
+    if touching and len(crossings(surface)):
         raise MeshError(what_is_wrong(surface, ""))
-    if len(wrong) and (uses % 2 == 0).all():
-        raise MeshError(
-            f"bodies touch in its surface: {len(wrong)} sides belong to four triangles, "
-            f"{_around(surface.points[wrong].mean(axis=1))}. Export rod and cap to a file each (rod.cap), or "
-            "the rod as STEP"
-        )
-    if len(wrong):
-        raise MeshError(
-            f"its surface is not closed: {len(wrong)} sides do not belong to exactly two triangles, "
-            f"{_around(surface.points[wrong].mean(axis=1))}. {_REPAIR}"
-        )
+    what = f"its surface is not closed: {len(wrong)} sides do not belong to exactly two triangles"
+    remedy = _REPAIR
+    if touching:
+        what = f"bodies touch in its surface: {len(wrong)} sides belong to four triangles"
+        remedy = "Export rod and cap to a file each (rod.cap), or the rod as STEP"
+    raise MeshError(f"{what}, {places}. {remedy}")
 
 
 def what_is_wrong(surface: SurfaceMesh, error: str) -> str:

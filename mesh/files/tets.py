@@ -38,11 +38,9 @@ class TetFile:
 
 
 def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
-    """Take the tetrahedra out of blocks of elements of one kind each.
+    """Take the tetrahedra out of blocks of elements: meshio's name of the kind, rows of `points`, numbers.
 
-    A block is meshio's name of the kind (``"tetra10"``), rows of `points` (n, 3), and numbers of the
-    elements. Raises `MeshError`: there are no tetrahedra, solid elements of other kinds, or both four-node
-    and ten-node ones.
+    Raises `MeshError`: no tetrahedra, solid elements of other kinds, or four- and ten-node ones.
     """
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError("its nodes do not have three coordinates: a mesh of solid elements is needed")
@@ -67,21 +65,16 @@ def tet_file(points: Floats, blocks: list[tuple[str, Ints, Ints]]) -> TetFile:
         )
     nodes = 4 if tets[0][0] == "tetra" else 10
     if any(rows.shape[1:] != (nodes,) for _, rows, _ in tets):
-        raise MeshError(
-            "some of its tetrahedra have neither four nor ten nodes. Give all of them ten, or all four"
-        )
+        raise MeshError("some of its tetrahedra have neither four nor ten nodes. Give all ten, or all four")
     rows = np.concatenate([rows for _, rows, _ in tets]).astype(np.int64)
     if len(rows) > MOST_TETS:
-        raise MeshError(
-            f"it holds {len(rows)} tetrahedra; at most {MOST_TETS} are supported. Use a coarser mesh"
-        )
+        raise MeshError(f"it holds {len(rows)} tetrahedra, at most {MOST_TETS} are read. Use a coarser mesh")
     return TetFile(np.asarray(points, dtype=float), rows, np.concatenate([ids for *_, ids in tets]))
 
 
 def _listed(count: Counter[str] | dict[str, int]) -> str:
-    return ", ".join(
-        f"{number} {_KINDS[kind]['words'] if kind in _KINDS else kind}" for kind, number in count.items()
-    )
+    words = {kind: names["words"] for kind, names in _KINDS.items()}
+    return ", ".join(f"{number} {words.get(kind, kind)}" for kind, number in count.items())
 
 
 def require_known(name: str, path: Path) -> None:
@@ -112,8 +105,7 @@ _SHOWN = 5
 class Mended:
     """A sound mesh and what was done for it."""
 
-    #: Positively oriented tetrahedra that share whole faces, in one piece, without surfaces; nodes that no
-    #: element uses are gone
+    #: Positively oriented tetrahedra in one piece that share whole faces; unused nodes are gone
     mesh: TetMesh
     notes: tuple[str, ...]  #: what was changed, for the user
 
@@ -199,9 +191,7 @@ def _require_conforming(tets: Ints, numbers: Ints, points: Floats) -> None:
     which, counts = face_counts(tets)
     what = "a face that belongs to more than two elements: they overlap"
     _refuse((counts[which] > 2).any(axis=1), numbers, what)
-    what = (
-        "a neighbour on the same side of their common face: they overlap, perhaps because a node is misplaced"
-    )
+    what = "a neighbour on the same side of their common face: they overlap. Is a node misplaced?"
     _refuse(folded(tets), numbers, what)
     if tets.shape[1] == 4:
         return

@@ -13,9 +13,8 @@ from fea.analysis.cycle.candidates import around, sampled_angles
 from fea.study.engine_table import EngineTable, engine_notes
 from geometry.errors import InvalidValue
 from loads.crank_cycle import CrankCycle
-from loads.gas import ATMOSPHERE, Boyle, NoGas, dead_centres, scaled
+from loads.gas import ATMOSPHERE, Boyle, NoGas, TwoStrokeOtto, dead_centres, scaled
 from loads.trace import Trace
-from loads.two_stroke import TwoStrokeOtto
 
 TWO = replace(LEON, strokes=2)
 RATIO, PEAK, PORT, GAMMA = 10.0, 6.0, 95.0, 1.4

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from full_matrix import full
 from skfem import CellBasis, ElementTetP1, ElementTetP2, ElementVector, MeshTet, MeshTet2
 from skfem.models.elasticity import linear_elasticity
 from strap import strap
@@ -21,7 +22,7 @@ def test_equals_scikit_fem(order, whole):
     mesh = strap(size=6.0, order=order)
     if whole:
         mesh = reflect(unmirrored(mesh), Surface.SYMMETRY_Y).mesh
-    K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points))).full()
+    K = full(stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points))))
     kind, element = (MeshTet, ElementTetP1()) if order == 1 else (MeshTet2, ElementTetP2())
     theirs = kind(mesh.points.T.copy(), mesh.tets[:, :4].T.copy())  # the nodes of the edges follow from these
     basis = CellBasis(theirs, ElementVector(element), intorder=2 * (order - 1))
@@ -33,7 +34,7 @@ def test_equals_scikit_fem(order, whole):
 def test_the_upper_triangle_of_a_full_matrix(order):
     mesh = strap(size=8.0, order=order)
     K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
-    again = SymmetricMatrix.of_full(K.full().tocsr())
+    again = SymmetricMatrix.of_full(full(K))
     for name in ("indptr", "indices", "data"):
         np.testing.assert_array_equal(getattr(again.upper, name), getattr(K.upper, name))
 
@@ -68,11 +69,11 @@ def test_constrained_rows_keep_only_their_diagonal():
 def test_triangles_and_products_are_of_one_matrix():
     mesh = strap(size=8.0, order=1)
     K = stiffness(mesh, STEEL, pattern(mesh.tets, len(mesh.points)))
-    full = K.full().toarray()
+    dense = full(K).toarray()
     close = 1e-13 * K.norm()
-    assert full == pytest.approx(full.T, abs=close)
-    assert K.scalar_upper().toarray() == pytest.approx(np.triu(full), abs=close)
-    assert K @ np.eye(K.size) == pytest.approx(full, abs=close)
-    assert K @ np.ones(K.size) == pytest.approx(full.sum(axis=1), abs=close)
-    assert K.row_sums == pytest.approx(np.abs(full).sum(axis=1), rel=1e-12)
-    assert K.diagonal() == pytest.approx(np.diag(full), rel=1e-15)
+    assert dense == pytest.approx(dense.T, abs=close)
+    assert K.scalar_upper().toarray() == pytest.approx(np.triu(dense), abs=close)
+    assert K @ np.eye(K.size) == pytest.approx(dense, abs=close)
+    assert K @ np.ones(K.size) == pytest.approx(dense.sum(axis=1), abs=close)
+    assert K.row_sums == pytest.approx(np.abs(dense).sum(axis=1), rel=1e-12)
+    assert K.diagonal() == pytest.approx(np.diag(dense), rel=1e-15)

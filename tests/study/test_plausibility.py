@@ -14,6 +14,7 @@ from fea.study.plausibility import RANGES
 from fea.study.study import TABLES, Study, load_study, parse_study, shipped_studies
 from fea.study.tables import keys_of
 from geometry.errors import InvalidValue
+from geometry.imports import RodFile
 
 LEON = """[rod]
 preset = "leon-2001"
@@ -100,7 +101,7 @@ def test_the_key_or_the_flag_insists():
 
 
 def test_the_unit_of_a_file_scales_all_of_its_lengths():
-    of_file = replace(study(), rod=replace(study().rod, cad=object(), dimensions=None))
+    of_file = replace(study(), rod=replace(study().rod, file=RodFile(Path("rod.step")), dimensions=None))
     inches = {
         "rod.length_mm": 141 * 25.4,
         "rod.big_end_bore_mm": 50 * 25.4,

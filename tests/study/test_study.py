@@ -132,7 +132,7 @@ def test_flags_say_how_the_file_of_a_rod_is_read(tmp_path):
     read = python_flags({**keys, "big_end_bore": 50.0}).applied(study).rod.cad
     assert (read.unit, read.solids, read.cap, read.big_end_bore) == ("in", ("Rod", "Cap"), "assumed", 50.0)
     assert read.swap_ends
-    again = python_flags({"small_end_bore": 20.0}).applied(replace(study, rod=replace(study.rod, cad=read)))
+    again = python_flags({"small_end_bore": 20.0}).applied(replace(study, rod=replace(study.rod, file=read)))
     assert again.rod.cad == replace(read, small_end_bore=20.0)
     assert parsed(again.text(), tmp_path).rod == again.rod
     mesh = python_flags({"cap": tmp_path / "cap.stl"}).applied(load_study(tmp_path / "rod.stl")).rod.mesh
