@@ -114,6 +114,7 @@ class IsolatedProcess:
         self._patient, self._pending = patient, pending
         # Once it has ended: the last line that it or a library wrote to standard error, where that is kept.
         self.last_message = ""
+        self._reading = threading.RLock()  # a pipe must not be closed while another thread reads from it
 
     def __enter__(self) -> Self:
         return self
@@ -131,7 +132,8 @@ class IsolatedProcess:
         # Two layers: only the thread that does the job may import its modules.
         order = pickle.dumps(pickle.dumps((job, arguments)))
         self._pending += 1
-        with suppress(OSError), system.broken_pipes_raise():  # it has ended: `result` says how
+        # It has ended, or another thread has closed it: `result` says how.
+        with suppress(OSError, ValueError), system.broken_pipes_raise():
             self._jobs.write(order)
             self._jobs.flush()
 
@@ -189,9 +191,10 @@ class IsolatedProcess:
                 self.started.wait(_PATIENCE)
         self.started.kill()
         self.started.wait()
-        for pipe in (self._jobs, self._answers):
-            with suppress(OSError), system.broken_pipes_raise():  # what was not sent
-                pipe.close()
+        with suppress(OSError), system.broken_pipes_raise():  # what was not sent
+            self._jobs.close()
+        with self._reading:  # the pipe has ended, so that a reader leaves it
+            self._answers.close()
         if self._messages is not None and not self._messages.closed:
             with self._messages:
                 self._messages.seek(0)
@@ -199,8 +202,8 @@ class IsolatedProcess:
 
     def _received(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
         progress, limit = "", 0.0
-        try:
-            while True:
+        with self._reading, suppress(EOFError, pickle.UnpicklingError):
+            while not self._answers.closed:
                 kind, value = _interruptible(partial(pickle.load, self._answers))
                 if kind == _PROGRESS:
                     progress = value
@@ -210,8 +213,7 @@ class IsolatedProcess:
                     limit = value
                 else:
                     return kind, value
-        except (EOFError, pickle.UnpicklingError):
-            raise _death(self.started.wait(), f", while {progress}" if progress else "", limit) from None
+        raise _death(self.started.wait(), f", while {progress}" if progress else "", limit)
 
 
 def copied(job: Callable[[], object]) -> IsolatedProcess:
