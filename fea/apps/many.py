@@ -10,8 +10,7 @@ from fea.apps.frames import differing, frame
 from fea.apps.result import Result, analyse
 from fea.apps.sweep.evaluate import figures
 from fea.apps.sweep.workers import in_own_process, own_processes, usual_workers
-from fea.machine.clock import Clock, duration
-from fea.machine.notebook import progress_shown
+from fea.machine.clock import Clock, duration, progress_shown
 from fea.machine.threads import threads
 from fea.study.flags import python_flags
 from fea.study.python_words import python_words
