@@ -64,9 +64,6 @@ class LiveRod:
             time.sleep(0.01)
             yield share
 
-    def cross(self, design, operation):
-        yield 0.5
-
     def frame(self, design, operation, fields="von_mises"):
         return box(self.study, design, operation, Label.INTERPOLATED)
 
