@@ -7,9 +7,10 @@
 `gap`: up to seven dimensions of each study are touched, as on the page; then rods between
 the sampled designs, in up to seven dimensions at once within ±10 %, are interpolated and solved on the same
 moved mesh. The error is that of the smallest safety factor against yielding. The constants of the estimate
-were fitted on the rods of seed 39 of all studies but the last, under a prescribed pressure. `contact`: the
-same rods with their pins in contact, of which what is shown is corrected; the error is that of the smallest
-factors against yielding and fatigue. `cost`: times, and the processor's in parentheses,
+were fitted under a prescribed pressure: that of a line on the rods of seed 39 of all studies but the last,
+that of two dimensions together on those of seed 40 of the first two. `contact`: the same rods with their
+pins in contact, of which what is shown is corrected; the error is that of the smallest factors against
+yielding and fatigue. `cost`: times, and the processor's in parentheses,
 of the first picture, of an update while one drags, of the exact answer at rest; and the memory of the
 process.
 """

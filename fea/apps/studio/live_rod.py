@@ -1,9 +1,8 @@
 """A rod that answers at once while its design and operating point change, and exactly where they rest."""
 
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations, product
 
 import numpy as np
 import numpy.typing as npt
@@ -138,42 +137,26 @@ class LiveRod:
                 yield from self._sample(there, operation, (done - 1) / len(values))
             yield done / len(values)
 
-    def cross(self, design: Dimensions, operation: OperatingPoint) -> Iterator[float]:
-        """Sample the joint effects of every two dimensions that were touched here; see `touch`."""
-        design = self._full(design)
-        stencil = self._stencil(design)
-        if stencil is None or stencil.changed(self._scaled(design)):
-            return
-        pairs = list(combinations(stencil.lines, 2))
-        for done, pair in enumerate(pairs):
-            names = [list(design)[number] for number in pair]
-            corners = product(*(stencil.lines[number].ends[::-1] for number in pair))
-            for corner in () if pair in stencil.corners else corners:
-                values = {name: self._value(name, end) for name, end in zip(names, corner, strict=True)}
-                if (yield from self._sample({**design, **values}, operation, done / len(pairs))):
-                    break
-
     def _sample(
         self, design: dict[str, float], operation: OperatingPoint, progress: float
-    ) -> Generator[float, None, bool]:
-        """Solve a design under a prescribed pressure and keep it; return whether it can be solved.
+    ) -> Iterator[float]:
+        """Solve a design under a prescribed pressure and keep it, where it can be solved.
 
         It yields between the steps; a design that is abandoned there is not kept.
         """
         if fault(self.study, design):
-            return False
+            return
         study = self.study_at(design, operation)
         mesh = self._moved(study)
         yield progress
         if mesh is None:
-            return False
+            return
         if self._in_contact:
             study = replace(study, analysis=replace(study.analysis, pressure=PRESCRIBED))
         rod = self._moving.prepared(study, mesh)
         result = solve_speed(rod, operation.rpm)
         yield progress
         self._keep(design, operation, rod, result)
-        return True
 
     def frame(
         self, design: Dimensions, operation: OperatingPoint, fields: str = LARGEST_OF_CASES
