@@ -58,24 +58,16 @@ class OvertimeError(Exception):
     """The job took longer than it may; its process was ended."""
 
 
-def isolated(job: Callable[[], Result], *, seconds: float | None = None, memory: int | None = None) -> Result:
-    """Return the result of a job from a copy of this process, or raise the error raised there.
-
-    Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
-    there. Its result and errors always must, and it must have no other effects.
-
-    It may take `seconds` of processor time (`allow` changes that) and `memory` bytes beyond what it finds,
-    after which it gets a `MemoryError`. Raises `CrashError`, `OvertimeError`: the process ended without a
-    result, or took too much time.
-    """
-    with begun(job, seconds=seconds, memory=memory) as process:
-        return process.result()  # type: ignore[no-any-return]
-
-
 def begun(
     job: Callable[[], object], *, seconds: float | None = None, memory: int | None = None
 ) -> "IsolatedProcess":
-    """Return a process that does a job, and then further ones; arguments as `isolated`."""
+    """Return a process that does a job, and then further ones: a copy of this one.
+
+    Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
+    there. Its result and errors always must, and it must have no other effects. It may take `seconds` of
+    processor time (`allow` changes that) and `memory` bytes beyond what it finds, after which it gets a
+    `MemoryError`.
+    """
     limited = partial(_within, job, seconds, memory)
     if system.CAN_FORK:
         return copied(limited)

@@ -33,12 +33,10 @@ class Samples:
         """Gather the rows of a journal by their design."""
         groups = [list(group) for _, group in groupby(rows, lambda row: row.sample)]
         figures = dict.fromkeys(name for group in groups for row in group for name in row.figures)
+        of_cases = {name.replace("_von_mises_MPa", "_factor") for name in figures if "_von_mises_" in name}
         # Factors of the whole rod, not those of one of its load cases.
-        cases = {name.removesuffix("_von_mises_MPa") for name in figures}
-        of_rod = (name.endswith("_factor") and name.removesuffix("_factor") not in cases for name in figures)
-        names = [
-            name for name, wanted in zip(figures, of_rod, strict=True) if wanted or name in (MASS, FACTOR)
-        ]
+        wanted = {MASS, FACTOR, *(name for name in figures if name.endswith("_factor"))} - of_cases
+        names = [name for name in figures if name in wanted]
         return cls(
             tuple(dict.fromkeys(key for group in groups for key in group[0].design)),
             tuple(group[0].design for group in groups),
