@@ -29,7 +29,8 @@ def read_isolated(
     Raises `GeometryError`: it crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
     """
     with begun(job, seconds=seconds or SECONDS, memory=memory) as process:
-        return reading_errors(process.result, what, who)
+        result: Result = reading_errors(process.result, what, who)
+    return result
 
 
 def reading_errors(asked: Callable[[], Result], what: str, who: str = "the CAD kernel") -> Result:
