@@ -44,9 +44,6 @@ from geometry.errors import GeometryError
 Dimensions = Mapping[str, float]  # mm, by key
 # Shares of a slider's way at which designs are sampled, beside its ends and its position (Chebyshev).
 _INNER = (0.146, 0.854)
-# Sufficient estimated error of the interpolation, percent.
-_ENOUGH_PERCENT = 0.1
-_DISTINCT = 0.1  # scaled distance of designs that show a curvature
 _KEPT = 4  # moved meshes
 _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
@@ -130,10 +127,7 @@ class LiveRod:
         for done, value in enumerate(values, 1):
             there = {**design, name: value}
             known = self._sampled.at(self._scaled(there), load)
-            if known is None or not (
-                known.sampled
-                or (100 * known.largest_error <= _ENOUGH_PERCENT and self._shows_curvature(name, there))
-            ):
+            if known is None or not known.sampled:
                 yield from self._sample(there, operation, (done - 1) / len(values))
             yield done / len(values)
 
@@ -236,13 +230,6 @@ class LiveRod:
             study = self.study_at({}, operation)
             self._load = operation, DesignLoad(study, operation.rpm, study.materials(self._mesh.parts))
         return self._load[1]
-
-    def _shows_curvature(self, name: str, design: dict[str, float]) -> bool:
-        """Whether enough sampled designs lie apart on the line of a dimension to show its curvature."""
-        number, x = list(design).index(name), self._scaled(design)
-        every = [sample.x for sample in self._sampled.designs]
-        on_line = [each[number] for each in every if not np.delete(each - x, number).any()]
-        return len(on_line) > 2 and float(np.diff(np.sort(on_line)).min()) > _DISTINCT
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
         """How far a dimension is sampled to either side: as far as it is feasible and the mesh follows."""
