@@ -122,7 +122,7 @@ def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[Eq
         for (tool, _), series in by_tool(rows).items():
             program = tool if tool in best else "ours"
             best[program] = min(best[program], seconds_to(series, percent, floor))
-        compared.append(EqualError(percent, *best.values(), longest=longest))
+        compared.append(EqualError(percent, best["ours"], best[WHOLE], best[THEIRS], longest))
     return compared
 
 

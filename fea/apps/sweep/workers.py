@@ -66,9 +66,14 @@ class _Processes(list[IsolatedProcess]):
     ended = False  #: whether they are being ended
 
 
-# Each thread of a worker has one process, which computes rod after rod and which it outlives.
-_of_thread = threading.local()
-_of_dask = _Processes()
+class _OfThread(threading.local):
+    """A thread of a worker has one process, which computes rod after rod and which it outlives."""
+
+    process: IsolatedProcess | None = None
+    processes = _Processes()  #: of its pool; Dask's threads share these
+
+
+_of_thread = _OfThread()
 
 
 def work(task: Task) -> RodResult:
@@ -93,7 +98,7 @@ def work(task: Task) -> RodResult:
             )
             break
         except CrashError as error:
-            if _of_pool().ended:
+            if _of_thread.processes.ended:
                 reason = "the sweep was interrupted"
                 break
             causes.append(error.cause)
@@ -107,20 +112,15 @@ def work(task: Task) -> RodResult:
 
 def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float | None, threads: int = 1) -> Any:
     """Run a picklable job in this thread's process. Raises `CrashError`, `OvertimeError`."""
-    process: IsolatedProcess | None = getattr(_of_thread, "process", None)
+    process = _of_thread.process
     if process is None or not process.alive:
         if process is not None:
             process.close()
         process = _of_thread.process = fresh(variables(threads))
-        _of_pool().append(process)
-        if _of_pool().ended:
+        _of_thread.processes.append(process)
+        if _of_thread.processes.ended:
             process.close()
     return process.run(job, *arguments, seconds=seconds)
-
-
-def _of_pool() -> _Processes:
-    found: _Processes = getattr(_of_thread, "processes", _of_dask)
-    return found
 
 
 def attempt(task: Task) -> RodResult:
