@@ -28,7 +28,6 @@ from fea.apps.studio.operating_point import (
     feasible,
 )
 from fea.apps.studio.sampled_designs import LARGEST_ERROR, UNIT, DesignLoad, SampledDesigns, TrackedNodes
-from fea.apps.studio.surrogate import CutStencil
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
@@ -99,7 +98,7 @@ class LiveRod:
     def ranges(self, design: Dimensions) -> dict[str, SliderRange]:
         """Return how far each dimension can go from a design while the others stay."""
         design, found = self._full(design), dict[str, SliderRange]()
-        stencil = self._stencil(design)
+        stencil = None if self._samples is None else self._samples.stencil(self._scaled(design))
         for number, (name, value) in enumerate(design.items()):
             shown = feasible(self.study, design, name, value)
             if stencil is not None and number in stencil.lines:
@@ -210,9 +209,6 @@ class LiveRod:
         if self._samples is None:
             raise ValueError("no rod was solved yet")
         return self._samples
-
-    def _stencil(self, design: Dimensions) -> CutStencil | None:
-        return None if self._samples is None else self._samples.stencil(self._scaled(design))
 
     def _full(self, design: Dimensions) -> dict[str, float]:
         return {**self.base_design, **design}

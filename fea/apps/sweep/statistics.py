@@ -52,8 +52,9 @@ class Samples:
     def numeric(self) -> tuple[str, ...]:
         """The keys whose values are numbers and differ."""
         columns = {key: [design.get(key) for design in self.designs] for key in self.keys}
-        numeric = (key for key in self.keys if not any(map(_is_word, columns[key])))
-        return tuple(key for key in numeric if len(set(columns[key])) > 1)
+        kinds = {key: {type(value) for value in column} for key, column in columns.items()}
+        words = {key for key in kinds if any(k is bool or not issubclass(k, int | float) for k in kinds[key])}
+        return tuple(key for key in self.keys if key not in words and len(set(columns[key])) > 1)
 
     def column(self, key: str) -> Floats:
         """Values (n,) of a numeric key."""
@@ -74,10 +75,6 @@ class Samples:
             tuple(self.rows[n] for n in numbers),
             {name: values[numbers] for name, values in self.values.items()},
         )
-
-
-def _is_word(value: object) -> bool:
-    return isinstance(value, bool) or not isinstance(value, int | float)
 
 
 def _least(group: Sequence[SweepRow], name: str) -> float:
