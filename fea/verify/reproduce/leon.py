@@ -105,7 +105,7 @@ def _roundings(force: float, inertia: float, rest: float) -> Iterator[Slip]:
 _SIZE = 6.5  # mm
 
 
-class Extremes(NamedTuple):
+class LargestValues(NamedTuple):
     """Largest stresses, MPa, and displacement, mm, and least safety factor of a run."""
 
     von_mises: float
@@ -114,7 +114,7 @@ class Extremes(NamedTuple):
     safety: float
 
     @classmethod
-    def of(cls, result: SpeedResult) -> "Extremes":
+    def of(cls, result: SpeedResult) -> "LargestValues":
         """Find them among all load cases."""
         cases = result.cases.values()
         return cls(
@@ -126,7 +126,7 @@ class Extremes(NamedTuple):
 
 
 @cache
-def clamped(*, bonded: bool = False, axial_only: bool = False) -> Extremes:
+def clamped(*, bonded: bool = False, axial_only: bool = False) -> LargestValues:
     """Our rod under the published conditions: big end clamped, table 17's forces on the pin bore.
 
     `bonded` spreads the pin force over the whole bore, as other programs do with a force on a face.
@@ -137,16 +137,16 @@ def clamped(*, bonded: bool = False, axial_only: bool = False) -> Extremes:
     if axial_only:
         axial, _ = study.forces.pin() if study.forces else (0.0, 0.0)
         study = replace(study, forces=ForcesTable(pin_N=(axial, 0.0)))
-    return Extremes.of(solve_speed(prepare(study), None))
+    return LargestValues.of(solve_speed(prepare(study), None))
 
 
 @cache
-def balanced() -> dict[int, Extremes]:
+def balanced() -> dict[int, LargestValues]:
     """Our rod in balance with its own inertia, by speed, under prescribed pressure."""
     study = load_study(SOURCE)
     pressed = replace(study.analysis, pressure=PRESCRIBED)
     rod = prepare(replace(study, mesh=MeshTable(size_mm=_SIZE), analysis=pressed))
-    return {rpm: Extremes.of(solve_speed(rod, rpm)) for rpm in sorted(SPEEDS)}
+    return {rpm: LargestValues.of(solve_speed(rod, rpm)) for rpm in sorted(SPEEDS)}
 
 
 # The rod as a column, by Euler as printed and by Johnson as its slenderness requires.
