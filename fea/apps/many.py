@@ -1,7 +1,7 @@
 """`analyse_many`: many studies side by side, each in a process of its own, as the rods of a sweep."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -10,8 +10,7 @@ from fea.apps.frames import differing, frame
 from fea.apps.result import Result, analyse
 from fea.apps.sweep.evaluate import figures
 from fea.apps.sweep.workers import in_own_process, own_processes, usual_workers
-from fea.machine.clock import Clock, duration
-from fea.machine.notebook import progress_shown
+from fea.machine.clock import Clock, duration, progress_shown
 from fea.machine.threads import threads
 from fea.study.flags import python_flags
 from fea.study.python_words import python_words
@@ -120,18 +119,13 @@ def analyse_many(
     count = max(1, min(len(asked), workers or usual_workers()))
     with (
         progress_shown(progress, f"0 of {len(asked)} studies") as show,
-        ThreadPoolExecutor(count) as pool,
-        own_processes(),
+        own_processes(count) as pool,
     ):
         each = [pool.submit(_apart, job, study, flags) for study in asked]
-        try:
-            for done, future in enumerate(as_completed(each), 1):
-                failed += isinstance(future.result(), Exception)
-                said = f", {failed} of them failed" if failed else ""
-                show(f"{done} of {len(asked)} studies{said}, {duration(clock.total)}")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        for done, future in enumerate(as_completed(each), 1):
+            failed += isinstance(future.result(), Exception)
+            said = f", {failed} of them failed" if failed else ""
+            show(f"{done} of {len(asked)} studies{said}, {duration(clock.total)}")
     return Results(asked, tuple(_entry(future) for future in each))
 
 

@@ -14,8 +14,7 @@ from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.result import RunResult, run_result
 from fea.apps.frames import case_rows, frame
 from fea.judge.case_result import CaseResult
-from fea.machine.clock import Clock, duration, in_words
-from fea.machine.notebook import progress_shown
+from fea.machine.clock import Clock, duration, in_words, progress_shown
 from fea.output.folder import run_folder
 from fea.output.json_file import JsonObject, as_dict
 from fea.output.pictures.picture import draw_pictures

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 from fea.machine.isolated import CrashError, OvertimeError, fresh
 from fea.machine.remedies import solver_remedy, system_remedy
-from fea.machine.system import physical_memory, usable_processors
+from fea.machine.system import memory_of_machine, usable_processors
 
 _GMSH = "import gmsh; gmsh.initialize(); gmsh.finalize()"
 _PICTURE = "from fea.output.pictures.picture import try_rendering; try_rendering()"
@@ -83,10 +83,7 @@ def _solver() -> Requirement:
 
 
 def _memory() -> Requirement:
-    memory = physical_memory()
-    if memory is None:
-        return Requirement("memory", "unknown", needed=False)
-    gib = memory / 2**30
+    gib = memory_of_machine().total / 2**30
     remedy = "use a machine with at least 2 GiB of memory"
     return Requirement("memory", f"{gib:.1f} GiB", gib >= 2, remedy=remedy)
 

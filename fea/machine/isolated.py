@@ -58,24 +58,16 @@ class OvertimeError(Exception):
     """The job took longer than it may; its process was ended."""
 
 
-def isolated(job: Callable[[], Result], *, seconds: float | None = None, memory: int | None = None) -> Result:
-    """Return the result of a job from a copy of this process, or raise the error raised there.
-
-    Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
-    there. Its result and errors always must, and it must have no other effects.
-
-    It may take `seconds` of processor time (`allow` changes that) and `memory` bytes beyond what it finds,
-    after which it gets a `MemoryError`. Raises `CrashError`, `OvertimeError`: the process ended without a
-    result, or took too much time.
-    """
-    with begun(job, seconds=seconds, memory=memory) as process:
-        return process.result()  # type: ignore[no-any-return]
-
-
 def begun(
     job: Callable[[], object], *, seconds: float | None = None, memory: int | None = None
 ) -> "IsolatedProcess":
-    """Return a process that does a job, and then further ones; arguments as `isolated`."""
+    """Return a process that does a job, and then further ones: a copy of this one.
+
+    Where processes cannot be copied (Windows), a fresh interpreter does the job, which must be picklable
+    there. Its result and errors always must, and it must have no other effects. It may take `seconds` of
+    processor time (`allow` changes that) and `memory` bytes beyond what it finds, after which it gets a
+    `MemoryError`.
+    """
     limited = partial(_within, job, seconds, memory)
     if system.CAN_FORK:
         return copied(limited)
@@ -114,6 +106,7 @@ class IsolatedProcess:
         self._patient, self._pending = patient, pending
         # Once it has ended: the last line that it or a library wrote to standard error, where that is kept.
         self.last_message = ""
+        self._reading = threading.RLock()  # a pipe must not be closed while another thread reads from it
 
     def __enter__(self) -> Self:
         return self
@@ -131,7 +124,8 @@ class IsolatedProcess:
         # Two layers: only the thread that does the job may import its modules.
         order = pickle.dumps(pickle.dumps((job, arguments)))
         self._pending += 1
-        with suppress(OSError), system.broken_pipes_raise():  # it has ended: `result` says how
+        # It has ended, or another thread has closed it: `result` says how.
+        with suppress(OSError, ValueError), system.broken_pipes_raise():
             self._jobs.write(order)
             self._jobs.flush()
 
@@ -189,9 +183,10 @@ class IsolatedProcess:
                 self.started.wait(_PATIENCE)
         self.started.kill()
         self.started.wait()
-        for pipe in (self._jobs, self._answers):
-            with suppress(OSError), system.broken_pipes_raise():  # what was not sent
-                pipe.close()
+        with suppress(OSError), system.broken_pipes_raise():  # what was not sent
+            self._jobs.close()
+        with self._reading:  # the pipe has ended, so that a reader leaves it
+            self._answers.close()
         if self._messages is not None and not self._messages.closed:
             with self._messages:
                 self._messages.seek(0)
@@ -199,8 +194,8 @@ class IsolatedProcess:
 
     def _received(self, listener: Callable[[str], None] | None) -> tuple[int, Any]:
         progress, limit = "", 0.0
-        try:
-            while True:
+        with self._reading, suppress(EOFError, pickle.UnpicklingError):
+            while not self._answers.closed:
                 kind, value = _interruptible(partial(pickle.load, self._answers))
                 if kind == _PROGRESS:
                     progress = value
@@ -210,8 +205,7 @@ class IsolatedProcess:
                     limit = value
                 else:
                     return kind, value
-        except (EOFError, pickle.UnpicklingError):
-            raise _death(self.started.wait(), f", while {progress}" if progress else "", limit) from None
+        raise _death(self.started.wait(), f", while {progress}" if progress else "", limit)
 
 
 def copied(job: Callable[[], object]) -> IsolatedProcess:

@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from geometry.signals import ENDS
 
@@ -185,7 +185,7 @@ def limit_memory(more: int) -> None:
         _watch.limit(memory=more)
     elif sys.platform == "linux":
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        most = _address_space() + more
+        most = memory_of_process().vms + more
         most = most if hard == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(resource.RLIMIT_AS, (most, hard))
 
@@ -196,7 +196,7 @@ def free_under_limit() -> int | None:
         return None
     else:  # noqa: RET505 - what stands after the block is read for Windows, too
         soft = resource.getrlimit(resource.RLIMIT_AS)[0]
-        return None if soft == resource.RLIM_INFINITY else soft - _address_space()
+        return None if soft == resource.RLIM_INFINITY else int(soft - memory_of_process().vms)
 
 
 def memory_limit() -> int | None:
@@ -211,28 +211,24 @@ def memory_limit() -> int | None:
 def peak_memory(*, of_children: bool = False) -> float:
     """Largest resident memory so far, MiB, of this process or its largest ended child (Windows: NaN)."""
     if sys.platform == "win32":
-        return math.nan if of_children else process_memory()[0] / 2**20
+        return math.nan if of_children else memory_of_process().peak_wset / 2**20
     else:  # noqa: RET505
         usage = resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF)
         return usage.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
 
 
-def physical_memory() -> int | None:
-    """Return the memory of this machine, bytes; None where it is unknown."""
-    if sys.platform == "win32":
-        return machine_memory()[0] or None
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+def memory_of_process() -> Any:
+    """Return what psutil says of the memory of this process, bytes; on Windows `vms` is what is committed."""
+    import psutil  # noqa: PLC0415 - most commands do without it
+
+    return psutil.Process().memory_info()
 
 
-def free_memory() -> int | None:
-    """Return how much memory of this machine is not in use, bytes, all of it where only that is known."""
-    if sys.platform == "win32":
-        return machine_memory()[1] or None
-    if sys.platform == "linux":
-        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024 * int(line.split()[1])
-    return physical_memory()
+def memory_of_machine() -> Any:
+    """Return what psutil says of the memory of this machine, bytes: `total`, `available`."""
+    import psutil  # noqa: PLC0415 - most commands do without it
+
+    return psutil.virtual_memory()
 
 
 def usable_processors() -> int:
@@ -241,18 +237,14 @@ def usable_processors() -> int:
 
 
 if sys.platform == "win32":
-    from fea.machine.windows import ResourceLimiter, WindowsPathLock, machine_memory, process_memory
+    from fea.machine.windows import ResourceLimiter, WindowsPathLock
 
     PathLock = WindowsPathLock
 
-    _watch = ResourceLimiter(OVERTIME, OUT_OF_MEMORY)
+    _watch = ResourceLimiter(lambda: memory_of_process().vms, OVERTIME, OUT_OF_MEMORY)
 else:
     import fcntl
     import resource
-
-    def _address_space() -> int:
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        return pages * resource.getpagesize()
 
     class PathLock:
         """The lock of a file or directory; the system frees it when the process ends."""

@@ -1,4 +1,4 @@
-"""Windows' own calls: memory of the machine and of a process, limits of a process, and locks by name."""
+"""Windows' own calls: limits of a process, and locks by name."""
 
 import ctypes
 import hashlib
@@ -6,7 +6,8 @@ import os
 import sys
 import threading
 import time
-from ctypes import c_size_t, c_uint32, c_uint64, c_void_p, c_wchar_p
+from collections.abc import Callable
+from ctypes import c_uint32, c_void_p, c_wchar_p
 from pathlib import Path
 
 assert sys.platform == "win32"  # noqa: S101 - for mypy, which then checks this file for Windows only
@@ -18,46 +19,11 @@ _BETWEEN_LOOKS = 0.05  # s
 _locked: set[tuple[str, int]] = set()  # names and the threads that hold them
 
 
-class _MachineMemory(ctypes.Structure):
-    _fields_ = (
-        *((name, c_uint32) for name in ("length", "load")),
-        *((name, c_uint64) for name in ("physical", "free_physical", "page_file", "free_page_file")),
-        *((name, c_uint64) for name in ("virtual", "free_virtual", "free_extended")),
-    )
-
-
-class _ProcessMemory(ctypes.Structure):
-    _fields_ = (
-        *((name, c_uint32) for name in ("size", "page_faults")),
-        *((name, c_size_t) for name in ("peak_working_set", "working_set", "peak_paged_pool", "paged_pool")),
-        *(
-            (name, c_size_t)
-            for name in ("peak_nonpaged_pool", "nonpaged_pool", "committed", "peak_committed")
-        ),
-    )
-
-
-def machine_memory() -> tuple[int, int]:
-    """Return the physical memory of this machine and how much of it is free, bytes; zeros where unknown."""
-    status = _MachineMemory(length=ctypes.sizeof(_MachineMemory))
-    _KERNEL.GlobalMemoryStatusEx(ctypes.byref(status))
-    return int(status.physical), int(status.free_physical)
-
-
-def process_memory() -> tuple[int, int]:
-    """Return the largest resident and the committed memory of this process, bytes; zeros where unknown."""
-    counters = _ProcessMemory(size=ctypes.sizeof(_ProcessMemory))
-    query = _KERNEL.K32GetProcessMemoryInfo
-    query.argtypes = (c_void_p, c_void_p, c_uint32)
-    query(c_void_p(-1), ctypes.byref(counters), counters.size)  # -1: this process
-    return int(counters.peak_working_set), int(counters.committed)
-
-
 class ResourceLimiter:
     """Ends this process, with an exit code, where it exceeds a limit: Windows has none for one process."""
 
-    def __init__(self, overtime: int, out_of_memory: int) -> None:
-        self._overtime, self._out_of_memory = overtime, out_of_memory
+    def __init__(self, memory: Callable[[], int], overtime: int, out_of_memory: int) -> None:
+        self._memory, self._overtime, self._out_of_memory = memory, overtime, out_of_memory
         self._until = self._most = float("inf")
         self._started = False
 
@@ -66,7 +32,7 @@ class ResourceLimiter:
         if seconds is not None:
             self._until = time.process_time() + seconds
         if memory is not None:
-            self._most = process_memory()[1] + memory
+            self._most = self._memory() + memory
         if not self._started:
             self._started = True
             threading.Thread(target=self._look, daemon=True, name="limits").start()
@@ -76,7 +42,7 @@ class ResourceLimiter:
             time.sleep(_BETWEEN_LOOKS)
             if time.process_time() > self._until:
                 os._exit(self._overtime)
-            if process_memory()[1] > self._most:
+            if self._memory() > self._most:
                 os._exit(self._out_of_memory)
 
 

@@ -7,7 +7,7 @@ solids: a damaged file makes it access invalid memory or run forever.
 from collections.abc import Callable
 from typing import TypeVar
 
-from fea.machine.isolated import CrashError, OvertimeError, isolated
+from fea.machine.isolated import CrashError, OvertimeError, begun
 from geometry.errors import GeometryError
 
 Result = TypeVar("Result")
@@ -24,11 +24,13 @@ def read_isolated(
     seconds: float | None = None,
     memory: int | None = None,
 ) -> Result:
-    """Return the result of a job as `isolated` does; `who` could not do `what` where its process ends.
+    """Return the result of a job of a process as `begun` takes it; `who` could not do `what` if that ends.
 
     Raises `GeometryError`: it crashed, or took longer than `SECONDS`, the given time, or what it was allowed.
     """
-    return reading_errors(lambda: isolated(job, seconds=seconds or SECONDS, memory=memory), what, who)
+    with begun(job, seconds=seconds or SECONDS, memory=memory) as process:
+        result: Result = reading_errors(process.result, what, who)
+    return result
 
 
 def reading_errors(asked: Callable[[], Result], what: str, who: str = "the CAD kernel") -> Result:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from fea.base.choices import SolverName
 from fea.base.material import Material, Materials
-from fea.machine.system import free_memory, free_under_limit
+from fea.machine.system import free_under_limit, memory_of_machine
 from fea.solvers.direct import LinearSolver, direct, direct_solver
 from fea.solvers.iterative import Multigrid
 from mesh.tetmesh import TetMesh
@@ -57,8 +57,8 @@ def direct_bytes(n_dofs: int, slots: int) -> float:
 
 def available_bytes() -> float:
     """Memory still available to this process, on the machine, in its control group and under its ulimit."""
-    limits = [free_memory(), _free_in_group(), free_under_limit()]
-    return min((limit for limit in limits if limit is not None), default=float("inf"))
+    limits = [memory_of_machine().available, _free_in_group(), free_under_limit()]
+    return float(min(limit for limit in limits if limit is not None))
 
 
 def _free_in_group() -> float | None:

@@ -1,9 +1,8 @@
-"""Compare series of computations: Pareto front, times at equal error, errors at equal time, advice."""
+"""Compare series of computations: Pareto front, times at equal error, advice."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -71,24 +70,10 @@ def seconds_to(rows: Sequence[ConvergenceRow], percent: float, floor: float = FL
     return float(np.exp(np.interp(np.log(percent), places, np.log([seconds[first], seconds[first - 1]]))))
 
 
-def error_after(rows: Sequence[ConvergenceRow], seconds: float, floor: float = FLOOR) -> float:
-    """Error, percent, below which a series stays after a time, interpolated logarithmically.
-
-    It is infinite before the first row, and that of the last row after it.
-    """
-    points = sorted(zip((row.seconds for row in rows), settled(rows, floor), strict=True))
-    if not points or seconds < points[0][0]:
-        return np.inf
-    times, errors = np.array(points).T
-    best = np.minimum.accumulate(errors)
-    return float(np.exp(np.interp(np.log(seconds), np.log(times), np.log(best))))
-
-
 PERCENTS = (5.0, 2.0, 1.0)
-SECONDS = (0.3, 1.0, 3.0, 10.0, 30.0)
 # Target: this many times as fast as CalculiX at equal error.
 GOAL = 10.0
-WHOLE, THEIRS = ("fea, whole",), ("CalculiX",)
+WHOLE, THEIRS = "fea, whole", "CalculiX"
 
 
 @dataclass(frozen=True)
@@ -123,50 +108,22 @@ def same_mesh(rows: Sequence[ConvergenceRow]) -> list[tuple[ConvergenceRow, Conv
         for (tool, element), of_fea in series.items()
         if tool == "fea"
         for ours in of_fea
-        for theirs in series.get(("CalculiX", element), ())
+        for theirs in series.get((THEIRS, element), ())
         if theirs.computation.size == ours.computation.size and ours.error_bar is not None
     ]
 
 
 def equal_error(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[EqualError]:
     """Compare at each of `PERCENTS`; empty without CalculiX."""
-    longest = max((row.seconds for row in rows if row.computation.tool in THEIRS), default=0.0)
-    programs = (_ours(rows), WHOLE, THEIRS)
-    if not longest:
-        return []
+    longest = max((row.seconds for row in rows if row.computation.tool == THEIRS), default=0.0)
     compared = []
-    for percent in PERCENTS:
-        until = partial(seconds_to, percent=percent, floor=floor)
-        ours, whole, theirs = (_best(rows, tools, until) for tools in programs)
-        compared.append(EqualError(percent, ours, whole, theirs, longest))
+    for percent in PERCENTS if longest else ():
+        best = dict.fromkeys(("ours", WHOLE, THEIRS), math.inf)
+        for (tool, _), series in by_tool(rows).items():
+            program = tool if tool in best else "ours"
+            best[program] = min(best[program], seconds_to(series, percent, floor))
+        compared.append(EqualError(percent, best["ours"], best[WHOLE], best[THEIRS], longest))
     return compared
-
-
-def equal_time(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[tuple[float, float, float]]:
-    """Seconds, of `SECONDS` as far as both have rows, and errors of `fea` and CalculiX then, percent."""
-    programs = (_ours(rows), THEIRS)
-    longest = min(
-        max((row.seconds for row in rows if row.computation.tool in tools), default=0.0) for tools in programs
-    )
-    compared = []
-    for seconds in (time for time in SECONDS if time <= longest):
-        after = partial(error_after, seconds=seconds, floor=floor)
-        ours, theirs = (_best(rows, tools, after) for tools in programs)
-        if math.isfinite(ours) and math.isfinite(theirs):
-            compared.append((seconds, ours, theirs))
-    return compared
-
-
-def _ours(rows: Sequence[ConvergenceRow]) -> set[str]:
-    return {row.computation.tool for row in rows} - {*WHOLE, *THEIRS}
-
-
-def _best(
-    rows: Sequence[ConvergenceRow], tools: Collection[str], measure: Callable[[list[ConvergenceRow]], float]
-) -> float:
-    """The smallest value that any series of these tools gives; infinite if there is none."""
-    series = by_tool(row for row in rows if row.computation.tool in tools).values()
-    return min(map(measure, series), default=math.inf)
 
 
 def advice(rows: Sequence[ConvergenceRow], floor: float = FLOOR) -> list[str]:
@@ -181,7 +138,7 @@ def _sentence(
     if percent < floor:
         return f"Within {percent:g} %: the reference is not accurate enough (±{floor:.2g} %)."
     fastest = fastest_within(rows, percent)
-    ours = {kind: row for kind, row in fastest.items() if kind[0] != "CalculiX"}
+    ours = {kind: row for kind, row in fastest.items() if kind[0] != THEIRS}
     if not ours:
         return f"Within {percent:g} %: no computation reached this within the time limit."
     (tool, element), best = min(ours.items(), key=lambda item: item[1].seconds)
@@ -191,13 +148,9 @@ def _sentence(
         f"For a peak within {percent:g} %, {meshes}, use `{best.computation.name}` "
         f"with {element.upper()} elements: {best.seconds:.1f} s at {best.dofs} dofs"
     )
-    if against is not None:
-        text += "; CalculiX " + _calculix(against)
+    if against is not None and math.isfinite(against.theirs):
+        text += f"; CalculiX takes {against.ratio:.1f} times as long for the same error"
+    elif against is not None:
+        text += f"; CalculiX did not reach this in {against.longest:.0f} s"
     first = [name for name, kind in fastest if kind == "p1"]
     return text + ("." if first else ". No first-order mesh reached this.")
-
-
-def _calculix(against: EqualError) -> str:
-    if against.theirs == float("inf"):
-        return f"did not reach this in {against.longest:.0f} s"
-    return f"takes {against.ratio:.1f} times as long for the same error"

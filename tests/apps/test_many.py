@@ -10,7 +10,7 @@ from studies import plain_study
 
 import fea
 from fea.apps.many import analyse_many
-from fea.machine import notebook
+from fea.machine import clock
 
 QUICK = {"rpm": 6000, "size": 20, "pressure": "cosine-180"}
 
@@ -95,8 +95,8 @@ def test_progress_is_shown_in_scripts_where_it_is_asked_for(progress, shown, mon
         said.append(first)
         yield said.append
 
-    monkeypatch.setattr(notebook, "progress_line", progress_line)
-    with notebook.progress_shown(progress, "0 of 3") as show:
+    monkeypatch.setattr(clock, "progress_line", progress_line)
+    with clock.progress_shown(progress, "0 of 3") as show:
         show("1 of 3")
     assert "".join(f"{text}\n" for text in said) == shown
 
@@ -113,6 +113,6 @@ def test_progress_in_a_notebook_is_a_text_that_changes(progress, shown, monkeypa
         sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1))
     )
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=display))
-    with notebook.progress_shown(progress, "0 of 3") as show:
+    with clock.progress_shown(progress, "0 of 3") as show:
         show("1 of 3")
     assert said == shown

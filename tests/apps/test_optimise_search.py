@@ -75,7 +75,7 @@ def test_the_lightest_rod_is_found_though_meshes_scatter(seed):
     rods = Formulas(seed)
     found, least = search(rods, np.full(N, 0.8), 150), rods.least()
     assert found.count <= 150
-    assert found.holds
+    assert found.holding
     assert found.best.remeshed
     assert found.best.mass_kg == pytest.approx(least, rel=0.01)
     assert (rods.usage(found.best.x) <= 1 + 3 * SCATTER).all()
@@ -87,7 +87,7 @@ def test_thirty_evaluations_bring_most_of_it(seed, start):
     rods = Formulas(seed)
     found, least = search(rods, np.full(N, start), 30), rods.least()
     assert found.count <= 30
-    assert found.holds
+    assert found.holding
     assert found.best.mass_kg == pytest.approx(least, rel=0.05)
 
 
@@ -95,7 +95,7 @@ def test_a_rod_that_lacks_strength_becomes_one_that_holds():
     rods = Formulas(1)
     found = search(rods, np.full(N, 0.26), 150)
     assert found.first.margin < 0
-    assert found.holds
+    assert found.holding
     assert found.best.mass_kg == pytest.approx(rods.least(), rel=0.01)
 
 
@@ -103,7 +103,7 @@ def test_where_no_rod_holds_the_search_ends_and_says_so():
     rods = Formulas(1)
     rods.sizes *= 10
     found = search(rods, np.full(N, 0.8), 150)
-    assert not found.holds
+    assert not found.holding
     assert found.count <= 150
     assert "none that meets the factors was found" in found.ended or "evaluations are left" in found.ended
 

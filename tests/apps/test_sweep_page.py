@@ -9,7 +9,6 @@ from fea.apps.sweep.report import (
     label,
     main_effects,
     matrix,
-    parallel,
     pareto,
     sweep_page,
 )
@@ -120,9 +119,5 @@ def test_a_mean_is_drawn_where_there_are_rods_for_it():
     assert main_effects(swept(*many, ring))[-1].line.count(",") == 4  # at each value
 
 
-def test_one_rod_has_no_lines():
-    one = swept([1.0], [0.7])
-    assert (matrix(one), parallel(one)) == ([], None)
-    assert [anchor for _, anchor, *_ in parallel(swept([1.0, 1.1], [0.7, 0.8])).axes] == [
-        "start", "middle", "end",
-    ]  # fmt: skip
+def test_one_rod_has_no_pairs():
+    assert matrix(swept([1.0], [0.7])) == []

@@ -27,13 +27,6 @@ from fea.machine.isolated import CrashError, OvertimeError, fresh
 from geometry.errors import InvalidValue
 
 
-@pytest.fixture(autouse=True)
-def processes():
-    """Processes of threads end with each test; others in this interpreter may have ended theirs before."""
-    with workers.own_processes():
-        yield
-
-
 class KilledWorker(Exception):  # noqa: N818 - the name that Dask gives it
     pass
 
@@ -54,6 +47,7 @@ class Fates(Executor):
             self.out -= 1
             if fate == "cancelled":
                 future.cancel()
+                future.set_running_or_notify_cancel()  # as Dask does
             elif isinstance(fate, Exception):
                 future.set_exception(fate)
             else:
@@ -213,6 +207,18 @@ def test_a_process_that_crashed_or_was_endless_is_replaced():
     os.kill(idle, signal.SIGKILL)
     workers._of_thread.process.started.wait()
     assert in_own_process(os.getpid, seconds=60) != idle
+
+
+def test_processes_end_with_the_threads_that_asked_and_others_do_not():
+    with workers.own_processes(2) as pool:
+        first = pool.submit(in_own_process, os.getpid, seconds=60).result()
+        asleep = pool.submit(in_own_process, time.sleep, 600, seconds=600)
+        mine = in_own_process(os.getpid, seconds=60)
+    assert isinstance(asleep.exception(), CrashError)
+    assert not Path("/proc", str(first)).exists()
+    assert in_own_process(os.getpid, seconds=60) == mine
+    with workers.own_processes(1) as pool:
+        assert pool.submit(in_own_process, os.getpid, seconds=60).result() not in (first, mine)
 
 
 def test_a_job_that_prints_does_not_spoil_its_answer():

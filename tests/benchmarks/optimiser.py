@@ -56,7 +56,7 @@ def found_by(study, *, morphing=True, most=150, start=None):
     begin, free = time.perf_counter(), variables(study)
     found = search((Designs if morphing else Remeshed)(free), free.start if start is None else start, most)
     taken = time.perf_counter() - begin
-    said = "holds" if found.holds else "DOES NOT HOLD"
+    said = "holds" if found.holding else "DOES NOT HOLD"
     print(
         f"{'moved meshes' if morphing else 'new meshes'}: {1000 * found.best.mass_kg:.2f} g, {said}, "
         f"{found.count} meshes, {taken:.0f} s; {found.ended}",

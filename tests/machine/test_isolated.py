@@ -1,5 +1,6 @@
 """Works in a process of their own, and what interrupts them; signals put off for a moment."""
 
+import io
 import os
 import signal
 import subprocess
@@ -7,12 +8,13 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import pytest
 import works
 
 from fea.machine import isolated
-from fea.machine.isolated import CrashError, fresh
+from fea.machine.isolated import CrashError, IsolatedProcess, fresh
 from fea.machine.system import interrupt_once
 from geometry.signals import ENDS, held_back
 
@@ -53,6 +55,35 @@ def test_where_processes_cannot_be_copied_a_fresh_one_does_the_job(monkeypatch):
     with isolated.begun(works.tells, seconds=60) as process:
         assert process.result(told.append) != os.getpid()
     assert told == ["at work"]
+
+
+def test_a_pipe_stays_open_while_another_thread_reads_from_it():
+    """It would read into memory that was freed: "info->buf must not be NULL"."""
+    reading = threading.Event()
+
+    class Answers:
+        closed = False
+
+        def read(self, _size):
+            reading.set()
+            time.sleep(0.1)
+            assert not self.closed
+            return b""
+
+        readline = read
+
+        def close(self):
+            self.closed = True
+
+    ended = SimpleNamespace(poll=lambda: -9, wait=lambda: -9, kill=lambda: None)
+    process = IsolatedProcess(ended, io.BytesIO(), Answers())
+    with ThreadPoolExecutor(1) as pool:
+        asked = pool.submit(process.run, works.twice, 1)
+        reading.wait()
+        process.close()
+    for answer in (asked.result, lambda: process.run(works.twice, 1)):  # then it is closed
+        with pytest.raises(CrashError, match="SIGKILL"):
+            answer()
 
 
 @SIGNALS

@@ -26,7 +26,7 @@ def box(study, design, operation, label, **more):
     value = peak(design, operation)
     factor = 700 / value
     at = (100.0, 10.0, 5.0)
-    own = ShownFactor.of(SafetyFactor.of_stress(factor, 4.0), "the web", at)
+    own = ShownFactor(SafetyFactor.of_stress(factor, 4.0), "the web", at)
     figures = StudioFigures(
         mass_kg=0.1 * design.get("web_thickness_mm", 5.0),
         cases=(replace(own, name="tension", peak_MPa=value),),
@@ -34,8 +34,8 @@ def box(study, design, operation, label, **more):
         yielding=own,
         fatigue=None
         if label is Label.INTERPOLATED
-        else ShownFactor.of(SafetyFactor.of_stress(0.8 * factor, 4.0), "the web", at),
-        buckling=ShownFactor.of(SafetyFactor(3 * factor), "the shank"),
+        else ShownFactor(SafetyFactor.of_stress(0.8 * factor, 4.0), "the web", at),
+        buckling=ShownFactor(SafetyFactor(3 * factor), "the shank"),
     )
     length = study.rod.dimensions.length
     points = (CORNERS * [length, length, length]).astype(np.float32)
@@ -63,9 +63,6 @@ class LiveRod:
         for share in (0.5, 1.0):
             time.sleep(0.01)
             yield share
-
-    def cross(self, design, operation):
-        yield 0.5
 
     def frame(self, design, operation, fields="von_mises"):
         return box(self.study, design, operation, Label.INTERPOLATED)

@@ -110,7 +110,7 @@ def test_the_lightest_strip_is_found():
     thick = THICKNESS[0]
     half = brentq(lambda b: factor(b) * FORCE / (2 * b * thick) - STRENGTH, *WIDTH)
     found = search(Strips(), np.array([0.6, 0.6]), 60)
-    assert found.holds
+    assert found.holding
     assert found.count <= 60
     assert values(found.best.x) == pytest.approx([half, thick], rel=0.01)
     assert found.best.mass_kg < 0.75 * found.first.mass_kg

@@ -1,4 +1,4 @@
-"""Pareto front, times at equal error, errors at equal time, and the advice drawn from them."""
+"""Pareto front, times at equal error, and the advice drawn from them."""
 
 import math
 
@@ -7,8 +7,6 @@ import pytest
 from fea.verify.comparison import (
     advice,
     equal_error,
-    equal_time,
-    error_after,
     fastest_within,
     pareto,
     seconds_to,
@@ -59,17 +57,14 @@ def test_the_error_of_a_mesh_is_the_worst_of_it_and_all_finer_ones():
     assert settled([row(1, 0.01)]) == [0.05]
 
 
-def test_times_and_errors_are_interpolated_by_their_logarithms():
+def test_times_are_interpolated_by_their_logarithms():
     rows = [row(10.0**k, 10.0 ** (1 - k), size=4.0**-k) for k in range(3)]  # error = 10 / seconds
     assert seconds_to(rows, 2.0) == pytest.approx(5.0)
-    assert error_after(rows, 5.0) == pytest.approx(2.0)
     assert seconds_to(rows, 20.0) == 1.0
     assert seconds_to(rows, 0.05) == math.inf
-    assert error_after(rows, 0.5) == math.inf
-    assert error_after(rows, 1e4) == pytest.approx(0.1)
 
 
-def test_ours_is_held_against_calculix_at_equal_error_and_equal_time():
+def test_ours_is_held_against_calculix_at_equal_error():
     ours = [row(10.0**k / 20, 10.0 ** (1 - k), size=4.0**-k) for k in range(4)]
     theirs = [row(10.0**k, 10.0 ** (1 - k), "CalculiX", size=4.0**-k) for k in range(2)]
     five, two, one = equal_error(ours + theirs)
@@ -81,6 +76,4 @@ def test_ours_is_held_against_calculix_at_equal_error_and_equal_time():
     assert within.theirs == math.inf
     assert within.ratio == pytest.approx(2)  # at least: its only mesh took 1 s, ours 0.5 s
     assert not within.goal_met
-    after = {seconds: (mine, other) for seconds, mine, other in equal_time(ours + theirs)}
-    assert after[3.0] == (pytest.approx(10 / 60), pytest.approx(10 / 3))
     assert equal_error(ours) == []

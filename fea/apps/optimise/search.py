@@ -129,11 +129,6 @@ class SearchResult:
         rods = [design for design in self.tried if design.remeshed and design.margin >= 0]
         return sorted(rods, key=lambda design: design.mass_kg)
 
-    @property
-    def holds(self) -> bool:
-        """Whether the best rod holds."""
-        return bool(self.holding)
-
 
 def search(designs: Designs, start: Floats, most: int) -> SearchResult:
     """Search the lightest design that meets all constraints, from (n,) scaled dimensions.

@@ -43,46 +43,30 @@ class ShownFactor:
     """A safety factor, its interval, and the interval as it is printed."""
 
     factor: SafetyFactor
+    where: str = ""  #: in words; of bolts, their mode of failure
+    at_mm: Vector | None = None  #: None where it has no place
+    interpolation_percent: float = 0.0  #: estimated error of interpolation; 0 where there is none
+    name: str = ""  #: of the load case; empty for all
+    peak_MPa: float = 0.0  #: largest von Mises stress of the load case
     #: low, high: by the errors of mesh and interpolation; infinite where these are 100 % or more
-    low: float
-    high: float
-    interval: str
-    bar_percent: float  #: of the stress behind it
-    interpolation_percent: float  #: estimated error of interpolation; 0 where there is none
-    where: str  #: in words; of bolts, their mode of failure
-    at_mm: Vector | None  #: None where it has no place
-    name: str  #: of the load case; empty for all
-    peak_MPa: float  #: largest von Mises stress of the load case
+    low: float = field(init=False)
+    high: float = field(init=False)
+    interval: str = field(init=False)
+    bar_percent: float = field(init=False)  #: of the stress behind it
 
-    @classmethod
-    def of(
-        cls,
-        factor: SafetyFactor,
-        where: str = "",
-        at_mm: Vector | None = None,
-        interpolation_percent: float = 0.0,
-        *,
-        name: str = "",
-        peak_MPa: float = 0.0,
-    ) -> "ShownFactor":
-        """Return what the page shows of a safety factor."""
-        bar, printed = factor.percent or 0.0, interval(factor)
-        place = where, at_mm
-        return cls(
-            factor, factor.low, factor.high, printed, bar, interpolation_percent, *place, name, peak_MPa
-        )
+    def __post_init__(self) -> None:
+        vars(self).update(low=self.factor.low, high=self.factor.high, interval=interval(self.factor))
+        vars(self).update(bar_percent=self.factor.percent or 0.0)
 
     def times(
         self, ratio: float, error_percent: float = 0.0, wider_percent: float = 0.0, peak_ratio: float = 1.0
     ) -> "ShownFactor":
         """Return it corrected by a ratio with an error of its own."""
         bar = self.bar_percent + wider_percent + error_percent
-        return ShownFactor.of(
-            SafetyFactor.of_stress(float(self.factor) * ratio, bar),
-            self.where,
-            self.at_mm,
-            self.interpolation_percent + error_percent,
-            name=self.name,
+        return replace(
+            self,
+            factor=SafetyFactor.of_stress(float(self.factor) * ratio, bar),
+            interpolation_percent=self.interpolation_percent + error_percent,
             peak_MPa=self.peak_MPa * peak_ratio,
         )
 
@@ -164,14 +148,14 @@ def figures(rod: PreparedRod, result: SpeedResult) -> StudioFigures:
         yielding=_yielding(rod, result, Governing.of(cases).percent),
         fatigue=_fatigue(rod, result),
         buckling=_buckling(rod, result),
-        bolts=None if bolts is None else ShownFactor.of(bolts, bolts.mode),
+        bolts=None if bolts is None else ShownFactor(bolts, bolts.mode),
         checks=result.checks,
     )
 
 
 def _at_node(rod: PreparedRod, factor: float, percent: float, node: int) -> ShownFactor:
     place = place_name(rod.mesh, node), vector(rod.mesh.whole.points[node])
-    return ShownFactor.of(SafetyFactor.of_stress(factor, percent), *place)
+    return ShownFactor(SafetyFactor.of_stress(factor, percent), *place)
 
 
 def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> ShownFactor:
@@ -181,7 +165,7 @@ def _yielding(rod: PreparedRod, result: SpeedResult, percent: float) -> ShownFac
         usage = np.where(result.cycle.counts, result.cycle.envelope.usage, -np.inf)
         node, used = int(usage.argmax()), float(usage.max())
     edges = sharp_edge_figures(result.cases, rod.options.min_safety).values()
-    at_edges = [ShownFactor.of(edge.safety_factor, f"edge {edge.name}") for edge in chain(*edges)]
+    at_edges = [ShownFactor(edge.safety_factor, f"edge {edge.name}") for edge in chain(*edges)]
     return min([_at_node(rod, 1 / used, percent, node), *at_edges], key=lambda shown: shown.factor)
 
 
@@ -201,7 +185,7 @@ def _buckling(rod: PreparedRod, result: SpeedResult) -> ShownFactor | None:
     if not factors:
         return None
     plane = min(factors, key=lambda name: factors[name])
-    return ShownFactor.of(factors[plane], f"the shank, {plane.replace('_', ' ')}")
+    return ShownFactor(factors[plane], f"the shank, {plane.replace('_', ' ')}")
 
 
 # Error, percent, of a corrected factor in a design whose dimensions differ by this share, where contact

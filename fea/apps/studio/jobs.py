@@ -91,14 +91,10 @@ def frame(serial: int, state: State, top: float, field: str) -> FrameMessage:
 
 
 def begin(kind: str, state: State, what: str) -> None:
-    """Begin a job of several steps: "touch" a dimension, solve "exact" with a field, or "cross"."""
+    """Begin a job of several steps: "touch" a dimension, or solve "exact" with a field."""
     live, design, operation = _Worker.live, dict(state["design"]), _operation(state)
-    if kind == "cross":
-        _Worker.steps = live.cross(design, operation)
-    elif kind == "touch":
-        _Worker.steps = live.touch(what, design, operation)
-    else:
-        _Worker.steps = live.exact(design, operation, what)
+    touch = kind == "touch"
+    _Worker.steps = live.touch(what, design, operation) if touch else live.exact(design, operation, what)
 
 
 def step(serial: int, state: State, top: float) -> FrameMessage | float | None:

@@ -1,9 +1,8 @@
 """A rod that answers at once while its design and operating point change, and exactly where they rest."""
 
 from collections import deque
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations, product
 
 import numpy as np
 import numpy.typing as npt
@@ -29,7 +28,6 @@ from fea.apps.studio.operating_point import (
     feasible,
 )
 from fea.apps.studio.sampled_designs import LARGEST_ERROR, UNIT, DesignLoad, SampledDesigns, TrackedNodes
-from fea.apps.studio.surrogate import CutStencil
 from fea.base.choices import CONTACT
 from fea.machine.clock import Clock
 from fea.output.report.surface import NumberedSurface
@@ -45,9 +43,6 @@ from geometry.errors import GeometryError
 Dimensions = Mapping[str, float]  # mm, by key
 # Shares of a slider's way at which designs are sampled, beside its ends and its position (Chebyshev).
 _INNER = (0.146, 0.854)
-# Sufficient estimated error of the interpolation, percent.
-_ENOUGH_PERCENT = 0.1
-_DISTINCT = 0.1  # scaled distance of designs that show a curvature
 _KEPT = 4  # moved meshes
 _TRIES = 4  # at distances that are halved, to find what a moved mesh reaches
 
@@ -103,7 +98,7 @@ class LiveRod:
     def ranges(self, design: Dimensions) -> dict[str, SliderRange]:
         """Return how far each dimension can go from a design while the others stay."""
         design, found = self._full(design), dict[str, SliderRange]()
-        stencil = self._stencil(design)
+        stencil = None if self._samples is None else self._samples.stencil(self._scaled(design))
         for number, (name, value) in enumerate(design.items()):
             shown = feasible(self.study, design, name, value)
             if stencil is not None and number in stencil.lines:
@@ -131,49 +126,30 @@ class LiveRod:
         for done, value in enumerate(values, 1):
             there = {**design, name: value}
             known = self._sampled.at(self._scaled(there), load)
-            if known is None or not (
-                known.sampled
-                or (100 * known.largest_error <= _ENOUGH_PERCENT and self._shows_curvature(name, there))
-            ):
+            if known is None or not known.sampled:
                 yield from self._sample(there, operation, (done - 1) / len(values))
             yield done / len(values)
 
-    def cross(self, design: Dimensions, operation: OperatingPoint) -> Iterator[float]:
-        """Sample the joint effects of every two dimensions that were touched here; see `touch`."""
-        design = self._full(design)
-        stencil = self._stencil(design)
-        if stencil is None or stencil.changed(self._scaled(design)):
-            return
-        pairs = list(combinations(stencil.lines, 2))
-        for done, pair in enumerate(pairs):
-            names = [list(design)[number] for number in pair]
-            corners = product(*(stencil.lines[number].ends[::-1] for number in pair))
-            for corner in () if pair in stencil.corners else corners:
-                values = {name: self._value(name, end) for name, end in zip(names, corner, strict=True)}
-                if (yield from self._sample({**design, **values}, operation, done / len(pairs))):
-                    break
-
     def _sample(
         self, design: dict[str, float], operation: OperatingPoint, progress: float
-    ) -> Generator[float, None, bool]:
-        """Solve a design under a prescribed pressure and keep it; return whether it can be solved.
+    ) -> Iterator[float]:
+        """Solve a design under a prescribed pressure and keep it, where it can be solved.
 
         It yields between the steps; a design that is abandoned there is not kept.
         """
         if fault(self.study, design):
-            return False
+            return
         study = self.study_at(design, operation)
         mesh = self._moved(study)
         yield progress
         if mesh is None:
-            return False
+            return
         if self._in_contact:
             study = replace(study, analysis=replace(study.analysis, pressure=PRESCRIBED))
         rod = self._moving.prepared(study, mesh)
         result = solve_speed(rod, operation.rpm)
         yield progress
         self._keep(design, operation, rod, result)
-        return True
 
     def frame(
         self, design: Dimensions, operation: OperatingPoint, fields: str = LARGEST_OF_CASES
@@ -234,9 +210,6 @@ class LiveRod:
             raise ValueError("no rod was solved yet")
         return self._samples
 
-    def _stencil(self, design: Dimensions) -> CutStencil | None:
-        return None if self._samples is None else self._samples.stencil(self._scaled(design))
-
     def _full(self, design: Dimensions) -> dict[str, float]:
         return {**self.base_design, **design}
 
@@ -253,13 +226,6 @@ class LiveRod:
             study = self.study_at({}, operation)
             self._load = operation, DesignLoad(study, operation.rpm, study.materials(self._mesh.parts))
         return self._load[1]
-
-    def _shows_curvature(self, name: str, design: dict[str, float]) -> bool:
-        """Whether enough sampled designs lie apart on the line of a dimension to show its curvature."""
-        number, x = list(design).index(name), self._scaled(design)
-        every = [sample.x for sample in self._sampled.designs]
-        on_line = [each[number] for each in every if not np.delete(each - x, number).any()]
-        return len(on_line) > 2 and float(np.diff(np.sort(on_line)).min()) > _DISTINCT
 
     def _ends(self, name: str, design: dict[str, float]) -> tuple[float, float]:
         """How far a dimension is sampled to either side: as far as it is feasible and the mesh follows."""

@@ -403,7 +403,7 @@ class InterpolatedDesign:
     def _factor(self, used: float, bar: float, error: float, row: int) -> ShownFactor:
         node, sign = (each[row] for each in self._tracked.row_places)
         place = self._tracked.name(int(self._tracked.whole[row])), vector(self._points[node] * sign)
-        return ShownFactor.of(SafetyFactor.of_stress(1 / used, bar), *place, error)
+        return ShownFactor(SafetyFactor.of_stress(1 / used, bar), *place, error)
 
     def _fatigue(self, bar: float, error: float) -> ShownFactor | None:
         fatigue, rows = self._loaded.fatigue, self._tracked.fatigued
@@ -418,7 +418,7 @@ class InterpolatedDesign:
         if not np.isfinite(factors[worst]):
             return None
         plane = list(Plane)[worst].value.replace("_", " ")
-        return ShownFactor.of(SafetyFactor(float(factors[worst])), f"the shank, {plane}")
+        return ShownFactor(SafetyFactor(float(factors[worst])), f"the shank, {plane}")
 
     def drawn(self, shown: str) -> tuple[Singles, Singles]:
         """Places (n, 3) and stresses (n,) of the surface: of a load case, or the largest of all."""

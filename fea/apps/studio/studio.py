@@ -29,7 +29,7 @@ _MOST_CRASHES = 2
 _LONGEST_NAME = 60
 _MESHES = 4  # that are kept for a page that is loaded again
 _REPLACED = 4000  # code with which a socket is closed (of the range for applications)
-_TOUCH, _EXACT, _CROSS, _CONVERGE = "touch", "exact", "cross", "converge"
+_TOUCH, _EXACT, _CONVERGE = "touch", "exact", "converge"
 Job = Callable[[], Awaitable[None]]
 
 
@@ -286,7 +286,7 @@ class Studio:
         if request.touched and not known and self._sampled and self._sampled.state != request.state:
             await self._begin(_TOUCH, request, request.touched)
 
-    async def _begin(self, what: str, request: DesignRequest, of: str = "") -> None:
+    async def _begin(self, what: str, request: DesignRequest, of: str) -> None:
         self._steps, self._sampled = what, request if what == _TOUCH else None
         await self._live.run(jobs.begin, what, request.state, of)
         await self._send_ranges(request)
@@ -300,9 +300,7 @@ class Studio:
             if ended == _EXACT:
                 self._converging = request
                 self._fresh_work.set()
-                await self._begin(_CROSS, request)
-            else:
-                await self._send_ranges(request)
+            await self._send_ranges(request)
         elif self._steps == _TOUCH:
             await self._send("sampling", share=found)
             self._waiting = self._waiting or self._newest

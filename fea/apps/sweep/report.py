@@ -179,33 +179,6 @@ def _means(x: Floats, y: Floats, *, alone: bool) -> Floats | None:
     return np.array([(x[group].mean(), y[group].mean()) for group in groups])
 
 
-class Parallel(NamedTuple):
-    """Parallel coordinates: place, anchor of the text, name and ends of each axis, a line for each design."""
-
-    axes: tuple[tuple[float, str, str, str, str], ...]
-    lines: tuple[tuple[str, int], ...]
-
-
-def parallel(page: SweepPage) -> Parallel | None:
-    """A line for each design across its keys, mass and factor."""
-    chosen = _spread(page.samples, FACTOR, _MOST_LINES)
-    if len(chosen) < 2:
-        return None
-    places = np.linspace(60.0, 940.0, len(page.axes))
-    heights, axes = [], []
-    for place, name in zip(places, page.axes, strict=True):
-        values = page.columns[name]
-        low, high = float(np.nanmin(values)), float(np.nanmax(values))
-        heights.append(260 - 220 * (values[chosen] - low) / ((high - low) or 1.0))
-        anchor = {60.0: "start", 940.0: "end"}.get(float(place), "middle")
-        axes.append((round(float(place), 1), anchor, label(name), f"{low:.4g}", f"{high:.4g}"))
-    lines = tuple(
-        (" ".join(f"{x:.1f},{y:.1f}" for x, y in zip(places, row, strict=True)), int(n))
-        for n, row in zip(chosen, np.array(heights).T, strict=True)
-    )
-    return Parallel(tuple(axes), lines)
-
-
 _COLUMNS = (
     ("first", "first-order index"), ("total", "total index"), ("regression", "standardised slope"),
 )  # fmt: skip
@@ -232,7 +205,6 @@ def sweep_page(page: SweepPage) -> str:
         pareto=pareto(page),
         matrix=matrix(page),
         effects=main_effects(page),
-        parallel=parallel(page),
         fails={n for n, factor in enumerate(page.figures.get(FACTOR, ())) if factor < 1},
         data=embedded_json(
             {"rows": page.samples.rows, "lines": list(numbers), "studies": studies, "values": values}

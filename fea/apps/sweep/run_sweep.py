@@ -138,17 +138,14 @@ def _settle(sweep: Sweep, folder: Path, journal: Journal, new: list[SweepRow] | 
     journal.enter(wanted, longer[len(keys) :])
 
 
-# The rate is that of the last so many results: the first ones wait for libraries to load.
-_RECENT = 50
-
-
 class Progress:
     """Counts the rods that came back, of a total to compute now."""
 
     def __init__(self, total: int, clock: Callable[[], float] = time.monotonic) -> None:
         self.total, self.done = total, 0
         self._clock = clock
-        self._times: deque[tuple[float, int]] = deque([(clock(), 0)], maxlen=_RECENT)
+        # The rate is that of the last results: the first ones wait for libraries to load.
+        self._times: deque[tuple[float, int]] = deque([(clock(), 0)], maxlen=50)
 
     def add(self, count: int) -> None:
         """Count rods that came back."""

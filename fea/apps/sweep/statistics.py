@@ -33,12 +33,10 @@ class Samples:
         """Gather the rows of a journal by their design."""
         groups = [list(group) for _, group in groupby(rows, lambda row: row.sample)]
         figures = dict.fromkeys(name for group in groups for row in group for name in row.figures)
+        of_cases = {name.replace("_von_mises_MPa", "_factor") for name in figures if "_von_mises_" in name}
         # Factors of the whole rod, not those of one of its load cases.
-        cases = {name.removesuffix("_von_mises_MPa") for name in figures}
-        of_rod = (name.endswith("_factor") and name.removesuffix("_factor") not in cases for name in figures)
-        names = [
-            name for name, wanted in zip(figures, of_rod, strict=True) if wanted or name in (MASS, FACTOR)
-        ]
+        wanted = {MASS, FACTOR, *(name for name in figures if name.endswith("_factor"))} - of_cases
+        names = [name for name in figures if name in wanted]
         return cls(
             tuple(dict.fromkeys(key for group in groups for key in group[0].design)),
             tuple(group[0].design for group in groups),
@@ -54,8 +52,9 @@ class Samples:
     def numeric(self) -> tuple[str, ...]:
         """The keys whose values are numbers and differ."""
         columns = {key: [design.get(key) for design in self.designs] for key in self.keys}
-        numeric = (key for key in self.keys if not any(map(_is_word, columns[key])))
-        return tuple(key for key in numeric if len(set(columns[key])) > 1)
+        kinds = {key: {type(value) for value in column} for key, column in columns.items()}
+        words = {key for key in kinds if any(k is bool or not issubclass(k, int | float) for k in kinds[key])}
+        return tuple(key for key in self.keys if key not in words and len(set(columns[key])) > 1)
 
     def column(self, key: str) -> Floats:
         """Values (n,) of a numeric key."""
@@ -76,10 +75,6 @@ class Samples:
             tuple(self.rows[n] for n in numbers),
             {name: values[numbers] for name, values in self.values.items()},
         )
-
-
-def _is_word(value: object) -> bool:
-    return isinstance(value, bool) or not isinstance(value, int | float)
 
 
 def _least(group: Sequence[SweepRow], name: str) -> float:

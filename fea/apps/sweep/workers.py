@@ -3,13 +3,13 @@
 import json
 import logging
 import math
-import queue
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
@@ -60,10 +60,20 @@ class ClusterError(OSError):
     """No scheduler answers, or the connection to it is lost (exit code 7)."""
 
 
-# Each thread of a worker has one process, which computes rod after rod and which it outlives.
-_of_thread = threading.local()
-_processes: set[IsolatedProcess] = set()  # of all threads
-_ended = threading.Event()  # they are being ended
+class _Processes(list[IsolatedProcess]):
+    """The processes of the threads of one pool."""
+
+    ended = False  #: whether they are being ended
+
+
+class _OfThread(threading.local):
+    """A thread of a worker has one process, which computes rod after rod and which it outlives."""
+
+    process: IsolatedProcess | None = None
+    processes = _Processes()  #: of its pool; Dask's threads share these
+
+
+_of_thread = _OfThread()
 
 
 def work(task: Task) -> RodResult:
@@ -88,7 +98,7 @@ def work(task: Task) -> RodResult:
             )
             break
         except CrashError as error:
-            if _ended.is_set():
+            if _of_thread.processes.ended:
                 reason = "the sweep was interrupted"
                 break
             causes.append(error.cause)
@@ -102,14 +112,13 @@ def work(task: Task) -> RodResult:
 
 def in_own_process(job: Callable[..., Any], *arguments: Any, seconds: float | None, threads: int = 1) -> Any:
     """Run a picklable job in this thread's process. Raises `CrashError`, `OvertimeError`."""
-    process: IsolatedProcess | None = getattr(_of_thread, "process", None)
+    process = _of_thread.process
     if process is None or not process.alive:
         if process is not None:
             process.close()
-            _processes.discard(process)
         process = _of_thread.process = fresh(variables(threads))
-        _processes.add(process)
-        if _ended.is_set():
+        _of_thread.processes.append(process)
+        if _of_thread.processes.ended:
             process.close()
     return process.run(job, *arguments, seconds=seconds)
 
@@ -180,30 +189,31 @@ def cluster(workers: int | None, address: str | None) -> Iterator[Workers]:
             yield Workers(client.get_executor(pure=False), client=client)
         return
     count = workers or usual_workers()
-    with ThreadPoolExecutor(count) as pool, own_processes():
+    with own_processes(count) as pool:
         yield Workers(pool, count)
 
 
 def usual_workers() -> int:
     """Return the number of usable cores, without their second threads where that is known."""
-    allowed, cores = usable_processors(), None
-    with suppress(ImportError):
-        import psutil  # noqa: PLC0415 - comes with the extra
+    import psutil  # noqa: PLC0415 - as in `fea.machine.system`
 
-        cores = psutil.cpu_count(logical=False)
-    return min(cores or allowed, allowed)
+    allowed = usable_processors()
+    return min(psutil.cpu_count(logical=False) or allowed, allowed)
 
 
 @contextmanager
-def own_processes() -> Iterator[None]:
-    """End the processes of all threads with the block, also within a rod."""
-    _ended.clear()
-    try:
-        yield
-    finally:
-        _ended.set()
-        while _processes:
-            _processes.pop().close()
+def own_processes(count: int) -> Iterator[Executor]:
+    """Yield threads, each with a process of its own, which end with the block, also within a rod."""
+    processes = _Processes()
+    begin = partial(setattr, _of_thread, "processes", processes)
+    with ThreadPoolExecutor(count, initializer=begin) as pool:
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            processes.ended = True
+            for process in tuple(processes):
+                process.close()
 
 
 @contextmanager
@@ -268,27 +278,19 @@ def compute_pending(
     version of the program, or none; `StorageError`: the journal cannot be written.
     """
     jobs = deque(journal.pending())
-    finished: queue.SimpleQueue[Future[RodResult]] = queue.SimpleQueue()
     running: dict[Future[RodResult], str] = {}
     while jobs or running:
         # One rod for each thread: none waits on a worker that may die.
         while jobs and len(running) < max(1, workers.threads()):
             future = workers.submit(common.of(journal, jobs[0]))
             running[future] = jobs.popleft()
-            future.add_done_callback(finished.put)
-        results = [_result(future, running.pop(future)) for future in _arrived(finished)]
+        finished, _ = wait(running, timeout=_WAIT, return_when=FIRST_COMPLETED)
+        results = [_result(future, running.pop(future)) for future in finished]
         if results:
             journal.finish(results)
         else:
             workers.require_connected()
         listener(results, workers.threads())
-
-
-def _arrived(finished: "queue.SimpleQueue[Future[RodResult]]") -> Iterator["Future[RodResult]"]:
-    with suppress(queue.Empty):
-        yield finished.get(timeout=_WAIT)
-        while True:
-            yield finished.get_nowait()
 
 
 def _result(future: "Future[RodResult]", job: str) -> RodResult:

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fea.base.units import DEG, KG, KG_M2, RPM
-from fea.verify.reproduce.tables import PublishedStudy, column
+from fea.verify.reproduce.tables import PublishedStudy
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.dynamics import center_acceleration, cycle
-from loads.engine import Engine, Kinematics, kinematics
+from loads.dynamics import cycle
+from loads.engine import Engine, kinematics
 from loads.gas import Boyle, GasModel, NoGas
 
 
@@ -109,11 +109,6 @@ def boyle() -> Boyle:
     return Boyle(engine(), COMPRESSION_RATIO, ATMOSPHERE)
 
 
-def motion_at(rpm: float, degrees: Floats) -> Kinematics:
-    """Exact kinematics at crank angles in degrees."""
-    return kinematics(engine(), degrees * DEG, rpm * RPM)
-
-
 def gas_force(degrees: Floats) -> Floats:
     """Gas force on the piston at crank angles in degrees, N."""
     return boyle().pressure(degrees * DEG, np.array(0.0)) * PISTON_AREA
@@ -132,17 +127,6 @@ def corrected(rpm: float, degrees: Floats, *, gas: bool = True) -> Reactions:
     c = cycle(engine(), rod(), model, rpm * RPM, degrees * DEG)
     pin, crank = c.in_engine_axes(c.pin), c.in_engine_axes(c.crank)
     return Reactions(crank.x, crank.y, -crank.x, -crank.y, pin.x, pin.y, c.wall, -c.torque)
-
-
-def centre_acceleration(rpm: float, degrees: Floats) -> Floats:
-    """Acceleration of the rod's centre of gravity, mm/s²."""
-    return np.hypot(*center_acceleration(engine(), rod(), motion_at(rpm, degrees)))
-
-
-def largest_difference() -> float:
-    """Largest difference of the piston positions of independent software, mm."""
-    position = column("columba2022_working_model", "piston_x_mm")
-    return float(np.abs(position.values - motion_at(0.0, position.degrees).piston_position).max())
 
 
 STUDY = PublishedStudy(SOURCE, globals())

@@ -12,22 +12,20 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from fea.analysis.pipeline import prepare, solve_speed
 from fea.analysis.speed_result import SpeedResult
-from fea.base.units import KG, KG_M2, RPM
-from fea.judge.case_result import CaseResult
+from fea.base.units import KG, KG_M2
 from fea.study.option_tables import ForcesTable, MeshTable
 from fea.study.pin_models import PRESCRIBED
 from fea.study.study import load_study
-from fea.study.traces import shipped_trace
 from fea.verify.reproduce.tables import PrintedColumn, PublishedStudy, Slip, column, printed
 from geometry.arrays import Floats
 from geometry.mass import MassProperties
-from loads.dynamics import EngineInstants, cycle
-from loads.engine import Engine, Kinematics, kinematics
+from loads.engine import Engine
 
 SOURCE = "leon-2001"
 SPEEDS = (6000, 3000, 800)
@@ -44,12 +42,8 @@ ROD = MassProperties(0.785 * KG, (64.0, 0.0, 0.0), (_ZERO, _ZERO, (0.0, 0.0, INE
 # Values used in the thesis.
 M_RECIPROCATING = 1.690  # kg, PISTON + M_B truncated
 _M_A_USED = 0.428  # kg: the rod's mass at the crank pin, 0.428687, truncated
-LAMBDA_POSITION = 0.141  # the rod length in metres
-LAMBDA_SERIES = 0.333  # in the coefficients b₃ and b₅ of the rod angle
-PI = 3.1416  # the value used for the tangents, which explains relative errors of 2.5e-6 at 19.47°
 
-# The tables of accelerations, of inertia forces and of forces at the pin, by speed.
-ACCELERATION = {rpm: f"leon2001_table{4 + i}_piston_acceleration_{rpm}rpm" for i, rpm in enumerate(SPEEDS)}
+# The tables of inertia forces and of forces at the pin, by speed.
 INERTIA_FORCE = {rpm: f"leon2001_table{8 + i}_inertia_force_{rpm}rpm" for i, rpm in enumerate(SPEEDS)}
 PIN_FORCES = {rpm: f"leon2001_table{13 + i}_forces_{rpm}rpm" for i, rpm in enumerate(SPEEDS)}
 
@@ -59,34 +53,7 @@ def engine(bore: float = BORE) -> Engine:
     return Engine(1e3 * R, 1e3 * L, bore, PISTON * KG, cylinders=4, phase=math.pi)
 
 
-def motion_at(rpm: float, theta: Floats) -> Kinematics:
-    """Exact kinematics at crank angles, rad."""
-    return kinematics(engine(), theta, rpm * RPM)
-
-
-def pressure_at(rpm: float, theta: Floats) -> Floats:
-    """Measured gas pressure at crank angles, rad, MPa."""
-    return shipped_trace(SOURCE).pressure(theta, np.array(rpm * RPM))
-
-
-def forces_at(rpm: float, theta: Floats) -> EngineInstants:
-    """Exact forces with the measured gas pressure at crank angles, rad."""
-    return cycle(engine(), ROD, shipped_trace(SOURCE), rpm * RPM, theta)
-
-
-def along_cylinder(instants: EngineInstants) -> Floats:
-    """Force on the rod at the piston pin along the cylinder, N."""
-    return instants.in_engine_axes(instants.pin).x
-
-
-def angle_coefficient(n: int) -> float:
-    """The exact coefficient of β = Σ bₙ sin nθ."""
-    count = 256
-    theta = 2 * np.pi * np.arange(count) / count
-    return float(-2 * np.fft.rfft(np.arcsin(LAMBDA * np.sin(theta))).imag[n] / count)
-
-
-def _terms(cells: PrintedColumn, rpm: int) -> tuple[Floats, Floats, Floats, Floats]:
+def terms(cells: PrintedColumn, rpm: int) -> tuple[Floats, Floats, Floats, Floats]:
     """The terms of F = F_gas − F_a − s (F_c + |F_αrod|), s the sign of the acceleration, N.
 
     F_gas is of table 7, F_a = 1.690 a and the sum of table 12; at 800 rpm the crank angle was added.
@@ -100,21 +67,10 @@ def _terms(cells: PrintedColumn, rpm: int) -> tuple[Floats, Floats, Floats, Floa
     return gas, M_RECIPROCATING * acceleration, rest, cells.degrees * (rpm == 800)
 
 
-def published_resultant(cells: PrintedColumn, rpm: int) -> Floats:
-    """Sum the forces of tables 13–15 as the thesis does, N."""
-    gas, inertia, rest, added = _terms(cells, rpm)
-    return gas - inertia - rest + added
-
-
 def beside(cells: PrintedColumn, rpm: int, title: str) -> Floats:
     """Figures of a column of tables 13–15 at the crank angles of the cells."""
     by_angle = {cell.key: float(cell.text) for cell in column(PIN_FORCES[rpm], title)}
     return np.array([by_angle[cell.key] for cell in cells])
-
-
-def angle_of_largest(degrees: Floats, forces: Floats) -> float:
-    """Crank angle, degrees, of the largest of some forces (n,)."""
-    return float(degrees[np.abs(forces).argmax()])
 
 
 def _truncated(value: float, places: int) -> float:
@@ -125,17 +81,12 @@ def _truncated(value: float, places: int) -> float:
 
 def rounded_by_hand(total: PrintedColumn, rpm: int) -> dict[str, Slip]:
     """The intermediate figure that was rounded by hand, for the cells that it explains."""
-    slips = {}
-    for cell, *terms in zip(total, *(term.tolist() for term in _terms(total, rpm)), strict=True):
-        gas, inertia, rest, angle = terms
-        reach = cell.digit * (1 + 1e-6)
-        ways = (
-            slip
-            for slip in _roundings(gas + angle, inertia, rest)
-            if abs((slip.value or 0.0) - float(cell.text)) <= reach
-        )
-        if slip := next(ways, None):
-            slips[cell.key] = slip
+    slips: dict[str, Slip] = {}
+    columns = (term.tolist() for term in terms(total, rpm))
+    for cell, gas, inertia, rest, angle in zip(total, *columns, strict=True):
+        for slip in _roundings(gas + angle, inertia, rest):
+            if abs((slip.value or 0.0) - float(cell.text)) <= cell.digit * (1 + 1e-6):
+                slips.setdefault(cell.key, slip)
     return slips
 
 
@@ -150,13 +101,32 @@ def _roundings(force: float, inertia: float, rest: float) -> Iterator[Slip]:
     yield Slip(f"F_a = {inertia:.10g} read as 31990", force - 31990 - rest)
 
 
-STRENGTH = 620.4  # MPa, of the stress model
 # Peaks at this size are within a few per cent of mesh-converged ones; the figures differ by factors.
 _SIZE = 6.5  # mm
 
 
+class LargestValues(NamedTuple):
+    """Largest stresses, MPa, and displacement, mm, and least safety factor of a run."""
+
+    von_mises: float
+    principal: float
+    moved: float
+    safety: float
+
+    @classmethod
+    def of(cls, result: SpeedResult) -> "LargestValues":
+        """Find them among all load cases."""
+        cases = result.cases.values()
+        return cls(
+            max(float(case.von_mises.max()) for case in cases),
+            max(float(case.principal[:, 0].max()) for case in cases),
+            max(float(np.linalg.norm(case.displacement, axis=1).max()) for case in cases),
+            min(float(case.safety_factor.min()) for case in cases),
+        )
+
+
 @cache
-def clamped(*, bonded: bool = False, axial_only: bool = False) -> SpeedResult:
+def clamped(*, bonded: bool = False, axial_only: bool = False) -> LargestValues:
     """Our rod under the published conditions: big end clamped, table 17's forces on the pin bore.
 
     `bonded` spreads the pin force over the whole bore, as other programs do with a force on a face.
@@ -167,40 +137,16 @@ def clamped(*, bonded: bool = False, axial_only: bool = False) -> SpeedResult:
     if axial_only:
         axial, _ = study.forces.pin() if study.forces else (0.0, 0.0)
         study = replace(study, forces=ForcesTable(pin_N=(axial, 0.0)))
-    return solve_speed(prepare(study), None)
+    return LargestValues.of(solve_speed(prepare(study), None))
 
 
 @cache
-def balanced() -> dict[int, SpeedResult]:
+def balanced() -> dict[int, LargestValues]:
     """Our rod in balance with its own inertia, by speed, under prescribed pressure."""
     study = load_study(SOURCE)
     pressed = replace(study.analysis, pressure=PRESCRIBED)
     rod = prepare(replace(study, mesh=MeshTable(size_mm=_SIZE), analysis=pressed))
-    return {rpm: solve_speed(rod, rpm) for rpm in sorted(SPEEDS)}
-
-
-def _largest(result: SpeedResult, field: Callable[[CaseResult], Floats]) -> float:
-    return max(float(field(case).max()) for case in result.cases.values())
-
-
-def von_mises(result: SpeedResult) -> float:
-    """Largest von Mises stress of a run, MPa."""
-    return _largest(result, lambda case: case.von_mises)
-
-
-def principal(result: SpeedResult) -> float:
-    """Largest principal stress of a run, MPa."""
-    return _largest(result, lambda case: case.principal[:, 0])
-
-
-def moved(result: SpeedResult) -> float:
-    """Largest displacement of a run, mm."""
-    return _largest(result, lambda case: np.linalg.norm(case.displacement, axis=1))
-
-
-def safety(result: SpeedResult) -> float:
-    """Least safety factor of a run."""
-    return -_largest(result, lambda case: -case.safety_factor)
+    return {rpm: LargestValues.of(solve_speed(rod, rpm)) for rpm in sorted(SPEEDS)}
 
 
 # The rod as a column, by Euler as printed and by Johnson as its slenderness requires.

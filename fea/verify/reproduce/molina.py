@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from fea.base.units import DEG, M_S2, RPM
+from fea.base.units import DEG, RPM
 from fea.verify.reproduce.tables import PublishedStudy
 from geometry.arrays import Floats
 from loads.engine import Engine, Kinematics, kinematics
@@ -13,34 +13,18 @@ R, L, BORE = 44.0, 150.0, 85.0  # mm
 LAMBDA = R / L
 
 # Kinematics need no mass.
-_ENGINE = Engine(crank_radius=R, rod_length=L, bore=BORE, piston_mass=1e-3, cylinders=4)
+ENGINE = Engine(crank_radius=R, rod_length=L, bore=BORE, piston_mass=1e-3, cylinders=4)
 FINE = np.linspace(0, 360, 36_001)  # degrees
 
 
 def motion(rpm: float, degrees: npt.ArrayLike) -> Kinematics:
     """Exact kinematics at crank angles in degrees."""
-    return kinematics(_ENGINE, np.asarray(degrees, dtype=np.float64) * DEG, rpm * RPM)
+    return kinematics(ENGINE, np.asarray(degrees, dtype=np.float64) * DEG, rpm * RPM)
 
 
 def travel(degrees: npt.ArrayLike) -> Floats:
     """Piston displacement from TDC, mm."""
     return R + L - motion(0, degrees).piston_position
-
-
-def velocity(rpm: float, degrees: npt.ArrayLike) -> Floats:
-    """Piston velocity away from TDC, cm/s."""
-    return -motion(rpm, degrees).piston_velocity / 10.0
-
-
-def acceleration(rpm: float, degrees: npt.ArrayLike) -> Floats:
-    """Piston acceleration away from TDC, m/s²."""
-    return -motion(rpm, degrees).piston_acceleration / M_S2
-
-
-def two_terms(rpm: float, degrees: npt.ArrayLike) -> Floats:
-    """Evaluate a = ω² r (cos θ + λ cos 2θ), positive away from TDC, m/s²."""
-    theta = np.asarray(degrees, dtype=np.float64) * DEG
-    return np.asarray((rpm * RPM) ** 2 * R * (np.cos(theta) + LAMBDA * np.cos(2 * theta)) / M_S2)
 
 
 def fit(degrees: Floats, displacement: Floats) -> tuple[tuple[float, float], float]:

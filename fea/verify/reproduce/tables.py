@@ -26,7 +26,10 @@ import numpy as np
 from fea.base import units
 from fea.base.shipped import TomlTable, shipped_text, shipped_toml
 from fea.output.json_file import JsonObject
+from fea.study.traces import shipped_trace
 from geometry.arrays import Floats
+from loads.dynamics import center_acceleration, cycle
+from loads.engine import kinematics
 
 
 class Cell(NamedTuple):
@@ -278,7 +281,11 @@ class PrintedQuantity:
     misprints: Sequence[str] = ()  #: keys of cells with one wrong digit
 
 
-# Expressions that every study has: the crank angles of the cells and the speed, rad and rad/s.
+# The mechanics that every study has; and expressions: the crank angles of the cells and the speed, rad and
+# rad/s.
+_MECHANICS = {
+    each.__name__: each for each in (kinematics, cycle, center_acceleration, shipped_trace, column, printed)
+}
 _SHARED = {"degrees": "cells.degrees", "theta": "degrees * DEG", "omega": "rpm * RPM"}
 
 
@@ -287,8 +294,8 @@ class PublishedStudy:
     """A published study: its tables, read from package data, and the names that their formulas use.
 
     A formula is a Python expression whose value is broadcast to the printed cells. It may use the `names` of
-    the study's module, units and functions of NumPy, the ``expressions`` of the file, ``degrees``, ``theta``
-    and ``omega``, the cells themselves and their speed, ``rpm``.
+    the study's module, `_MECHANICS`, units and functions of NumPy, the ``expressions`` of the file,
+    ``degrees``, ``theta`` and ``omega``, the cells themselves and their speed, ``rpm``.
     """
 
     source: str
@@ -323,7 +330,7 @@ class PublishedStudy:
         tree = ast.parse(expression, mode="eval")
         named = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
         used = {name: self._value(self._shared[name], **given) for name in named & self._shared.keys()}
-        names = ChainMap(used, given, self.names, {"column": column}, vars(units), vars(np))
+        names = ChainMap(used, given, self.names, _MECHANICS, vars(units), vars(np))
         return eval(expression, {}, names)  # noqa: S307 - the files of this package
 
     def printed(self, quantity: PrintedQuantity, rpm: int) -> PrintedColumn:

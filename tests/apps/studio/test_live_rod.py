@@ -125,21 +125,14 @@ def test_between_sampled_designs_the_estimate_bounds_the_error(touched):
     assert ranges["length_mm"].covered_low is None
 
 
-def test_what_two_dimensions_change_together_is_solved_where_the_hand_rests():
+def test_what_two_dimensions_do_together_is_within_the_estimate():
     rod, flange = LiveRod(coarse()), "flange_thickness_mm"
     for name in (WEB, flange):
         list(rod.touch(name, {}, rod.operation))
-    design, count = {WEB: 4.4, flange: 2.7}, len(rod._samples.designs)
-    before = rod.frame(design, rod.operation).figures.yielding
-    assert list(rod.cross({WEB: 4.9}, rod.operation)) == []  # no sampled design is there
-    assert list(rod.cross({}, rod.operation))
-    assert len(rod._samples.designs) == count + 1
-    assert list(rod.cross({}, rod.operation)) == []
-    after = rod.frame(design, rod.operation).figures.yielding
+    design = {WEB: 4.4, flange: 2.7}
+    shown = rod.frame(design, rod.operation).figures.yielding
     solved = next(rod.exact(design, rod.operation)).figures.yielding
-    assert abs(after.factor / solved.factor - 1) <= after.interpolation_percent / 100
-    assert abs(before.factor / solved.factor - 1) <= before.interpolation_percent / 100
-    assert after.interpolation_percent < 0.7 * before.interpolation_percent
+    assert 0 < abs(shown.factor / solved.factor - 1) <= shown.interpolation_percent / 100
 
 
 def test_speed_charge_masses_and_strengths_follow_at_once(touched):
