@@ -270,6 +270,52 @@ class SpotFigures(PlaceFigures):
     history_MPa: tuple[float, ...]
 
 
+class BLifeFigures(Figures):
+    """Hours by which so many per cent of the rods, or of engines with their first rod, have failed.
+
+    They hold if places fail independently; where dependence counts, `at_most_hours` is the other bound.
+    """
+
+    percent: float
+    hours: float | None  #: None for unlimited
+    at_most_hours: WhereKnown[float] = None
+    at_most_unlimited: WhereKnown[bool] = None
+    sampling_error_percent: float  #: standard error of the hours
+
+
+class PlaceLifeFigures(Figures):
+    """A place that may fail first: hours by which it fails in a share of the rods, None for unlimited."""
+
+    where: str
+    at_mm: Vector | None  #: None for a bolt
+    count: int  #: of equal places of a rod
+    b10_hours: float | None
+    b50_hours: float | None
+    assumed: bool  #: whether its S–N line is
+
+
+class ReliabilityFigures(Figures):
+    """``reliability``: B-lives of the rods at one speed, and the scatter that they are of."""
+
+    lives: tuple[BLifeFigures, ...]
+    first: str  #: the place that fails first in a tenth of the rods
+    conditional: bool  #: whether they hold only if an assumed strength or peak pressure is right
+    places: tuple[PlaceLifeFigures, ...]
+    rods: int  #: of an engine
+    engine: BLifeFigures | None  #: of engines of more than one rod
+    by_hours: WhereKnown[float] = None  #: of [scatter]
+    failed_percent: WhereKnown[tuple[float, float]] = None  #: of the rods by then, least and most
+    failed_error_percent: WhereKnown[float] = None  #: standard error of the most
+    samples: int
+    #: standard deviations in per cent of the mean: of fatigue strength, of the static strength that mean
+    #: stress is compared with, and of the gas load between cylinders, between engines and from cycle to cycle
+    strength_percent: float
+    static_percent: float
+    cylinder_percent: float
+    boost_percent: float
+    cycle_percent: float
+
+
 class CycleLifeFigures(Figures):
     """Hours of running at one speed until the place of the smallest factor against fatigue fails.
 
@@ -285,6 +331,7 @@ class CycleLifeFigures(Figures):
     cycles: float | None
     assumed: bool  #: whether the S–N line is assumed from the strengths
     unlimited: bool
+    reliability: WhereKnown[ReliabilityFigures] = None
 
 
 class CycleFigures(Figures):

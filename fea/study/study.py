@@ -30,6 +30,7 @@ from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.python_words import python_words
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
+from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
 from fea.study.two_stroke import BIG
@@ -58,6 +59,7 @@ class Study:
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
     duty: DutyTable | None = None
+    scatter: ScatterTable | None = None
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
@@ -76,8 +78,7 @@ class Study:
             else:
                 table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
-        if self.duty is not None:
-            self._require_cycle(self.duty)
+        self._require_cycle()
         if self.rod.mesh is not None:
             self._require_no_remeshing()
         rule = "has no effect where the mesh is not refined"
@@ -101,12 +102,20 @@ class Study:
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()
 
-    def _require_cycle(self, duty: DutyTable) -> None:
-        SpeedTable(duty.speeds).speeds()
-        rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
-        require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
-        rule = "cannot be switched off with [duty], whose life is that of crank cycles"
-        require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
+    def _require_cycle(self) -> None:
+        needed: dict[str, tuple[str, object]] = {}
+        if self.duty is not None:
+            SpeedTable(self.duty.speeds).speeds()
+            needed["duty"] = "duty.rpm", list(self.duty.rpm)
+        if self.scatter is not None:
+            needed["scatter"] = "scatter.strength_percent", self.scatter.strength_percent
+        for table, given in needed.items():
+            rule = "cannot be used with [forces], which have no crank cycle"
+            require(self.forces is None, *given, rule, "Give an [engine] instead.")
+            rule = f"cannot be switched off with [{table}], whose life is that of crank cycles"
+            require(
+                self.analysis.cycle, "analysis.cycle", "false", rule, f"Leave it out, or remove [{table}]."
+            )
 
     def _require_film(self) -> None:
         if self.analysis.film:
