@@ -271,49 +271,36 @@ class SpotFigures(PlaceFigures):
 
 
 class BLifeFigures(Figures):
-    """Hours by which so many per cent of the rods, or of engines with their first rod, have failed.
+    """Hours by which 1, 10 and 50 % have failed; None: no such share by 10⁸ cycles, or never."""
 
-    They hold if places fail independently; where dependence counts, `at_most_hours` is the other bound.
-    """
-
-    percent: float
-    hours: float | None  #: None for unlimited
-    at_most_hours: WhereKnown[float] = None
-    at_most_unlimited: WhereKnown[bool] = None
-    sampling_error_percent: float  #: standard error of the hours
+    b1_hours: float | None
+    b10_hours: float | None
+    b50_hours: float | None
 
 
-class PlaceLifeFigures(Figures):
-    """A place that may fail first: hours by which it fails in a share of the rods, None for unlimited."""
+class PlaceLifeFigures(BLifeFigures):
+    """A place that may fail first."""
 
     where: str
     at_mm: Vector | None  #: None for a bolt
     count: int  #: of equal places of a rod
-    b10_hours: float | None
-    b50_hours: float | None
     assumed: bool  #: whether its S–N line is
 
 
-class ReliabilityFigures(Figures):
-    """``reliability``: B-lives of the rods at one speed, and the scatter that they are of."""
+class ReliabilityFigures(BLifeFigures):
+    """``reliability``: hours by which a share of the rods has failed, if places fail independently."""
 
-    lives: tuple[BLifeFigures, ...]
-    first: str  #: the place that fails first in a tenth of the rods
+    at_most: WhereKnown[BLifeFigures] = None  #: if they depend on one another, where that is a tenth more
+    first: str  #: the place that fails first
     conditional: bool  #: whether they hold only if an assumed strength or peak pressure is right
     places: tuple[PlaceLifeFigures, ...]
     rods: int  #: of an engine
-    engine: BLifeFigures | None  #: of engines of more than one rod
+    engine_b10_hours: float | None  #: by which a tenth of the engines has lost a rod
     by_hours: WhereKnown[float] = None  #: of [scatter]
     failed_percent: WhereKnown[tuple[float, float]] = None  #: of the rods by then, least and most
-    failed_error_percent: WhereKnown[float] = None  #: standard error of the most
     samples: int
-    #: standard deviations in per cent of the mean: of fatigue strength, of the static strength that mean
-    #: stress is compared with, and of the gas load between cylinders, between engines and from cycle to cycle
-    strength_percent: float
-    static_percent: float
-    cylinder_percent: float
-    boost_percent: float
-    cycle_percent: float
+    sampling_error_percent: float  #: standard error of the hours by sampling, the largest
+    scatter_percent: Mapping[str, float]  #: by cause, a coefficient of variation
 
 
 class CycleLifeFigures(Figures):

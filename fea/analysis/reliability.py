@@ -8,7 +8,7 @@ other pressures say how much that is (`tests/benchmarks/scatter.py`).
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -19,12 +19,12 @@ from fea.analysis.figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigu
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material
-from fea.judge.cycle_life import is_hard, line_at
+from fea.judge.cycle_life import LONGEST, is_hard, line_at
 from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.reliability import STATIC, BLife, FirstFailure, Place, Scatter, deviation
 from fea.rod.loading import EngineLoading
-from fea.rod.places import place_names
+from fea.rod.places import place_name
 from fea.study.scatter_table import ScatterTable
 from geometry.arrays import Floats, vector
 from loads.crank_cycle import CrankCycle
@@ -56,46 +56,47 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
     assumed = _assumed_trace(loading) or rod.materials[result.weakest.part].basquin is None
     if assumed and table is None:
         return None
-    scatter = scatter_of(table or ScatterTable(), loading, rod.options.fatigue)
-    regions = list(_regions(result, rod))
-    places = [*_places(result, rod, regions, rod.crank_cycle(rpm), scatter), *_bolts(result, rod)]
-    if not places:
-        return None
-    found, an_hour = FirstFailure(places, scatter), loading.engine.cycles_per_hour * rpm
-    lives = tuple(_figures(found.life(share), an_hour) for share in SHARES)
-    each = [[found.of_place(number, share) for share in SHARES[1:]] for number in range(len(places))]
-    first = min(range(len(places)), key=lambda number: each[number][0])
     given = table or ScatterTable()
-    rods = given.rods or loading.engine.cylinders
-    points = rod.mesh.whole.points
+    scatter = scatter_of(given, loading, rod.options.fatigue)
+    places = [*_places(result, rod, rod.crank_cycle(rpm), scatter), *_bolts(result, rod)]
+    found, an_hour = FirstFailure(places, scatter), loading.engine.cycles_per_hour * rpm
+    of_rod, rods = [found.of_rod(share) for share in SHARES], loading.engine.cylinders
+    every = [[found.of_place(number, share) for share in SHARES] for number in range(len(places))]
+    most = [min(lives) for lives in zip(*every, strict=True)]
+    first = places[[lives[1] for lives in every].index(most[1])]
+    of_engine = found.of_engine(SHARES[1], rods)
     failed = None if given.hours is None else found.failed(given.hours * an_hour)
+    apart = any(one.cycles > _APART_LIVES * life.cycles for one, life in zip(most, of_rod, strict=True))
+    points = rod.mesh.whole.points
     return ReliabilityFigures(
-        lives=lives,
-        first=places[first].name,
-        conditional=assumed or places[first].assumed,
+        **_hours(of_rod, an_hour),
+        at_most=BLifeFigures(**_hours(most, an_hour)) if apart else None,
+        first=first.name,
+        conditional=assumed or first.assumed,
         places=tuple(
             PlaceLifeFigures(
+                **_hours(lives, an_hour),
                 where=place.name,
-                at_mm=vector(points[regions[k].node]) if k < len(regions) else None,
+                at_mm=None if place.node is None else vector(points[place.node]),
                 count=place.count,
-                b10_hours=_hours(b10, an_hour),
-                b50_hours=_hours(b50, an_hour),
                 assumed=place.assumed,
             )
-            for k, (place, (b10, b50)) in enumerate(zip(places, each, strict=True))
+            for place, lives in zip(places, every, strict=True)
         ),
         rods=rods,
-        engine=_figures(found.of_engine(SHARES[1], rods), an_hour) if rods > 1 else None,
+        engine_b10_hours=_hours([of_engine] * 3, an_hour)["b10_hours"],
         by_hours=given.hours,
-        failed_percent=None if failed is None else (100 * failed[0], 100 * failed[1]),
-        failed_error_percent=None if failed is None else 100 * failed[2],
+        failed_percent=failed and (100 * failed[0], 100 * failed[1]),
         samples=found.samples,
-        strength_percent=100 * scatter.strength,
-        static_percent=100 * scatter.static,
-        cylinder_percent=100 * scatter.cylinder,
-        boost_percent=100 * scatter.engine,
-        cycle_percent=100 * scatter.cycle,
+        sampling_error_percent=100 * max(life.error for life in (*of_rod, of_engine)),
+        scatter_percent={cause: 100 * value for cause, value in asdict(scatter).items()},
     )
+
+
+def _hours(lives: Sequence[BLife], an_hour: float) -> dict[str, float | None]:
+    """Return the hours of `SHARES` by their names, from cycles; None beyond the longest life."""
+    known = (life.cycles / an_hour if life.cycles <= LONGEST else None for life in lives)
+    return dict(zip(("b1_hours", "b10_hours", "b50_hours"), known, strict=True))
 
 
 def scatter_of(table: ScatterTable, loading: EngineLoading, criterion: Fatigue) -> Scatter:
@@ -122,41 +123,33 @@ def _assumed_trace(loading: EngineLoading) -> bool:
     return engine.gas == "otto" and (engine.peak_pressure_bar is None or of_library)
 
 
-def _regions(result: CycleResult, rod: PreparedRod) -> Iterator[PlaceHistory]:
-    """Yield the most stressed node of each place whose factor against fatigue is near the smallest.
+def _regions(result: CycleResult, rod: PreparedRod) -> Iterator[tuple[str, PlaceHistory]]:
+    """Yield the places whose factor against fatigue is near the smallest, at their most stressed nodes.
 
-    A place is a region by its name, on either side of the plane of motion; images across z = 0 are counted.
+    A place has a name and a side of the plane of motion; images across z = 0 have the same history.
     """
-    found, points, length = result.envelope, rod.mesh.whole.points, rod.mesh.bores.rod_length
-    if found.fatigue_factor is None:
+    factor, points = result.envelope.fatigue_factor, rod.mesh.whole.points
+    if factor is None:
         return
-    upper = points[:, 2] >= -1e-9 * length
-    factor = np.where(result.counts & upper, found.fatigue_factor, np.nan)
-    near = np.flatnonzero(factor <= _REACH * np.nanmin(factor))
-    near = near[np.argsort(factor[near], kind="stable")]
-    chosen: dict[tuple[str, bool], list[int]] = {}
-    for node, name in zip(near.tolist(), place_names(rod.mesh, near), strict=True):
-        side = bool(points[node, 1] >= 0)
-        others = [*chosen.get((name, side), ()), *chosen.get((name, not side), ())]
-        close = any(np.linalg.norm(points[node] - points[one]) < _APART * length for one in others)
-        if not close and (name, side) not in chosen:
-            chosen[name, side] = [node]
-    nodes = [node for of_name in chosen.values() for node in of_name]
-    where = [(node, int(found.fatigue_part[node])) for node in nodes]
-    yield from spots(where, rod.cycle.units, result.weights, rod.mesh.mirrored)
+    length = rod.mesh.bores.rod_length
+    left = np.where(result.counts & (points[:, 2] >= -1e-9 * length), factor, np.inf)
+    left = np.nan_to_num(left, nan=np.inf)
+    most, places = _REACH * left.min(), dict[tuple[str, bool], tuple[int, int]]()
+    while left.min() <= most:
+        node = int(left.argmin())
+        side = place_name(rod.mesh, node), bool(points[node, 1] >= 0)
+        places.setdefault(side, (node, int(result.envelope.fatigue_part[node])))
+        left[np.linalg.norm(points - points[node], axis=1) <= _APART * length] = np.inf
+    histories = spots(places.values(), rod.cycle.units, result.weights, rod.mesh.mirrored)
+    yield from zip((name for name, _ in places), histories, strict=True)
 
 
-def _places(
-    result: CycleResult, rod: PreparedRod, regions: list[PlaceHistory], cycle: CrankCycle, scatter: Scatter
-) -> Iterator[Place]:
+def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: Scatter) -> Iterator[Place]:
     """Yield the regions with the cycles of their stress at several gas loads."""
-    factors = np.linspace(max(1 - scatter.reach, 0.0), 1 + scatter.reach, _GAS_FACTORS)
-    if not scatter.reach:
-        factors = np.array([1.0, 2.0])
-    of_gas = _of_gas(rod, regions, cycle)
-    nodes = np.array([spot.node for spot in regions], dtype=np.int64)
-    names = place_names(rod.mesh, nodes)
-    for spot, name, change in zip(regions, names, of_gas, strict=True):
+    names, regions = zip(*_regions(result, rod), strict=True)
+    factors = np.linspace(max(1 - scatter.reach, 0.0), 1 + max(scatter.reach, 0.1), _GAS_FACTORS)
+    apart = _APART * rod.mesh.bores.rod_length
+    for name, spot, change in zip(names, regions, _of_gas(rod, regions, cycle), strict=True):
         own = rod.materials[spot.part]
         surface = float(result.regions.at(np.array([spot.node])).factors(own)[0])
         material, line = line_at(own, surface)
@@ -167,17 +160,18 @@ def _places(
         amplitude, static = _cycles(rod.options.fatigue, material, counted, scatter.static)
         yield Place(
             name=name,
-            count=2 if 2 * spot.place[2] > _APART * rod.mesh.bores.rod_length else 1,
+            count=2 if 2 * spot.place[2] > apart else 1,
             line=line.stronger(1 / material.marin.reliability),
             gas=factors,
             amplitude=amplitude,
-            static=static if scatter.static else None,
+            static=static,
             hard=is_hard(material),
             assumed=own.basquin is None,
+            node=spot.node,
         )
 
 
-def _of_gas(rod: PreparedRod, regions: list[PlaceHistory], cycle: CrankCycle) -> list[Floats]:
+def _of_gas(rod: PreparedRod, regions: Sequence[PlaceHistory], cycle: CrankCycle) -> list[Floats]:
     """Change of stress (6, n_instants) at the regions as the gas load is doubled, MPa."""
     degrees = cycle.degrees
     gas = [case for case in cycle.peaks.cases if case.name == "gas"]
@@ -208,7 +202,9 @@ def _cycles(
             yield_strength=factor * material.yield_strength,
             ultimate_strength=None if ultimate is None else factor * ultimate,
         )
-        followed.append(np.minimum(reversed_amplitude(criterion, *ends, other), _BROKEN) / amplitudes[:, 0])
+        followed.append(
+            np.minimum(reversed_amplitude(criterion, ends[0], ends[1], other), _BROKEN) / amplitudes[:, 0]
+        )
     return amplitudes, np.log(followed).T
 
 
@@ -222,18 +218,3 @@ def _bolts(result: CycleResult, rod: PreparedRod) -> Iterator[Place]:
         line = LifeLine(basquin, _BOLT_KNEE, np.array([judged.endurance]), endless=True)
         amplitude = np.full((2, 1), judged.bending_amplitude)
         yield Place("bolt", bolt.count, line, np.array([1.0, 2.0]), amplitude, assumed=True)
-
-
-def _hours(cycles: float, an_hour: float) -> float | None:
-    return cycles / an_hour if math.isfinite(cycles) else None
-
-
-def _figures(life: BLife, an_hour: float) -> BLifeFigures:
-    apart = life.most > _APART_LIVES * life.least
-    return BLifeFigures(
-        percent=100 * life.share,
-        hours=_hours(life.least, an_hour),
-        at_most_hours=_hours(life.most, an_hour) if apart else None,
-        at_most_unlimited=(apart and math.isinf(life.most)) or None,
-        sampling_error_percent=100 * life.error,
-    )

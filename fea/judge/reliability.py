@@ -75,6 +75,7 @@ class Place:
     static: Floats | None = None
     hard: bool = False  #: whether the line of its steel goes on below the knee, as of `cycle_life`
     assumed: bool = False  #: whether the S–N line is
+    node: int | None = None  #: on the whole rod, but of bolts
 
     def damage(self, scatter: float) -> Floats:
         """Logarithm of the mean damage of a period (n_gas, n) at strengths `_STRENGTHS`.
@@ -98,74 +99,59 @@ class Place:
 
 
 class BLife(NamedTuple):
-    """Cycles by which a share of rods has failed: infinite where it never does."""
+    """When a share has failed."""
 
-    share: float
-    least: float  #: if places fail independently of one another
-    most: float  #: if the strongest possible dependence holds: that of the place that fails first
-    error: float  #: standard error of the sampling, relative
+    cycles: float  #: infinite if it never does
+    error: float = 0.0  #: standard error of the sampling, relative
 
 
 class FirstFailure:
     """Rods with several places that can fail; `seed` of the samples."""
 
+    samples = _REPLICATES * _LOADS  #: loads of rods
+
     def __init__(self, places: Sequence[Place], scatter: Scatter, seed: int = 0) -> None:
         self.places, self._scatter, self._seed = places, scatter, seed
-        self._counts = np.array([place.count for place in places])
 
-    @property
-    def samples(self) -> int:
-        """How many loads of rods are sampled."""
-        return _REPLICATES * _LOADS
+    def of_place(self, number: int, share: float) -> BLife:
+        """Return when a place has failed in a share of the rods, which no dependence between places delays."""
+        return _solved(share, lambda cycles: self._shares(cycles, [number])[0])
 
-    def life(self, share: float) -> BLife:
-        """Return the cycles by which a share of the rods has failed."""
-        return self._life(share, self._of_rods)
+    def of_rod(self, share: float) -> BLife:
+        """Return when a share of the rods has failed, if their places fail independently."""
+        return _solved(share, lambda cycles: self._any(self._shares(cycles)))
 
     def of_engine(self, share: float, rods: int) -> BLife:
-        """Return the cycles by which a share of engines has lost its first rod of so many."""
-        return self._life(share, lambda cycles: self._of_engines(cycles, rods))
+        """Return when a share of the engines has lost the first of so many rods, likewise."""
+        return _solved(share, lambda cycles: self._lost(cycles, rods))
 
-    def of_place(self, number: int, share: float) -> float:
-        """Return the cycles by which a place has failed in a share of the rods."""
-        return _solved(share, lambda cycles: self._shares(cycles)[number])
+    def failed(self, cycles: float) -> tuple[float, float]:
+        """Return the share of rods that have failed by some cycles, at least and at most."""
+        shares = self._shares(cycles)
+        return float(shares.mean(axis=1).max()), float(self._any(shares).mean())
 
-    def failed(self, cycles: float) -> tuple[float, float, float]:
-        """Return the share of rods that have failed by some cycles: bounds, and its standard error."""
-        bounds = self._of_rods(cycles)
-        return float(bounds[0].mean()), float(bounds[1].mean()), _error(bounds[1])
+    def _any(self, shares: Floats) -> Floats:
+        """1 − Π (1 − P_i) of shares (n_places, …), every one of equal places counted."""
+        each = (
+            place.count * np.log1p(-np.minimum(of, _MOST))
+            for place, of in zip(self.places, shares, strict=True)
+        )
+        return np.asarray(-np.expm1(sum(each)))
 
-    def _life(self, share: float, bounds: Callable[[float], Floats]) -> BLife:
-        """Return the cycles at which the bounds (2, n_replicates) of what has failed reach a share."""
-        most, least = (_solved(share, lambda cycles, of=of: bounds(cycles)[of]) for of in (0, 1))
-        if math.isinf(least):
-            return BLife(share, least, most, 0.0)
-        there, later = (bounds(least * factor)[1] for factor in (1.0, 1.01))
-        slope = max(float(later.mean() - there.mean()) / 0.01, np.finfo(float).tiny)
-        return BLife(share, least, most, _error(there) / slope)
+    def _shares(self, cycles: float, numbers: Sequence[int] | None = None) -> Floats:
+        """Shares (n_places, n_replicates) of some places, or of all, that have failed by some cycles."""
+        every, places = deviation(self._scatter.strength), self._places_of_rods
+        chosen = places if numbers is None else [places[number] for number in numbers]
+        return np.array([_below(of.critical(cycles), every).mean(axis=1) for of in chosen])
 
-    def _of_rods(self, cycles: float) -> Floats:
-        """Bounds (2, n_replicates) of the share of rods that have failed by some cycles."""
-        return self._bounds(self._shares(cycles))
-
-    def _bounds(self, shares: Floats) -> Floats:
-        """The bounds max P_i and 1 − Π (1 − P_i) of shares (n_places, …), every one of equal places counted."""
-        whole = (np.log1p(-np.minimum(shares, _MOST)).T * self._counts).T.sum(axis=0)
-        return np.stack([shares.max(axis=0), -np.expm1(whole)])
-
-    def _shares(self, cycles: float) -> Floats:
-        """Shares (n_places, n_replicates) of places that have failed by some cycles."""
-        every = deviation(self._scatter.strength)
-        return np.array([_below(of.critical(cycles), every).mean(axis=1) for of in self._places_of_rods])
-
-    def _of_engines(self, cycles: float, rods: int) -> Floats:
-        """Bounds (2, n_replicates) of the share of engines of so many rods of which one has failed."""
+    def _lost(self, cycles: float, rods: int) -> Floats:
+        """Share (n_replicates,) of engines of which a rod has failed: the mean over their common causes."""
         batch = deviation(self._scatter.batch)
         own = math.sqrt(max(deviation(self._scatter.strength) ** 2 - batch**2, 0.0))
         common = batch * self._common[..., 0, None]
         failed = [_below(of.critical(cycles) - common, own).mean(axis=2) for of in self._places_of_engines]
-        bounds = np.minimum(self._bounds(np.array(failed)), _MOST)
-        return np.asarray(-np.expm1(rods * np.log1p(-bounds)).mean(axis=2))
+        of_rod = np.minimum(self._any(np.array(failed)), _MOST)
+        return np.asarray(-np.expm1(rods * np.log1p(-of_rod)).mean(axis=1))
 
     @cached_property
     def _places_of_rods(self) -> list["_Critical"]:
@@ -223,8 +209,8 @@ def _cell(values: Floats, grid: Floats) -> tuple[Ints, Floats]:
     return after, np.clip((values - grid[after - 1]) / (grid[after] - grid[after - 1]), 0, 1)
 
 
-def _solved(share: float, failed: Callable[[float], Floats]) -> float:
-    """Return the cycles at which what has failed (n_replicates,) reaches a share; infinite if never."""
+def _solved(share: float, failed: Callable[[float], Floats]) -> BLife:
+    """Return the cycles at which what has failed (n_replicates,) reaches a share."""
 
     def away(log: float) -> float:
         """Return the distance on the scale of the normal distribution, where it is almost straight."""
@@ -233,12 +219,13 @@ def _solved(share: float, failed: Callable[[float], Floats]) -> float:
 
     low, high = 0.0, math.log(_LONGEST)
     if away(high) <= 0:
-        return math.inf
-    return 1.0 if away(low) >= 0 else math.exp(brentq(away, low, high, xtol=1e-5))
-
-
-def _error(replicates: Floats) -> float:
-    return float(replicates.std(ddof=1)) / math.sqrt(_REPLICATES)
+        return BLife(math.inf)
+    if away(low) >= 0:
+        return BLife(1.0)
+    log = brentq(away, low, high, xtol=1e-5)
+    there, later = failed(math.exp(log)), failed(math.exp(log + 0.01))
+    slope = max(float(later.mean() - there.mean()) / 0.01, np.finfo(float).tiny)
+    return BLife(math.exp(log), float(there.std(ddof=1)) / math.sqrt(_REPLICATES) / slope)
 
 
 def _normal(count: int, dimensions: int, seed: int) -> Floats:

@@ -119,31 +119,21 @@ _AT_END, _TOWARDS_END = 0.1, 0.4
 
 def place_name(mesh: MeshedRod, node: int) -> str:
     """Return where a node of the whole rod is: a bore or a seat, an end, the cap, or a part of the shank."""
-    return place_names(mesh, np.array([node]))[0]
-
-
-def place_names(mesh: MeshedRod, nodes: Ints) -> list[str]:
-    """Return where nodes (n,) are, as `place_name`."""
     whole = mesh.whole
+    for surface, name in _NAMES.items():
+        if surface in whole.facets and (whole.facets[surface] == node).any():
+            part, lining = _LININGS.get(surface, ("", name))
+            return lining if part in mesh.parts else name
+    x, y, _ = (float(value) for value in whole.points[node])
     length, along = mesh.bores.rod_length, whole.points[:, 0]
     big, small = -float(along.min()), float(along.max()) - length  # outer radii of the ends
-    on = {surface: np.isin(nodes, whole.facets[surface]) for surface in _NAMES if surface in whole.facets}
-
-    def name(number: int) -> str:
-        for surface, there in on.items():
-            if there[number]:
-                part, lining = _LININGS.get(surface, ("", _NAMES[surface]))
-                return lining if part in mesh.parts else _NAMES[surface]
-        x, y, _ = (float(value) for value in whole.points[nodes[number]])
-        if hypot(x, y) <= big:
-            return "cap" if x < 0 else "big end"
-        if hypot(x - length, y) <= small:
-            return "small end"
-        share = float(np.clip((x - big) / (length - small - big), 0.0, 1.0))
-        end = "big end" if share < 1 / 2 else "small end"
-        from_end = min(share, 1 - share)
-        if from_end > _TOWARDS_END:
-            return "middle of the shank"
-        return f"shank at the {end}" if from_end < _AT_END else f"shank towards the {end}"
-
-    return [name(number) for number in range(len(nodes))]
+    if hypot(x, y) <= big:
+        return "cap" if x < 0 else "big end"
+    if hypot(x - length, y) <= small:
+        return "small end"
+    share = float(np.clip((x - big) / (length - small - big), 0.0, 1.0))
+    end = "big end" if share < 1 / 2 else "small end"
+    from_end = min(share, 1 - share)
+    if from_end > _TOWARDS_END:
+        return "middle of the shank"
+    return f"shank at the {end}" if from_end < _AT_END else f"shank towards the {end}"

@@ -25,11 +25,6 @@ def _share(name: str, value: object) -> None:
     require(0 <= require_number(name, value) <= 100, name, value, rule)
 
 
-def _rods(name: str, value: object) -> None:
-    rule = "must be a whole number of at least 1"
-    require(1 <= require_number(name, value) == round(float(str(value))), name, value, rule)
-
-
 @dataclass(frozen=True)
 class ScatterTable(
     StudyTable,
@@ -65,5 +60,4 @@ class ScatterTable(
         "of the gas load from cycle to cycle, in every rod (diesel: 1.5, assumed; 0 without combustion)",
         _percent,
     )
-    rods: int | None = key("4", "of an engine, which fails with its first; default: its cylinders", _rods)
     hours: Positive | None = key("100.0", "by which the share of rods that have failed is sought")

@@ -103,19 +103,17 @@ class Study:
             self.forces.pin()
 
     def _require_cycle(self) -> None:
-        needed: dict[str, tuple[str, object]] = {}
         if self.duty is not None:
             SpeedTable(self.duty.speeds).speeds()
-            needed["duty"] = "duty.rpm", list(self.duty.rpm)
-        if self.scatter is not None:
-            needed["scatter"] = "scatter.strength_percent", self.scatter.strength_percent
-        for table, given in needed.items():
-            rule = "cannot be used with [forces], which have no crank cycle"
-            require(self.forces is None, *given, rule, "Give an [engine] instead.")
-            rule = f"cannot be switched off with [{table}], whose life is that of crank cycles"
-            require(
-                self.analysis.cycle, "analysis.cycle", "false", rule, f"Leave it out, or remove [{table}]."
-            )
+        for name, table in (("duty", self.duty), ("scatter", self.scatter)):
+            if table is not None:
+                key, value = next(iter(entries_of(table).items()))
+                rule = "cannot be used with [forces], which have no crank cycle"
+                require(self.forces is None, f"{name}.{key}", value, rule, "Give an [engine] instead.")
+                rule = f"cannot be switched off with [{name}], whose life is that of crank cycles"
+                require(
+                    self.analysis.cycle, "analysis.cycle", "false", rule, f"Leave it out, or remove [{name}]."
+                )
 
     def _require_film(self) -> None:
         if self.analysis.film:

@@ -45,7 +45,7 @@ def spread(*variations, k=K):
 def test_one_place_has_the_quantiles_of_its_strength():
     """CV 8 %, k = 8: B10/B50 = 0.44 and B1/B50 = 0.225, from exp(−1.2816·8·0.0799) and exp(−2.3263·…)."""
     found = FirstFailure([place()], Scatter(strength=0.08))
-    b1, b10, b50 = (found.life(share).least for share in SHARES)
+    b1, b10, b50 = (found.of_rod(share).cycles for share in SHARES)
     assert b50 == pytest.approx(median(), rel=QMC)
     assert b10 / b50 == pytest.approx(0.44, abs=0.005)
     assert b1 / b50 == pytest.approx(0.225, abs=0.0025)
@@ -59,28 +59,29 @@ def test_one_place_has_the_quantiles_of_its_strength():
 def test_scatter_of_the_load_adds_to_that_of_the_strength(cause, strength):
     found = FirstFailure([place(by_gas=True)], Scatter(strength=strength, **{cause: 0.06}))
     for share in SHARES:
-        life = found.life(share)
+        life = found.of_rod(share)
         exact = median() * math.exp(NORMAL.inv_cdf(share) * spread(strength, 0.06))
-        assert life.least == pytest.approx(exact, rel=QMC)
+        assert life.cycles == pytest.approx(exact, rel=QMC)
         # Within three standard errors of the sampling, and a part in 500 for tables of straight lines.
-        assert abs(life.least / exact - 1) < 3 * life.error + 2e-3
+        assert abs(life.cycles / exact - 1) < 3 * life.error + 2e-3
 
 
 def test_static_strength_acts_as_the_response_says():
     response = np.tile(-0.5 * deviation(0.05) * np.linspace(-4, 4, 9), (len(GAS), 1))
     found = FirstFailure([place(static=response)], Scatter(strength=0.08, static=0.05))
     exact = median() * math.exp(NORMAL.inv_cdf(0.1) * K * math.hypot(deviation(0.08), deviation(0.05) / 2))
-    assert found.life(0.1).least == pytest.approx(exact, rel=QMC)
+    assert found.of_rod(0.1).cycles == pytest.approx(exact, rel=QMC)
 
 
 def test_small_shares_are_exact_too():
     found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cylinder=0.03))
     for sigmas in (4.0, 5.0, 6.0):  # shares of 3e-5, 3e-7 and 1e-9
         cycles = median() * math.exp(-sigmas * spread(0.08, 0.03))
-        least, most, error = found.failed(cycles)
-        assert least == pytest.approx(NORMAL.cdf(-sigmas), rel=0.05)
+        least, most = found.failed(cycles)
+        # Tables of straight lines move the strength by a part in 500, 0.02 standard deviations: at 6 of them
+        # the share grows by 6.2 times that.
+        assert least == pytest.approx(NORMAL.cdf(-sigmas), rel=0.15)
         assert most == pytest.approx(least, rel=1e-9)
-        assert error < 0.05 * least
 
 
 def test_two_independent_places():
@@ -93,12 +94,13 @@ def test_two_independent_places():
         return 1 - math.prod(1 - share for share in each)
 
     for share in SHARES:
-        life = found.life(share)
+        life = found.of_rod(share)
         exact = brentq(lambda log, share=share: failed(math.exp(log)) - share, 1.0, 40.0)
-        assert life.least == pytest.approx(math.exp(exact), rel=QMC)
+        assert life.cycles == pytest.approx(math.exp(exact), rel=QMC)
         alone = median(310.0) * math.exp(NORMAL.inv_cdf(share) * sigma)
-        assert life.most == pytest.approx(alone, rel=QMC)
-        assert found.of_place(1, share) == pytest.approx(alone, rel=QMC)
+        assert found.of_place(1, share).cycles == pytest.approx(alone, rel=QMC)
+    least, most = found.failed(median(310.0))
+    assert (least, most) == pytest.approx((0.5, failed(median(310.0))), rel=QMC)
 
 
 @pytest.mark.parametrize("links", [2, 8, 100])
@@ -108,30 +110,29 @@ def test_a_chain_is_as_strong_as_its_weakest_link(links):
     for share in SHARES:
         of_link = 1 - (1 - share) ** (1 / links)
         exact = median() * math.exp(NORMAL.inv_cdf(of_link) * spread(0.08))
-        assert chain.life(share).least == pytest.approx(exact, rel=QMC)
-        assert chain.life(share).most == pytest.approx(
-            median() * math.exp(NORMAL.inv_cdf(share) * spread(0.08)), rel=QMC
-        )
+        assert chain.of_rod(share).cycles == pytest.approx(exact, rel=QMC)
+        alone = median() * math.exp(NORMAL.inv_cdf(share) * spread(0.08))
+        assert chain.of_place(0, share).cycles == pytest.approx(alone, rel=QMC)
 
 
 def test_an_engine_without_common_causes_fails_with_the_first_of_its_rods():
     found = FirstFailure([place()], Scatter(strength=0.08))
     of_rod = 1 - 0.9 ** (1 / 6)
     exact = median() * math.exp(NORMAL.inv_cdf(of_rod) * spread(0.08))
-    assert found.of_engine(0.1, 6).least == pytest.approx(exact, rel=QMC)
+    assert found.of_engine(0.1, 6).cycles == pytest.approx(exact, rel=QMC)
 
 
 def test_an_engine_whose_rods_are_all_alike_is_as_good_as_one_rod():
     """Where all scatter is of the batch, the step of each engine is averaged over 512 points: 2 %."""
     found = FirstFailure([place()], Scatter(strength=0.08, batch=0.08))
-    assert found.of_engine(0.1, 6).least == pytest.approx(found.life(0.1).least, rel=0.02)
+    assert found.of_engine(0.1, 6).cycles == pytest.approx(found.of_rod(0.1).cycles, rel=0.02)
 
 
 def test_an_engine_averages_over_its_common_causes():
     """∫ 1 − (1 − P(t|c))⁶ φ(c) dc by quadrature."""
     batch, boost = 0.05, 0.04
     found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, batch=batch, engine=boost))
-    cycles = found.of_engine(0.1, 6).least
+    cycles = found.of_engine(0.1, 6).cycles
     own = math.sqrt(deviation(0.08) ** 2 - deviation(batch) ** 2)
     common = math.hypot(deviation(batch), deviation(boost))
 
@@ -147,7 +148,7 @@ def test_pressure_from_cycle_to_cycle_is_mean_damage_in_every_rod():
     c = 0.05
     mean = 1 + 28 * c**2 + 210 * c**4 + 420 * c**6 + 105 * c**8
     found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cycle=c))
-    b10, b50 = (found.life(share).least for share in (0.1, 0.5))
+    b10, b50 = (found.of_rod(share).cycles for share in (0.1, 0.5))
     assert b50 == pytest.approx(median() / mean, rel=QMC)
     assert b10 / b50 == pytest.approx(math.exp(NORMAL.inv_cdf(0.1) * spread(0.08)), rel=QMC)
 
@@ -156,31 +157,31 @@ def test_unlimited_is_asked_of_the_tail():
     """Three standard deviations of a cycle's pressure, 15 %, must stay below the limit."""
     for amplitude, endless in ((0.85 * LIMIT, True), (0.89 * LIMIT, False)):
         found = FirstFailure([place(amplitude, by_gas=True)], Scatter(strength=1e-6, cycle=0.05))
-        assert math.isinf(found.life(0.5).least) is endless
+        assert math.isinf(found.of_rod(0.5).cycles) is endless
     steady = FirstFailure([place(0.99 * LIMIT, by_gas=True)], Scatter(strength=1e-6))
-    assert math.isinf(steady.life(0.5).least)
+    assert math.isinf(steady.of_rod(0.5).cycles)
     soft = FirstFailure([place(0.9 * LIMIT)], Scatter(strength=0.08))
-    assert math.isinf(soft.life(0.5).least)
-    assert soft.life(0.01).least < 10 * KNEE  # of weak rods the limit is exceeded
+    assert math.isinf(soft.of_rod(0.5).cycles)
+    assert soft.of_rod(0.01).cycles < 10 * KNEE  # of weak rods the limit is exceeded
 
 
 def test_hard_steels_and_light_metals_have_no_unlimited_life():
     hard = FirstFailure([place(0.9 * LIMIT, hard=True)], Scatter(strength=0.08))
     decades = math.log(0.9) / math.log(0.95)  # Sonsino (2007): 5 % a decade
-    assert hard.life(0.5).least == pytest.approx(KNEE * 10**decades, rel=QMC)
+    assert hard.of_rod(0.5).cycles == pytest.approx(KNEE * 10**decades, rel=QMC)
     light = replace(place(0.9 * LIMIT), line=line(endless=False))
     found = FirstFailure([light], Scatter(strength=0.08))
-    assert found.life(0.5).least == pytest.approx(KNEE * 0.9 ** (1 - 2 * K), rel=QMC)
+    assert found.of_rod(0.5).cycles == pytest.approx(KNEE * 0.9 ** (1 - 2 * K), rel=QMC)
 
 
 def test_causes_that_are_switched_off_leave_the_life_of_the_median():
     found = FirstFailure([place(by_gas=True)], Scatter())
     for share in SHARES:
-        assert found.life(share).least == pytest.approx(median(), rel=QMC)
+        assert found.of_rod(share).cycles == pytest.approx(median(), rel=QMC)
 
 
 def test_the_same_seed_gives_the_same_lives():
     scatter = Scatter(strength=0.08, cylinder=0.05)
-    one, two, other = (FirstFailure([place(by_gas=True)], scatter, seed).life(0.1) for seed in (0, 0, 5))
+    one, two, other = (FirstFailure([place(by_gas=True)], scatter, seed).of_rod(0.1) for seed in (0, 0, 5))
     assert one == two
-    assert one.least != other.least
+    assert one.cycles != other.cycles
