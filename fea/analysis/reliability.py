@@ -8,7 +8,7 @@ other pressures say how much that is (`tests/benchmarks/scatter.py`).
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from fea.analysis.figures import BLifeFigures, PlaceLifeFigures, ReliabilityFigu
 from fea.analysis.prepared_rod import PreparedRod
 from fea.base.choices import Fatigue, ThreadRolled
 from fea.base.material import Basquin, Material
-from fea.judge.cycle_life import LONGEST, is_hard, line_at
+from fea.judge.cycle_life import HARD, LONGEST, LOW_CYCLE, line_at
 from fea.judge.fatigue import LifeLine, criterion_strength, rainflow, reversed_amplitude
 from fea.judge.history import deviatoric, signed_equivalent
 from fea.judge.reliability import STATIC, BLife, FirstFailure, Place, Scatter, deviation
@@ -46,9 +46,9 @@ _APART_LIVES = 1.1  # bounds that differ by more are both stated
 
 
 def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> ReliabilityFigures | None:
-    """Return the B-lives at a speed; None where they would rest on assumptions that nobody asked for.
+    """Return the B-lives at a speed; None in the low-cycle regime, or where nobody asked for assumptions.
 
-    That is an S–N line or a peak pressure that is assumed, in a study without [scatter].
+    These are an S–N line or a peak pressure that is assumed, in a study without [scatter].
     """
     loading, table = rod.loading, rod.study.scatter
     if result.weakest is None or not isinstance(loading, EngineLoading):
@@ -61,6 +61,8 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
     places = [*_places(result, rod, rod.crank_cycle(rpm), scatter), *_bolts(result, rod)]
     found, an_hour = FirstFailure(places, scatter), loading.engine.cycles_per_hour * rpm
     of_rod, rods = [found.of_rod(share) for share in SHARES], loading.engine.cylinders
+    if of_rod[1].cycles < LOW_CYCLE:
+        return None
     every = [[found.of_place(number, share) for share in SHARES] for number in range(len(places))]
     most = [min(lives) for lives in zip(*every, strict=True)]
     first = places[[lives[1] for lives in every].index(most[1])]
@@ -147,7 +149,9 @@ def _regions(result: CycleResult, rod: PreparedRod) -> Iterator[tuple[str, Place
 def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: Scatter) -> Iterator[Place]:
     """Yield the regions with the cycles of their stress at several gas loads."""
     names, regions = zip(*_regions(result, rod), strict=True)
-    factors = np.linspace(max(1 - scatter.reach, 0.0), 1 + max(scatter.reach, 0.1), _GAS_FACTORS)
+    between = math.hypot(scatter.cylinder_pressure, scatter.boost)
+    reach = 0.1 + 4 * between + 4.6 * scatter.cycle_pressure
+    factors = np.linspace(max(1 - reach, 0.0), 1 + reach, _GAS_FACTORS)
     apart = _APART * rod.mesh.bores.rod_length
     for name, spot, change in zip(names, regions, _of_gas(rod, regions, cycle), strict=True):
         own = rod.materials[spot.part]
@@ -157,7 +161,7 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
             continue
         every = np.stack([spot.stress + (factor - 1) * change for factor in factors])
         counted = [rainflow(history) for history in signed_equivalent(deviatoric(every))]
-        amplitude, static = _cycles(rod.options.fatigue, material, counted, scatter.static)
+        amplitude, static = _cycles(rod.options.fatigue, material, counted, scatter.static_strength)
         yield Place(
             name=name,
             count=2 if 2 * spot.place[2] > apart else 1,
@@ -165,7 +169,7 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
             gas=factors,
             amplitude=amplitude,
             static=static,
-            hard=is_hard(material),
+            hard=(material.ultimate_strength or 0.0) >= HARD,
             assumed=own.basquin is None,
             node=spot.node,
         )
@@ -194,18 +198,12 @@ def _cycles(
         order = np.argsort(-reversed_)[:_MOST_CYCLES]
         amplitudes[number, : len(order)] = reversed_[order]
         ends[:, number] = mean[order[0]], amplitude[order[0]]
-    followed = []
-    for factor in np.exp(deviation(static) * STATIC):
-        ultimate = material.ultimate_strength
-        other = replace(
-            material,
-            yield_strength=factor * material.yield_strength,
-            ultimate_strength=None if ultimate is None else factor * ultimate,
-        )
-        followed.append(
-            np.minimum(reversed_amplitude(criterion, ends[0], ends[1], other), _BROKEN) / amplitudes[:, 0]
-        )
-    return amplitudes, np.log(followed).T
+    # As it grows, the mean stress beside it falls.
+    followed = [
+        reversed_amplitude(criterion, ends[0] / factor, ends[1], material) / amplitudes[:, 0]
+        for factor in np.exp(deviation(static) * STATIC)
+    ]
+    return amplitudes, np.log(np.minimum(followed, _BROKEN)).T
 
 
 def _bolts(result: CycleResult, rod: PreparedRod) -> Iterator[Place]:

@@ -26,7 +26,7 @@ _AT_SHORT, _KNEE = 0.75, 1e6
 # Standard deviation of an assumed endurance limit, and standard deviations of the band of a known line.
 _ASSUMED, _BAND = 0.138, 2.0
 # From which ultimate strength, MPa, a steel has no endurance limit, and how far its line falls in a decade.
-_HARD, DECADE = 1250.0, 0.05
+HARD, DECADE = 1250.0, 0.05
 LONGEST = 1e8  # cycles: beyond, only that no failure is expected by them is stated
 LOW_CYCLE = 1e4  # cycles below which the stress of a notch is hardly elastic
 
@@ -76,11 +76,6 @@ def line_at(material: Material, *surfaces: float) -> tuple[Material, LifeLine | 
         return material, None
 
 
-def is_hard(material: Material) -> bool:
-    """Whether a steel is so hard that its line goes on below the knee."""
-    return (material.ultimate_strength or 0.0) >= _HARD
-
-
 def band_of(*, assumed: bool) -> float:
     """Return by which share strengths may be lower and higher: of an assumed S–N line, or of a known one."""
     return _ASSUMED if assumed else _BAND * SCATTER
@@ -100,7 +95,7 @@ def cycle_life(
         return None
     amplitude = reversed_amplitude(criterion, *rainflow(history), material)
     band = band_of(assumed=assumed)
-    hard = line.endless and is_hard(material)
+    hard = line.endless and (material.ultimate_strength or 0.0) >= HARD
     low, cycles, high = (
         _cycles(line.stronger(strength), amplitude, hard=hard) for strength in (1 - band, 1.0, 1 + band)
     )

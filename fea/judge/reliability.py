@@ -46,15 +46,10 @@ class Scatter:
 
     strength: float = 0.0  #: strength between all rods
     batch: float = 0.0  #: the part of it that the rods of an engine share
-    static: float = 0.0  #: of the static strength by which mean stress is corrected
-    cylinder: float = 0.0  #: of the mean gas load between the cylinders of an engine
-    engine: float = 0.0  #: and between engines
-    cycle: float = 0.0  #: of the gas load from cycle to cycle
-
-    @property
-    def reach(self) -> float:
-        """How far from 1 gas factors must be known."""
-        return 4 * math.hypot(self.cylinder, self.engine) + 4.6 * self.cycle
+    static_strength: float = 0.0  #: of the static strength by which mean stress is corrected
+    cylinder_pressure: float = 0.0  #: of the mean gas load between the cylinders of an engine
+    boost: float = 0.0  #: and between engines
+    cycle_pressure: float = 0.0  #: of the gas load from cycle to cycle
 
 
 def deviation(variation: float) -> float:
@@ -114,7 +109,7 @@ class FirstFailure:
         self.places, self._scatter, self._seed = places, scatter, seed
 
     def of_place(self, number: int, share: float) -> BLife:
-        """Return when a place has failed in a share of the rods, which no dependence between places delays."""
+        """Return when a place has failed in a share of the rods."""
         return _solved(share, lambda cycles: self._shares(cycles, [number])[0])
 
     def of_rod(self, share: float) -> BLife:
@@ -157,8 +152,8 @@ class FirstFailure:
     def _places_of_rods(self) -> list["_Critical"]:
         """The places under loads (n_replicates, n) of rods."""
         z, scatter = _normal(_LOADS, 3, self._seed), self._scatter
-        gas = np.exp(deviation(scatter.cylinder) * z[..., 0] + deviation(scatter.engine) * z[..., 1])
-        return [_Critical(place, scatter.cycle, gas, z[..., 2]) for place in self.places]
+        gas = np.exp(deviation(scatter.cylinder_pressure) * z[..., 0] + deviation(scatter.boost) * z[..., 1])
+        return [_Critical(place, scatter.cycle_pressure, gas, z[..., 2]) for place in self.places]
 
     @cached_property
     def _common(self) -> Floats:
@@ -169,9 +164,11 @@ class FirstFailure:
     def _places_of_engines(self) -> list["_Critical"]:
         """The places under loads (n_replicates, n_common, n) of rods with common causes."""
         z, scatter = _normal(_OF_EACH, 2, self._seed + 2)[:, None], self._scatter
-        engine = deviation(scatter.engine) * self._common[..., 1, None]
-        gas, static = np.broadcast_arrays(np.exp(deviation(scatter.cylinder) * z[..., 0] + engine), z[..., 1])
-        return [_Critical(place, scatter.cycle, gas, static) for place in self.places]
+        engine = deviation(scatter.boost) * self._common[..., 1, None]
+        gas, static = np.broadcast_arrays(
+            np.exp(deviation(scatter.cylinder_pressure) * z[..., 0] + engine), z[..., 1]
+        )
+        return [_Critical(place, scatter.cycle_pressure, gas, static) for place in self.places]
 
 
 class _Critical:

@@ -248,8 +248,7 @@ def _lasts(life: CycleLifeFigures, speed: str) -> str:
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
     known = life.reliability
     if known is not None and not known.conditional and known.b10_hours is not None:
-        first = "" if known.first == "bolt" else f"; {known.first} first"
-        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then{first}."
+        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
     line = "assumed S–N line" if life.assumed else "S–N line"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
     of = f"({line}, strength ± {life.band_percent:.0f} %)"
@@ -281,11 +280,7 @@ def _hours(hours: float | None, digits: int = 1) -> str:
         return "unlimited" if digits == 1 else "beyond 10⁸ cycles"
     value, own = (60 * hours, "min") if hours < 1 else (hours, "h")
     rounded = float(f"{value:.{digits}g}")
-    return (
-        f"{rounded:,.{0 if rounded >= 10 or digits == 1 else 1}f} {own}"
-        if value >= 1
-        else f"less than 1 {own}"
-    )
+    return f"{rounded:,.{int(digits > 1 and rounded < 10)}f} {own}" if value >= 1 else f"less than 1 {own}"
 
 
 # A fillet radius, mm, that any tool leaves.

@@ -352,10 +352,6 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
 
 
 _LIVES = tuple(TableColumn(f"B{share}", "h", f"b{share}_hours", ".3g") for share in (1, 10, 50))
-_CAUSES = {
-    "strength": "fatigue strength", "batch": "of it in a batch", "static": "static strength",
-    "cylinder": "gas load of cylinders", "engine": "of engines", "cycle": "from cycle to cycle",
-}  # fmt: skip
 
 
 def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
@@ -370,18 +366,15 @@ def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
     if found.rods > 1:
         engine = {"b1_hours": "", "b10_hours": found.engine_b10_hours, "b50_hours": ""}
         rows.append((f"first of {found.rods} rods", SimpleNamespace(**engine)))
-    causes = [f"{_CAUSES[cause]} {number(value, '.3g')} %" for cause, value in found.scatter_percent.items()]
+    causes = [f"{cause.replace('_', ' ')} {value:.3g} %" for cause, value in found.scatter_percent.items()]
     caption = f"Hours at {summary.rpm:g} rpm by which 1, 10 and 50 % have failed"
     if found.conditional:
         caption += ", if the assumed strength or peak pressure is right"
-    share = ""
     if found.failed_percent is not None:
         least, most = (number(value, ".2g") for value in found.failed_percent)
-        share = f"; by {number(found.by_hours, 'g')} h {least} to {most} % of the rods have failed"
-    caption += (
-        f"{share}; standard deviations: {', '.join(causes)}; error of sampling "
-        f"{number(found.sampling_error_percent, '.1g')} %"
-    )
+        caption += f"; by {number(found.by_hours, 'g')} h {least} to {most} % of the rods have failed"
+    error = number(found.sampling_error_percent, ".1g")
+    caption += f"; standard deviations: {', '.join(causes)}; error of sampling {error} %"
     yield AnswerTable.of(caption, "what fails", _LIVES, rows)
 
 

@@ -8,7 +8,7 @@ of a diesel, of cylinders among one another and what a batch has in common are a
 
 from dataclasses import dataclass
 
-from fea.study.tables import Positive, StudyTable, key
+from fea.study.tables import Positive, StudyTable, key, within
 from geometry.errors import require, require_number
 
 _MOST = 50.0
@@ -18,11 +18,6 @@ _REMEDY = "Give a standard deviation in per cent of the mean; 0 switches it off.
 def _percent(name: str, value: object) -> None:
     rule = f"must lie between 0 and {_MOST:g} %"
     require(0 <= require_number(name, value) <= _MOST, name, value, rule, _REMEDY)
-
-
-def _share(name: str, value: object) -> None:
-    rule = "must lie between 0 and 100 %, the share of the variance of strength that a batch has in common"
-    require(0 <= require_number(name, value) <= 100, name, value, rule)
 
 
 @dataclass(frozen=True)
@@ -40,7 +35,7 @@ class ScatterTable(
     batch_percent: float = key(
         "50.0",
         "of the variance of strength is common to the rods of an engine (assumed)",
-        _share,
+        within(0, 100, " %"),
         default=50.0,
     )
     yield_percent: float = key(

@@ -107,13 +107,12 @@ class Study:
             SpeedTable(self.duty.speeds).speeds()
         for name, table in (("duty", self.duty), ("scatter", self.scatter)):
             if table is not None:
-                key, value = next(iter(entries_of(table).items()))
-                rule = "cannot be used with [forces], which have no crank cycle"
-                require(self.forces is None, f"{name}.{key}", value, rule, "Give an [engine] instead.")
+                (key, value), *_ = entries_of(table).items()
+                rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine]."
+                require(self.forces is None, f"{name}.{key}", value, rule, remedy)
                 rule = f"cannot be switched off with [{name}], whose life is that of crank cycles"
-                require(
-                    self.analysis.cycle, "analysis.cycle", "false", rule, f"Leave it out, or remove [{name}]."
-                )
+                remedy = f"Leave it out, or remove [{name}]."
+                require(self.analysis.cycle, "analysis.cycle", "false", rule, remedy)
 
     def _require_film(self) -> None:
         if self.analysis.film:

@@ -54,7 +54,7 @@ def test_one_place_has_the_quantiles_of_its_strength():
         assert life == pytest.approx(exact, rel=2e-3)  # of the table of strengths
 
 
-@pytest.mark.parametrize("cause", ["cylinder", "engine"])
+@pytest.mark.parametrize("cause", ["cylinder_pressure", "boost"])
 @pytest.mark.parametrize("strength", [0.08, 0.03])
 def test_scatter_of_the_load_adds_to_that_of_the_strength(cause, strength):
     found = FirstFailure([place(by_gas=True)], Scatter(strength=strength, **{cause: 0.06}))
@@ -68,13 +68,13 @@ def test_scatter_of_the_load_adds_to_that_of_the_strength(cause, strength):
 
 def test_static_strength_acts_as_the_response_says():
     response = np.tile(-0.5 * deviation(0.05) * np.linspace(-4, 4, 9), (len(GAS), 1))
-    found = FirstFailure([place(static=response)], Scatter(strength=0.08, static=0.05))
+    found = FirstFailure([place(static=response)], Scatter(strength=0.08, static_strength=0.05))
     exact = median() * math.exp(NORMAL.inv_cdf(0.1) * K * math.hypot(deviation(0.08), deviation(0.05) / 2))
     assert found.of_rod(0.1).cycles == pytest.approx(exact, rel=QMC)
 
 
 def test_small_shares_are_exact_too():
-    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cylinder=0.03))
+    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cylinder_pressure=0.03))
     for sigmas in (4.0, 5.0, 6.0):  # shares of 3e-5, 3e-7 and 1e-9
         cycles = median() * math.exp(-sigmas * spread(0.08, 0.03))
         least, most = found.failed(cycles)
@@ -131,7 +131,7 @@ def test_an_engine_whose_rods_are_all_alike_is_as_good_as_one_rod():
 def test_an_engine_averages_over_its_common_causes():
     """∫ 1 − (1 − P(t|c))⁶ φ(c) dc by quadrature."""
     batch, boost = 0.05, 0.04
-    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, batch=batch, engine=boost))
+    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, batch=batch, boost=boost))
     cycles = found.of_engine(0.1, 6).cycles
     own = math.sqrt(deviation(0.08) ** 2 - deviation(batch) ** 2)
     common = math.hypot(deviation(batch), deviation(boost))
@@ -147,7 +147,7 @@ def test_pressure_from_cycle_to_cycle_is_mean_damage_in_every_rod():
     """E[(1 + c z)^8] = 1 + 28 c² + 210 c⁴ + 420 c⁶ + 105 c⁸: it shortens lives and spreads none."""
     c = 0.05
     mean = 1 + 28 * c**2 + 210 * c**4 + 420 * c**6 + 105 * c**8
-    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cycle=c))
+    found = FirstFailure([place(by_gas=True)], Scatter(strength=0.08, cycle_pressure=c))
     b10, b50 = (found.of_rod(share).cycles for share in (0.1, 0.5))
     assert b50 == pytest.approx(median() / mean, rel=QMC)
     assert b10 / b50 == pytest.approx(math.exp(NORMAL.inv_cdf(0.1) * spread(0.08)), rel=QMC)
@@ -156,7 +156,7 @@ def test_pressure_from_cycle_to_cycle_is_mean_damage_in_every_rod():
 def test_unlimited_is_asked_of_the_tail():
     """Three standard deviations of a cycle's pressure, 15 %, must stay below the limit."""
     for amplitude, endless in ((0.85 * LIMIT, True), (0.89 * LIMIT, False)):
-        found = FirstFailure([place(amplitude, by_gas=True)], Scatter(strength=1e-6, cycle=0.05))
+        found = FirstFailure([place(amplitude, by_gas=True)], Scatter(strength=1e-6, cycle_pressure=0.05))
         assert math.isinf(found.of_rod(0.5).cycles) is endless
     steady = FirstFailure([place(0.99 * LIMIT, by_gas=True)], Scatter(strength=1e-6))
     assert math.isinf(steady.of_rod(0.5).cycles)
@@ -181,7 +181,7 @@ def test_causes_that_are_switched_off_leave_the_life_of_the_median():
 
 
 def test_the_same_seed_gives_the_same_lives():
-    scatter = Scatter(strength=0.08, cylinder=0.05)
+    scatter = Scatter(strength=0.08, cylinder_pressure=0.05)
     one, two, other = (FirstFailure([place(by_gas=True)], scatter, seed).of_rod(0.1) for seed in (0, 0, 5))
     assert one == two
     assert one.cycles != other.cycles
