@@ -69,7 +69,6 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
     of_engine = found.of_engine(SHARES[1], rods)
     failed = None if given.hours is None else found.failed(given.hours * an_hour)
     apart = any(one.cycles > _APART_LIVES * life.cycles for one, life in zip(most, of_rod, strict=True))
-    points = rod.mesh.whole.points
     return ReliabilityFigures(
         **_hours(of_rod, an_hour),
         at_most=BLifeFigures(**_hours(most, an_hour)) if apart else None,
@@ -79,7 +78,7 @@ def reliability_figures(result: CycleResult, rod: PreparedRod, rpm: float) -> Re
             PlaceLifeFigures(
                 **_hours(lives, an_hour),
                 where=place.name,
-                at_mm=None if place.node is None else vector(points[place.node]),
+                at_mm=None if place.node is None else vector(rod.mesh.whole.points[place.node]),
                 count=place.count,
                 assumed=place.assumed,
             )
@@ -134,8 +133,8 @@ def _regions(result: CycleResult, rod: PreparedRod) -> Iterator[tuple[str, Place
     if factor is None:
         return
     length = rod.mesh.bores.rod_length
-    left = np.where(result.counts & (points[:, 2] >= -1e-9 * length), factor, np.inf)
-    left = np.nan_to_num(left, nan=np.inf)
+    chosen = result.counts & (points[:, 2] >= -1e-9 * length) & ~np.isnan(factor)
+    left = np.where(chosen, factor, np.inf)
     most, places = _REACH * left.min(), dict[tuple[str, bool], tuple[int, int]]()
     while left.min() <= most:
         node = int(left.argmin())
@@ -149,10 +148,8 @@ def _regions(result: CycleResult, rod: PreparedRod) -> Iterator[tuple[str, Place
 def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: Scatter) -> Iterator[Place]:
     """Yield the regions with the cycles of their stress at several gas loads."""
     names, regions = zip(*_regions(result, rod), strict=True)
-    between = math.hypot(scatter.cylinder_pressure, scatter.boost)
-    reach = 0.1 + 4 * between + 4.6 * scatter.cycle_pressure
+    reach = 0.1 + 4 * math.hypot(scatter.cylinder_pressure, scatter.boost) + 4.6 * scatter.cycle_pressure
     factors = np.linspace(max(1 - reach, 0.0), 1 + reach, _GAS_FACTORS)
-    apart = _APART * rod.mesh.bores.rod_length
     for name, spot, change in zip(names, regions, _of_gas(rod, regions, cycle), strict=True):
         own = rod.materials[spot.part]
         surface = float(result.regions.at(np.array([spot.node])).factors(own)[0])
@@ -164,7 +161,7 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
         amplitude, static = _cycles(rod.options.fatigue, material, counted, scatter.static_strength)
         yield Place(
             name=name,
-            count=2 if 2 * spot.place[2] > apart else 1,
+            count=2 if 2 * spot.place[2] > _APART * rod.mesh.bores.rod_length else 1,
             line=line.stronger(1 / material.marin.reliability),
             gas=factors,
             amplitude=amplitude,
@@ -177,14 +174,13 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
 
 def _of_gas(rod: PreparedRod, regions: Sequence[PlaceHistory], cycle: CrankCycle) -> list[Floats]:
     """Change of stress (6, n_instants) at the regions as the gas load is doubled, MPa."""
-    degrees = cycle.degrees
     gas = [case for case in cycle.peaks.cases if case.name == "gas"]
     if not gas:
         return [np.zeros_like(spot.stress) for spot in regions]
     basis, where = rod.cycle.basis, [(spot.node, spot.part) for spot in regions]
     weights = basis.projected(basis.full(joined([gas[0], assembled()])))
     pressed = spots(where, rod.cycle.units, weights, rod.mesh.mirrored)
-    course = degrees.gas / float(gas[0].gas) / np.cos(degrees.motion.rod_angle)
+    course = cycle.degrees.gas / float(gas[0].gas) / np.cos(cycle.degrees.motion.rod_angle)
     return [np.outer(spot.stress[:, 0] - spot.stress[:, 1], course) for spot in pressed]
 
 

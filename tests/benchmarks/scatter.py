@@ -1,4 +1,4 @@
-"""Amplitudes at the places of B-lives, superposed from gas and inertia, against whole runs at other gas loads.
+"""Amplitudes of the places of B-lives, from gas and inertia, against whole runs at other gas loads.
 
     python tests/benchmarks/scatter.py [STUDY] [RPM] [MATERIAL] [SIZE] [COUNT]
 
@@ -48,8 +48,9 @@ def main(name="leon-2001", rpm=4300.0, material="forged-steel-2005", size=12.0, 
             cycles = rainflow(spot.signed)
             exact = float(reversed_amplitude(whole.options.fatigue, *cycles, whole.materials[part]).max())
             found = float(np.interp(factor, place.gas, place.amplitude[:, 0]))
-            worst = max(worst, abs(found / exact - 1))
-            print(f"{factor:.3f}  {place.name:28s} {found:8.2f} {exact:8.2f} MPa {100 * (found / exact - 1):+.2f} %")
+            apart = found / exact - 1
+            worst = max(worst, abs(apart))
+            print(f"{factor:.3f} {place.name:28s} {found:8.2f} {exact:8.2f} MPa {100 * apart:+.2f} %")
     print(f"largest difference {100 * worst:.2f} %")
 
 
