@@ -149,7 +149,7 @@ def _places(result: CycleResult, rod: PreparedRod, cycle: CrankCycle, scatter: S
     """Yield the regions with the cycles of their stress at several gas loads."""
     names, regions = zip(*_regions(result, rod), strict=True)
     reach = 0.1 + 4 * math.hypot(scatter.cylinder_pressure, scatter.boost) + 4.6 * scatter.cycle_pressure
-    factors = np.linspace(max(1 - reach, 0.0), 1 + reach, _GAS_FACTORS)
+    factors = np.linspace(max(1 - reach, 0.05), 1 + reach, _GAS_FACTORS)
     for name, spot, change in zip(names, regions, _of_gas(rod, regions, cycle), strict=True):
         own = rod.materials[spot.part]
         surface = float(result.regions.at(np.array([spot.node])).factors(own)[0])

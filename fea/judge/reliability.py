@@ -32,10 +32,9 @@ from geometry.arrays import Floats, Ints
 _REPLICATES, _LOADS, _COMMON, _OF_EACH = 8, 256, 64, 32
 # Logarithms of strength over median between which critical ones are looked for, and those of tables.
 _STRENGTHS = np.linspace(-1.5, 1.5, 601)
-# Static strengths for which places have responses, in standard deviations from the median.
-STATIC = np.linspace(-4.0, 4.0, 9)
-# How many standard deviations from the mean the pressure of a single cycle may be where life is unlimited.
-TAIL = 3.0
+# Standard deviations from the median of static strengths for which places have responses; and from the mean
+# of the pressure of a single cycle that must do no damage where life is unlimited.
+STATIC, TAIL = np.linspace(-4.0, 4.0, 9), 3.0
 # Cycles beyond which a life counts as unlimited, and the least and largest share that is computed.
 _LONGEST, _LEAST, _MOST = 1e15, 1e-15, 1 - 1e-15
 

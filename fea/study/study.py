@@ -78,7 +78,8 @@ class Study:
             else:
                 table.stiffness() if part in PINS else table.material()
         self.speed.speeds()
-        self._require_cycle()
+        if self.duty is not None:
+            self._require_cycle(self.duty)
         if self.rod.mesh is not None:
             self._require_no_remeshing()
         rule = "has no effect where the mesh is not refined"
@@ -98,21 +99,18 @@ class Study:
             given = list(self.forces.pin_N)
             rule, remedy = "cannot be combined with [engine]", "Remove one of them."
             require(self.engine is None, "forces.pin_N", given, rule, remedy)
+            rule = "cannot be combined with [scatter], whose lives are those of crank cycles"
+            require(self.scatter is None, "forces.pin_N", given, rule, remedy)
             rule = "cannot be used with [forces], which have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()
 
-    def _require_cycle(self) -> None:
-        if self.duty is not None:
-            SpeedTable(self.duty.speeds).speeds()
-        for name, table in (("duty", self.duty), ("scatter", self.scatter)):
-            if table is not None:
-                (key, value), *_ = entries_of(table).items()
-                rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine]."
-                require(self.forces is None, f"{name}.{key}", value, rule, remedy)
-                rule = f"cannot be switched off with [{name}], whose life is that of crank cycles"
-                remedy = f"Leave it out, or remove [{name}]."
-                require(self.analysis.cycle, "analysis.cycle", "false", rule, remedy)
+    def _require_cycle(self, duty: DutyTable) -> None:
+        SpeedTable(duty.speeds).speeds()
+        rule, remedy = "cannot be used with [forces], which have no crank cycle", "Give an [engine] instead."
+        require(self.forces is None, "duty.rpm", list(duty.rpm), rule, remedy)
+        rule = "cannot be switched off with [duty], whose life is that of crank cycles"
+        require(self.analysis.cycle, "analysis.cycle", "false", rule, "Leave it out, or remove [duty].")
 
     def _require_film(self) -> None:
         if self.analysis.film:
