@@ -270,6 +270,39 @@ class SpotFigures(PlaceFigures):
     history_MPa: tuple[float, ...]
 
 
+class BLifeFigures(Figures):
+    """Hours by which 1, 10 and 50 % have failed; None: no such share by 10⁸ cycles, or never."""
+
+    b1_hours: float | None
+    b10_hours: float | None
+    b50_hours: float | None
+
+
+class PlaceLifeFigures(BLifeFigures):
+    """A place that may fail first."""
+
+    where: str
+    at_mm: Vector | None  #: None for a bolt
+    count: int  #: of equal places of a rod
+    assumed: bool  #: whether its S–N line is
+
+
+class ReliabilityFigures(BLifeFigures):
+    """``reliability``: hours by which a share of the rods has failed, if places fail independently."""
+
+    at_most: WhereKnown[BLifeFigures] = None  #: if they depend on one another, where that is a tenth more
+    first: str  #: the place that fails first
+    conditional: bool  #: whether they hold only if an assumed strength or peak pressure is right
+    places: tuple[PlaceLifeFigures, ...]
+    rods: int  #: of an engine
+    engine_b10_hours: float | None  #: by which a tenth of the engines has lost a rod
+    by_hours: WhereKnown[float] = None  #: of [scatter]
+    failed_percent: WhereKnown[tuple[float, float]] = None  #: of the rods by then, least and most
+    samples: int
+    sampling_error_percent: float  #: standard error of the hours by sampling, the largest
+    scatter_percent: Mapping[str, float]  #: by cause, a coefficient of variation
+
+
 class CycleLifeFigures(Figures):
     """Hours of running at one speed until the place of the smallest factor against fatigue fails.
 
@@ -285,6 +318,7 @@ class CycleLifeFigures(Figures):
     cycles: float | None
     assumed: bool  #: whether the S–N line is assumed from the strengths
     unlimited: bool
+    reliability: WhereKnown[ReliabilityFigures] = None
 
 
 class CycleFigures(Figures):

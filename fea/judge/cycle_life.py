@@ -26,7 +26,7 @@ _AT_SHORT, _KNEE = 0.75, 1e6
 # Standard deviation of an assumed endurance limit, and standard deviations of the band of a known line.
 _ASSUMED, _BAND = 0.138, 2.0
 # From which ultimate strength, MPa, a steel has no endurance limit, and how far its line falls in a decade.
-_HARD, _DECADE = 1250.0, 0.05
+HARD, DECADE = 1250.0, 0.05
 LONGEST = 1e8  # cycles: beyond, only that no failure is expected by them is stated
 LOW_CYCLE = 1e4  # cycles below which the stress of a notch is hardly elastic
 
@@ -57,20 +57,23 @@ def assumed_line(material: Material) -> Basquin | None:
     return Basquin(short / (2 * SHORT) ** exponent, exponent)
 
 
-def with_line(material: Material, *surfaces: float) -> Material:
-    """Return a material with its S–N line, else with one that is assumed, which may be none.
+def with_line(material: Material) -> Material:
+    """Return a material with its S–N line, else with one that is assumed, which may be none."""
+    return line_at(material, *(surface.factor for surface in material.marin.surfaces.values()))[0]
 
-    `surfaces`: factors k_a of the places whose life is sought; by default those of all regions.
+
+def line_at(material: Material, *surfaces: float) -> tuple[Material, LifeLine | None]:
+    """Return a material as `with_line`, and the line of places of surface factors k_a.
+
+    Raises `InvalidValue`: its own S–N line does not fit its endurance limit.
     """
-    factors = surfaces or tuple(surface.factor for surface in material.marin.surfaces.values())
-    line = replace(material, basquin=material.basquin or assumed_line(material))
+    own = replace(material, basquin=material.basquin or assumed_line(material))
     try:
-        LifeLine.of(line, np.array(factors))
+        return own, LifeLine.of(own, np.array(surfaces))
     except InvalidValue:
         if material.basquin is not None:
             raise
-        return material
-    return line
+        return material, None
 
 
 def band_of(*, assumed: bool) -> float:
@@ -86,13 +89,13 @@ def cycle_life(
     None where neither its S–N line nor the strengths for one are known, or where these do not fit. Raises
     `InvalidValue`: its own S–N line does not fit its endurance limit.
     """
-    assumed, material = material.basquin is None, with_line(material, surface)
-    line = LifeLine.of(material, np.array([surface]))
+    assumed = material.basquin is None
+    material, line = line_at(material, surface)
     if line is None or criterion_strength(criterion, material) is None:
         return None
     amplitude = reversed_amplitude(criterion, *rainflow(history), material)
     band = band_of(assumed=assumed)
-    hard = line.endless and (material.ultimate_strength or 0.0) >= _HARD
+    hard = line.endless and (material.ultimate_strength or 0.0) >= HARD
     low, cycles, high = (
         _cycles(line.stronger(strength), amplitude, hard=hard) for strength in (1 - band, 1.0, 1 + band)
     )
@@ -105,6 +108,6 @@ def _cycles(line: LifeLine, amplitude: Floats, *, hard: bool) -> float:
     if line.endless and largest <= limit:
         if not hard or largest <= 0:
             return math.inf
-        return line.knee * 10 ** (math.log(largest / limit) / math.log(1 - _DECADE))
+        return line.knee * 10 ** (math.log(largest / limit) / math.log(1 - DECADE))
     damage = float((1 / line.cycles(amplitude[:, None])).sum())
     return 1 / damage if damage else math.inf

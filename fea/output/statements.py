@@ -9,6 +9,7 @@ from fea.analysis.figures import (
     CaseFigures,
     CycleLifeFigures,
     PlaceFigures,
+    ReliabilityFigures,
     SharpEdgeFigures,
     Summary,
     SurfaceFigures,
@@ -245,6 +246,9 @@ def _lasts(life: CycleLifeFigures, speed: str) -> str:
     """Say how long the worst place lasts: its range first, one digit where the S–N line is assumed."""
     if life.cycles is not None and life.cycles < LOW_CYCLE:
         return f"Lasts minutes {speed}: below 10⁴ cycles stress is not elastic, and no life is stated."
+    known = life.reliability
+    if known is not None and not known.conditional and known.b10_hours is not None:
+        return f"{b_lives(known)} {speed}: a tenth and half of such rods fail by then, {known.first} first."
     line = "assumed S–N line" if life.assumed else "S–N line"
     about = "" if life.cycles is None or life.cycles > LONGEST else f", about {_hours(life.hours)}"
     of = f"({line}, strength ± {life.band_percent:.0f} %)"
@@ -262,12 +266,21 @@ def lasting(life: CycleLifeFigures) -> str:
     return f"{_hours(life.low_hours)} to {high}"
 
 
-def _hours(hours: float | None) -> str:
-    """Return hours with one significant digit, minutes below one hour."""
+def b_lives(known: ReliabilityFigures) -> str:
+    """Return B10 and B50 in words, as ranges where places may depend on one another."""
+    most = known.at_most or known
+    lives = (known.b10_hours, most.b10_hours), (known.b50_hours, most.b50_hours)
+    (b10, b50) = (" to ".join(dict.fromkeys(_hours(bound, 2) for bound in bounds)) for bounds in lives)
+    return f"B10 {b10}, B50 {b50}"
+
+
+def _hours(hours: float | None, digits: int = 1) -> str:
+    """Return hours with so many significant digits, minutes below one hour."""
     if hours is None:
-        return "unlimited"
+        return "unlimited" if digits == 1 else "beyond 10⁸ cycles"
     value, own = (60 * hours, "min") if hours < 1 else (hours, "h")
-    return f"{float(f'{value:.1g}'):,.0f} {own}" if value >= 1 else f"less than 1 {own}"
+    rounded = float(f"{value:.{digits}g}")
+    return f"{rounded:,.{int(digits > 1 and rounded < 10)}f} {own}" if value >= 1 else f"less than 1 {own}"
 
 
 # A fillet radius, mm, that any tool leaves.

@@ -317,6 +317,7 @@ def fatigue_tables(summary: Summary) -> Iterator[AnswerTable]:
         yield AnswerTable.of(caption, "place", _SPOTS, zip(lettered(len(spots)), spots, strict=True))
     yield from endurance_tables(summary)
     yield from life_tables(summary)
+    yield from reliability_tables(summary)
 
 
 def endurance_tables(summary: Summary) -> Iterator[AnswerTable]:
@@ -348,6 +349,33 @@ def life_tables(summary: Summary) -> Iterator[AnswerTable]:
     ordered = sorted(life.duty, key=lambda entry: -(entry.damage_percent or 0.0))
     rows = [(f"{entry.rpm:g} rpm{f', {entry.gas}' if entry.gas else ''}", entry) for entry in ordered]
     yield AnswerTable.of(caption, "speed", _DUTY, rows)
+
+
+_LIVES = tuple(TableColumn(f"B{share}", "h", f"b{share}_hours", ".3g") for share in (1, 10, 50))
+
+
+def reliability_tables(summary: Summary) -> Iterator[AnswerTable]:
+    """Yield the hours by which shares of the rods have failed, of places and of the whole."""
+    life = None if summary.cycle is None else summary.cycle.life
+    if life is None or (found := life.reliability) is None:
+        return
+    rows: list[tuple[str, Any]] = [(f"{each.count} × {each.where}", each) for each in found.places]
+    rows.append(("rod, places independent", found))
+    if found.at_most is not None:
+        rows.append(("rod, places dependent", found.at_most))
+    if found.rods > 1:
+        engine = {"b1_hours": "", "b10_hours": found.engine_b10_hours, "b50_hours": ""}
+        rows.append((f"first of {found.rods} rods", SimpleNamespace(**engine)))
+    causes = [f"{cause.replace('_', ' ')} {value:.3g} %" for cause, value in found.scatter_percent.items()]
+    caption = f"Hours at {summary.rpm:g} rpm by which 1, 10 and 50 % have failed"
+    if found.conditional:
+        caption += ", if the assumed strength or peak pressure is right"
+    if found.failed_percent is not None:
+        least, most = (number(value, ".2g") for value in found.failed_percent)
+        caption += f"; by {number(found.by_hours, 'g')} h {least} to {most} % of the rods have failed"
+    error = number(found.sampling_error_percent, ".1g")
+    caption += f"; standard deviations: {', '.join(causes)}; error of sampling {error} %"
+    yield AnswerTable.of(caption, "what fails", _LIVES, rows)
 
 
 SIDES = {"in_plane": "in the plane of motion", "sideways": "sideways"}

@@ -16,9 +16,10 @@ from fea.study.option_tables import (
     OutputTable,
 )
 from fea.study.rod_table import RodKeys
+from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable
 
-_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ForcesTable
-_ANALYSED = AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable, OptimiseTable, OutputTable
+_LOADED: tuple[Any, ...] = RodKeys, MaterialTable, EngineTable, SpeedTable, DutyTable, ScatterTable
+_BUILT: tuple[Any, ...] = ForcesTable, AssemblyTable, MeshTable, AnalysisTable, ContactTable, FilmTable
 # In the order of the commented study.
-TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_ANALYSED)}
+TABLES: Mapping[str, Any] = {table.TABLE: table for table in (*_LOADED, *_BUILT, OptimiseTable, OutputTable)}

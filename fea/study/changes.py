@@ -21,6 +21,7 @@ from fea.study.option_tables import (
     OutputTable,
 )
 from fea.study.rod_table import RodTable
+from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DutyTable, SpeedTable, parse_speeds
 from fea.study.tables import entries_of, in_own_units, keys_of, read_table, unknown_key, with_changes
 
@@ -35,6 +36,7 @@ class Changes(TypedDict, total=False):
     engine: EngineTable | Keys | str | None
     speed: SpeedTable | Keys | float | str | Sequence[float] | None
     duty: DutyTable | Keys | None
+    scatter: ScatterTable | Keys | None
     forces: ForcesTable | Keys | None
     assembly: AssemblyTable | Keys | None
     mesh: MeshTable | Keys | None
@@ -124,7 +126,8 @@ def _parts(present: Mapping[str, MaterialTable], change: Keys) -> dict[str, Mate
 def switched_on(raw: Keys) -> TomlTable:
     """Return the tables of a study with what others switch on in [analysis] unless that says otherwise."""
     analysis = raw.get("analysis", {})
-    by_table = {"assembly": ("pressure", choices.CONTACT), "duty": ("cycle", True), "film": ("film", True)}
+    by_table = {"assembly": ("pressure", choices.CONTACT), "film": ("film", True)}
+    by_table |= dict.fromkeys(("duty", "scatter"), ("cycle", True))
     switched: TomlTable = dict(entry for table, entry in by_table.items() if table in raw)
     if not switched or not isinstance(analysis, Mapping):
         return dict(raw)

@@ -30,6 +30,7 @@ from fea.study.pin_models import PARTS
 from fea.study.plausibility import ImplausibleValue, implausible_values, magnitudes, spared
 from fea.study.python_words import python_words
 from fea.study.rod_table import RodTable, read_rod, rod_of_file
+from fea.study.scatter_table import ScatterTable
 from fea.study.speed_tables import DEFAULT_RPM, DutyTable, SpeedTable
 from fea.study.tables import entries_of, in_own_units, nearest, read_table, unknown_key, with_units
 from fea.study.two_stroke import BIG
@@ -58,6 +59,7 @@ class Study:
     engine: EngineTable | None = None
     speed: SpeedTable = field(default_factory=SpeedTable)
     duty: DutyTable | None = None
+    scatter: ScatterTable | None = None
     forces: ForcesTable | None = None
     mesh: MeshTable = field(default_factory=MeshTable)
     analysis: AnalysisTable = field(default_factory=AnalysisTable)
@@ -97,6 +99,8 @@ class Study:
             given = list(self.forces.pin_N)
             rule, remedy = "cannot be combined with [engine]", "Remove one of them."
             require(self.engine is None, "forces.pin_N", given, rule, remedy)
+            rule = "cannot be combined with [scatter], whose lives are those of crank cycles"
+            require(self.scatter is None, "forces.pin_N", given, rule, remedy)
             rule = "cannot be used with [forces], which have no crank cycle"
             require(not self.analysis.cycle, "analysis.cycle", "true", rule, "Give an [engine] instead.")
             self.forces.pin()

@@ -16,6 +16,7 @@ from fea.analysis.figures import (
 )
 from fea.analysis.prepared_rod import PreparedRod
 from fea.analysis.refinement import usage
+from fea.analysis.reliability import reliability_figures
 from fea.base.material import Material
 from fea.base.units import DEG
 from fea.judge.case_result import CaseResult
@@ -93,6 +94,7 @@ def _life(result: CycleResult, rod: PreparedRod, rpm: float | None) -> CycleLife
         cycles=found.cycles if np.isfinite(found.cycles) else None,
         assumed=found.assumed,
         unlimited=found.unlimited,
+        reliability=reliability_figures(result, rod, rpm),
     )
 
 

@@ -1,0 +1,196 @@
+"""B-lives of a rod: its places, their stress at other gas loads, and what is stated of known lines alone."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from studies import PLAIN
+
+from fea.analysis import reliability
+from fea.analysis.cycle.figures import envelope_figures
+from fea.analysis.cycle.unit_solutions import spots
+from fea.analysis.pipeline import prepare, solve_speed, with_cycle
+from fea.analysis.reliability import _cycles, _places, reliability_figures, scatter_of
+from fea.base.choices import Fatigue, ThreadRolled
+from fea.judge.cycle_life import cycle_life
+from fea.judge.fatigue import rainflow, reversed_amplitude
+from fea.judge.reliability import STATIC, FirstFailure, Scatter, deviation
+from fea.output.statements import b_lives
+from fea.output.statements import life as life_lines
+from fea.output.tables import reliability_tables
+from fea.rod.loading import EngineLoading
+from fea.study.scatter_table import ScatterTable
+from fea.study.study import parse_study
+from geometry.errors import InvalidValue
+from loads.gas import scaled
+
+pytestmark = pytest.mark.usefixtures("coarse_bores")
+RPM = 6000.0
+TEXT = PLAIN + '[material]\npreset = "forged-steel-2005"\n[mesh]\nsize_mm = 16.0\n[analysis]\ncycle = true\n'
+NONE = ScatterTable(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def study(more="", text=TEXT):
+    return parse_study(text + more, "plain", Path.cwd())
+
+
+@pytest.fixture(scope="module")
+def rod():
+    return prepare(study())
+
+
+@pytest.fixture(scope="module")
+def solved(rod):
+    return with_cycle(rod, solve_speed(rod, RPM))
+
+
+def varied(rod, **more):
+    """The rod with something else, but the unit solutions that it has."""
+    own = replace(rod, **more)
+    own.__dict__["certified_cycle"] = rod.certified_cycle
+    return own
+
+
+def lives(rod, solved, table=None):
+    return reliability_figures(solved.cycle, varied(rod, study=replace(rod.study, scatter=table)), RPM)
+
+
+@pytest.mark.parametrize("factor", [0.85, 0.97, 1.03, 1.15])
+def test_superposed_amplitudes_are_those_of_contact_solved_at_another_gas_load(rod, solved, factor):
+    """2 %; three standard deviations of a cylinder among others and of single cycles."""
+    cycle = rod.crank_cycle(RPM)
+    scatter = scatter_of(ScatterTable(), rod.loading, rod.options.fatigue)
+    places = list(_places(solved.cycle, rod, cycle, scatter))
+    assert len(places) >= 2
+    loading = rod.loading
+    other = EngineLoading(loading.engine, scaled(loading.gas, factor), loading.table).crank_cycle(
+        rod.mass, RPM
+    )
+    weights = rod.cycle.basis.projected(rod.cycle.basis.full(other.degrees, other))
+    for place in places:
+        (spot,) = spots([(place.node, 0)], rod.cycle.units, weights, rod.mesh.mirrored)
+        exact = reversed_amplitude(Fatigue.GOODMAN, *rainflow(spot.signed), rod.materials[0]).max()
+        found = np.interp(factor, place.gas, place.amplitude[:, 0])
+        assert found == pytest.approx(exact, rel=0.02)
+
+
+def test_without_scatter_every_share_has_the_life_of_the_median(rod, solved):
+    found = lives(rod, solved, NONE)
+    spot = solved.cycle.weakest
+    surface = float(solved.cycle.regions.at(np.array([spot.node])).factors(rod.materials[0])[0])
+    median = cycle_life(spot.signed, rod.materials[0], surface).cycles / (30 * RPM)
+    assert (found.b1_hours, found.b50_hours) == pytest.approx((median, median), rel=0.01)
+
+
+def test_places_are_regions_and_bound_the_rod(rod, solved):
+    found = lives(rod, solved)
+    names = [place.where for place in found.places]
+    assert found.first == min(found.places, key=lambda place: place.b10_hours or np.inf).where
+    assert len(names) < 12
+    for share in ("b1_hours", "b10_hours", "b50_hours"):
+        alone = [getattr(place, share) or np.inf for place in found.places]
+        assert getattr(found, share) <= min(alone) * (1 + 1e-3)
+    assert found.b1_hours < found.b10_hours < found.b50_hours
+    assert not found.conditional
+
+
+def test_an_engine_of_four_loses_its_first_rod_earlier(rod, solved):
+    four = replace(rod.study.engine, cylinders=4)
+    loading = EngineLoading.of(four, rod.mesh.bores.rod_length)
+    found = reliability_figures(solved.cycle, varied(rod, loading=loading), RPM)
+    assert found.rods == 4
+    assert found.b1_hours < found.engine_b10_hours < found.b10_hours
+
+
+def test_an_assumed_line_has_b_lives_only_where_scatter_is_given(rod, solved):
+    materials = tuple(replace(material, basquin=None) for material in rod.materials)
+    own = varied(rod, structure=replace(rod.structure, materials=materials))
+    assert reliability_figures(solved.cycle, own, RPM) is None
+    given = varied(own, study=replace(rod.study, scatter=ScatterTable(hours=10.0)))
+    found = reliability_figures(solved.cycle, given, RPM)
+    assert found.conditional
+    assert all(place.assumed for place in found.places)
+    assert 0 <= found.failed_percent[0] <= found.failed_percent[1] <= 100
+
+
+def test_the_answer_names_percentiles_of_a_known_line_alone(rod, solved):
+    life = envelope_figures(solved.cycle, rod, list(solved.cases.values()), RPM).life
+
+    def shown(known):
+        summary = SimpleNamespace(rpm=RPM, life=None, cycle=SimpleNamespace(life=known))
+        (line,), (table,) = life_lines(summary), reliability_tables(summary)
+        return line, table
+
+    line, table = shown(life)
+    assert line.startswith(f"{b_lives(life.reliability)} at 6000 rpm")
+    assert "strength 8 %" in table.caption
+    assert [row[0] for row in table.rows][-1].startswith("rod")
+    line, table = shown(replace(life, reliability=replace(life.reliability, conditional=True)))
+    assert line.startswith(("Lasts", "Life"))
+    assert "if the assumed strength or peak pressure is right" in table.caption
+
+
+def test_static_strength_acts_through_mean_stress(rod):
+    """Goodman: σ_a/(1 − σ_m/S_u), with S_u of the rod in place of the median."""
+    (material,) = rod.materials
+    counted = [(np.array([300.0]), np.array([200.0]))]
+    amplitude, followed = _cycles(Fatigue.GOODMAN, material, counted, 0.05)
+    assert amplitude[0, 0] == pytest.approx(200 / (1 - 300 / 938))
+    other = 938 * np.exp(STATIC * deviation(0.05))
+    assert np.exp(followed[0]) * amplitude[0, 0] == pytest.approx(200 / (1 - 300 / other))
+
+
+@pytest.mark.parametrize(("rolled", "slope"), [(ThreadRolled.BEFORE, 3), (ThreadRolled.AFTER, 6)])
+def test_bolts_last_by_the_line_of_vdi_2230(monkeypatch, rolled, slope):
+    """σ_AS at 2·10⁶ cycles, and from there up with the slope; every one of a pair counts."""
+    judged = SimpleNamespace(endurance=50.0, bending_amplitude=100.0)
+    monkeypatch.setattr(reliability, "judged_bolts", lambda *_: [judged])
+    bolt = SimpleNamespace(bolt=SimpleNamespace(rolled=rolled))
+    state = SimpleNamespace(bolts=[SimpleNamespace(count=2)])
+    (place,) = reliability._bolts(
+        SimpleNamespace(states=[state]), SimpleNamespace(assembling=SimpleNamespace(bolt=bolt))
+    )
+    found = FirstFailure([place], Scatter(strength=0.08))
+    assert found.of_place(0, 0.5).cycles == pytest.approx(2e6 / 2**slope, rel=0.01)
+    assert found.of_rod(0.75).cycles == pytest.approx(2e6 / 2**slope, rel=0.01)
+    assert place.assumed
+
+
+def test_defaults_follow_the_gas(rod):
+    of = lambda loading: scatter_of(ScatterTable(), loading, Fatigue.GOODMAN)  # noqa: E731
+    petrol = of(rod.loading)
+    assert (petrol.cylinder_pressure, petrol.cycle_pressure, petrol.static_strength) == (0.03, 0.05, 0.04)
+    unfired = of(rod.loading.with_gas("none"))
+    assert (unfired.cylinder_pressure, unfired.cycle_pressure) == (0.0, 0.0)
+    assert scatter_of(ScatterTable(), rod.loading, Fatigue.SODERBERG).static_strength == 0.07
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            "strength_percent = -1",
+            r"scatter.strength_percent = -1: must lie between 0 and 50 %.*0 switches it off",
+        ),
+        ("peak_pressure_percent = 120", r"scatter.peak_pressure_percent = 120: must lie between 0 and 50 %"),
+        ("batch_percent = 101", r"scatter.batch_percent = 101: must lie between 0 and 100 %"),
+        ("hours = 0", r"scatter.hours = 0: must be positive"),
+        ('tightening = "by feel"', r"tightening"),
+        ('strength_percent = "much"', r"scatter.strength_percent"),
+    ],
+)
+def test_a_study_may_not_say(keys, message):
+    with pytest.raises(InvalidValue, match=message):
+        study(f"[scatter]\n{keys}\n")
+
+
+def test_scatter_needs_the_cycle_and_switches_it_on():
+    text = TEXT.replace("[analysis]\ncycle = true\n", "")
+    assert study("[scatter]\n", text).analysis.cycle
+    given = text[: text.index("[engine]")] + "[forces]\npin_N = [1000.0, 0.0]\n"
+    with pytest.raises(InvalidValue, match=r"forces.pin_N = .*: cannot be combined with \[scatter\]"):
+        study("[scatter]\n", given)
+    again = study("[scatter]\nhours = 5\nstrength_percent = 6")
+    assert parse_study(again.text(), "plain", again.folder).scatter == again.scatter
